@@ -1,0 +1,277 @@
+"""Every wrong input is refused when the object is made, with object, parameter and value named."""
+
+import math
+
+import numpy as np
+import pytest
+
+from transport.detectors import Detector, Directions, Positions
+from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.scene import Scene
+from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.validation import SceneError
+
+DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=(1, 2, 3))
+SHEET = Rectangle(width=2, height=4)
+LAMP = Source(DISK, Lambertian(power=1))
+GAS = Source(CUBE, Gas(1e20, 500))
+WALL = Surface(DISK, Black(), name="floor")
+
+REFUSALS = {
+    # names and places of parameters
+    "unknown": (lambda: Disk(radus=1), ["Disk", "radus=1", "did you mean 'radius'"]),
+    "unknown with name": (
+        lambda: Detector(DISK, name="lid", sides=1),
+        ["Detector 'lid'", "sides=1", "'side'"],
+    ),
+    "unknown, none near": (lambda: Disk(radius=1, q=2), ["Disk", "q=2", "'inner_radius'"]),
+    "unknown, none at all": (lambda: Black(albedo=1), ["Black", "albedo=1"]),
+    "later feature": (lambda: Scene([LAMP], medium=3), ["Scene", "medium=3"]),
+    "positional": (
+        lambda: Disk((0, 0, 1)),
+        ["Disk takes keywords only: write Disk(center=...)", "(0, 0, 1)"],
+    ),
+    "positional point": (lambda: Point((0, 0, 1)), ["Point takes keywords only: write Point(position=...)"]),
+    "positional radiance": (
+        lambda: Lambertian(100.0),
+        ["Lambertian", "keywords only", "radiance=...", "100.0"],
+    ),
+    "positional power": (lambda: Beam((0, 0, 1), 5.0), ["Beam", "direction", "write Beam(power=...)", "5.0"]),
+    "positional bins": (
+        lambda: Directions(8),
+        ["Directions takes keywords only: write Directions(mu=...)", "8"],
+    ),
+    "too many": (lambda: Diffuse(0.5, 0.25), ["Diffuse", "0.25", "Diffuse(albedo=...)"]),
+    "none wanted": (lambda: Black(1), ["Black", "got 1", "write Black()"]),
+    "twice": (lambda: Diffuse(0.5, albedo=0.25), ["Diffuse", "albedo", "twice", "0.25"]),
+    "missing": (lambda: Rectangle(width=1), ["Rectangle", "height missing", "height=..."]),
+    "missing emission": (lambda: Source(DISK), ["Source", "emission missing"]),
+    "missing sources": (lambda: Scene(), ["Scene", "sources missing"]),
+    # shapes
+    "radius": (lambda: Disk(radius=-1.0), ["Disk: radius must be positive and finite, got -1.0"]),
+    "radius nan": (lambda: Sphere(radius=math.nan), ["Sphere: radius", "positive and finite", "nan"]),
+    "radius bool": (lambda: Disk(radius=True), ["Disk: radius", "number", "True"]),
+    "radius text": (lambda: Disk(radius="1"), ["Disk: radius", "number", "'1'"]),
+    "radius complex": (lambda: Disk(radius=1j), ["Disk: radius", "1j"]),
+    "radius array": (lambda: Disk(radius=np.ones(1)), ["Disk: radius", "[1.0]"]),
+    "radius numpy": (lambda: Disk(radius=np.float32(-1)), ["Disk: radius", "got -1.0"]),
+    "radius huge": (lambda: Disk(radius=10**400), ["Disk: radius", "finite", "1000"]),
+    "inner radius": (
+        lambda: Disk(radius=1, inner_radius=1),
+        ["Disk: inner_radius", "below radius 1.0", "got 1.0"],
+    ),
+    "inner below 0": (
+        lambda: Disk(radius=1, inner_radius=-2),
+        ["Disk: inner_radius", "zero or positive", "-2"],
+    ),
+    "width": (lambda: Rectangle(width=0, height=1), ["Rectangle: width", "positive", "got 0"]),
+    "height": (lambda: Rectangle(width=1, height=math.inf), ["Rectangle: height", "finite", "inf"]),
+    "area vanishes": (lambda: Rectangle(width=1e-200, height=1e-200), ["Rectangle: area", "1e-200", "unit"]),
+    "area overflows": (lambda: Sphere(radius=1e200), ["Sphere: area", "1e+200", "unit"]),
+    "volume vanishes": (lambda: Box(size=1e-120), ["Box: volume", "1e-120", "unit"]),
+    "bounds": (
+        lambda: Rectangle(center=(1.7976931348623157e308, 0, 0), width=1e300, height=1),
+        ["Rectangle: bounds", "finite", "inf", "move center"],
+    ),
+    "size": (lambda: Box(size=(1, 2)), ["Box: size", "one or three", "(1, 2)"]),
+    "size sign": (lambda: Box(size=(1, -2, 1)), ["Box: size", "positive", "(1, -2, 1)"]),
+    "size text": (lambda: Box(size="123"), ["Box: size", "'123'"]),
+    "center": (lambda: Disk(radius=1, center=(0, 0)), ["Disk: center", "three finite numbers", "(0, 0)"]),
+    "center nan": (lambda: Box(size=1, center=[0, 0, math.nan]), ["Box: center", "finite", "nan"]),
+    "center text": (lambda: Sphere(radius=1, center="abc"), ["Sphere: center", "'abc'"]),
+    "center matrix": (lambda: Sphere(radius=1, center=np.eye(3)), ["Sphere: center", "[[1.0"]),
+    "position": (lambda: Point(position=(1, 2, None)), ["Point: position", "None"]),
+    "position bool": (lambda: Point(position=(True, 0, 0)), ["Point: position", "True"]),
+    "normal": (lambda: Disk(radius=1, normal=(0, 0, 0)), ["Disk: normal", "not all zero", "(0, 0, 0)"]),
+    "axis": (lambda: Sphere(radius=1, axis=(0, 0, math.inf)), ["Sphere: axis", "finite", "inf"]),
+    "up": (lambda: Disk(radius=1, up=(0, 0, -3)), ["Disk: up", "parallel to normal", "(0, 0, -3)"]),
+    "up zero": (lambda: Rectangle(width=1, height=1, up=(0, 0, 0)), ["Rectangle: up", "(0, 0, 0)"]),
+    # materials and surfaces
+    "albedo": (lambda: Diffuse(1.5), ["Diffuse: albedo must be in [0, 1], got 1.5"]),
+    "albedo nan": (lambda: Diffuse(math.nan), ["Diffuse: albedo", "nan"]),
+    "reflectance": (lambda: Mirror(-0.1), ["Mirror: reflectance", "[0, 1]", "-0.1"]),
+    "surface shape": (lambda: Surface("floor", Black()), ["Surface: shape", "'floor'"]),
+    "surface point": (
+        lambda: Surface(Point(), Black(), name="p"),
+        ["Surface 'p': shape", "Point", "sources only"],
+    ),
+    "material": (lambda: Surface(DISK, Black), ["Surface: material", "Black", "brackets"]),
+    "name": (lambda: Surface(DISK, Black(), name=""), ["Surface: name", "not empty", "''"]),
+    "name number": (lambda: Detector(DISK, name=3), ["Detector: name", "text", "3"]),
+    # emissions
+    "no amount": (lambda: Lambertian(), ["Lambertian", "exactly one of radiance, exitance, power", "none"]),
+    "two amounts": (
+        lambda: Isotropic(power=1, intensity=2),
+        ["Isotropic", "exactly one", "power=1, intensity=2"],
+    ),
+    "zero radiance": (lambda: Lambertian(radiance=0), ["Lambertian: radiance", "positive", "got 0"]),
+    "power": (lambda: Beam((0, 0, 1), power=-5), ["Beam: power", "positive", "-5"]),
+    "direction": (lambda: Beam((0, 0, 0), power=5), ["Beam: direction", "not all zero", "(0, 0, 0)"]),
+    "speed": (lambda: Isotropic(power=1, speed=0), ["Isotropic: speed", "positive", "got 0"]),
+    "density": (lambda: Gas(-1, 500), ["Gas: density", "positive", "-1"]),
+    "gas speed": (lambda: Gas(1, math.inf), ["Gas: speed", "finite", "inf"]),
+    "gas direction": (lambda: Gas(1, 1, direction=(0, 0)), ["Gas: direction", "(0, 0)"]),
+    # sources
+    "source shape": (lambda: Source(3, Lambertian(power=1)), ["Source: shape", "got 3"]),
+    "emission": (lambda: Source(DISK, Lambertian), ["Source: emission", "Lambertian(radiance=...)"]),
+    "lambertian point": (
+        lambda: Source(Point(), Lambertian(power=1)),
+        ["Source", "Lambertian", "Point(", "Isotropic"],
+    ),
+    "isotropic disk": (
+        lambda: Source(DISK, Isotropic(power=1)),
+        ["Source", "Isotropic", "Disk(", "Lambertian"],
+    ),
+    "gas ball": (lambda: Source(BALL, Gas(1, 1)), ["Source", "Gas leaves from a Box", "Sphere("]),
+    "side": (
+        lambda: Source(DISK, Lambertian(power=1), side="bak"),
+        ["Source: side", "'bak'", "did you mean 'back'"],
+    ),
+    "side type": (lambda: Source(DISK, Lambertian(power=1), side=1), ["Source: side", "got 1"]),
+    "inside flat": (
+        lambda: Source(DISK, Lambertian(power=1), side="inside"),
+        ["Source: side", "'inside'", "'back'"],
+    ),
+    "outside flat": (lambda: Source(DISK, Lambertian(power=1), side="outside"), ["Source: side", "'front'"]),
+    "side of gas": (
+        lambda: Source(CUBE, Gas(1, 1), side="back"),
+        ["Source: side", "Gas", "'back'", "leave it out"],
+    ),
+    "side of point": (
+        lambda: Source(Point(), Beam((0, 0, 1), power=1), side="back"),
+        ["Source: side", "Point"],
+    ),
+    "aim type": (lambda: Source(DISK, Lambertian(power=1), aim="lid"), ["Source: aim", "a shape", "'lid'"]),
+    "aim point": (lambda: Source(DISK, Lambertian(power=1), aim=Point()), ["Source: aim", "Point("]),
+    "aim beam": (
+        lambda: Source(DISK, Beam((0, 0, 1), power=1), aim=BALL),
+        ["Source: aim", "Beam", "drop aim"],
+    ),
+    "aim gas": (lambda: Source(CUBE, Gas(1, 1), aim=BALL), ["Source: aim", "Gas", "drop aim"]),
+    "beam irradiance": (
+        lambda: Source(Point(), Beam((0, 0, 1), irradiance=7)),
+        ["Source: irradiance", "7.0", "write power="],
+    ),
+    "beam inwards": (
+        lambda: Source(DISK, Beam((0, 0, -1), power=1)),
+        ["Source: direction", "-1.0", "side='back'"],
+    ),
+    "beam from back": (
+        lambda: Source(DISK, Beam((0, 0, 1), power=1), side="back"),
+        ["Source: direction", "(0.0, 0.0, 1.0)", "side='front'"],
+    ),
+    "beam along": (
+        lambda: Source(DISK, Beam((1, 0, math.cos(math.pi / 2)), power=1)),
+        ["Source: direction", "plane of the Disk", "(1.0, 0.0", "tilt"],
+    ),
+    "power overflows": (lambda: Source(BALL, Lambertian(radiance=1e308)), ["Source: power", "finite", "inf"]),
+    # detectors
+    "nameless": (lambda: Detector(DISK), ["Detector: name", "None", "name='meter'"]),
+    "meter point": (lambda: Detector(Point(), name="lid"), ["Detector 'lid': shape", "Point("]),
+    "meter inside flat": (
+        lambda: Detector(DISK, name="lid", side="inside"),
+        ["Detector 'lid': side", "'inside'"],
+    ),
+    "directions type": (
+        lambda: Detector(DISK, name="lid", directions=8),
+        ["Detector 'lid': directions", "got 8"],
+    ),
+    "positions type": (
+        lambda: Detector(DISK, name="lid", positions=8),
+        ["Detector 'lid': positions", "got 8"],
+    ),
+    "no directions": (lambda: Directions(), ["Directions", "mu, theta, phi", "none"]),
+    "mu and theta": (lambda: Directions(mu=4, theta=2), ["Directions: mu and theta", "mu=4", "theta=2"]),
+    "mu count": (lambda: Directions(mu=0), ["Directions: mu", "got 0"]),
+    "mu many": (lambda: Directions(mu=10**12), ["Directions: mu", "1 000 000", "got 1000000000000"]),
+    "mu float": (lambda: Directions(mu=8.0), ["Directions: mu", "got 8.0"]),
+    "mu bool": (lambda: Directions(mu=True), ["Directions: mu", "True"]),
+    "mu order": (lambda: Directions(mu=(0, 0.5, 0.5)), ["Directions: mu", "increasing", "(0, 0.5, 0.5)"]),
+    "mu one edge": (lambda: Directions(mu=[0.5]), ["Directions: mu", "[0.5]"]),
+    "mu nan": (lambda: Directions(mu=[0, math.nan]), ["Directions: mu", "nan"]),
+    "mu range": (lambda: Directions(mu=(-0.5, 1)), ["Directions: mu", "[0.0, 1.0]", "(-0.5, 1.0)"]),
+    "mu world range": (
+        lambda: Directions(mu=(-2, 1), frame="world"),
+        ["Directions: mu", "[-1.0, 1.0]", "-2.0"],
+    ),
+    "theta range": (lambda: Directions(theta=(0, 2)), ["Directions: theta", "2.0"]),
+    "phi range": (lambda: Directions(phi=(-1, 2)), ["Directions: phi", "(-1.0, 2.0)"]),
+    "vanishing bins": (lambda: Directions(mu=(0.5, 1, 1 + 4e-16)), ["Directions: mu", "vanish"]),
+    "frame": (lambda: Directions(mu=1, frame="wold"), ["Directions: frame", "'wold'", "'world'"]),
+    "half angle": (
+        lambda: Directions.cone((0, 0, 1), 2),
+        ["DirectionCone: half_angle", "(0, pi/2]", "got 2"],
+    ),
+    "half angle 0": (lambda: Directions.cone((0, 0, 1), 0), ["half_angle", "got 0"]),
+    "cone axis": (lambda: Directions.cone((0, 0, 0), 1), ["DirectionCone: axis", "(0, 0, 0)"]),
+    "no positions": (lambda: Positions(), ["Positions", "u, v", "none"]),
+    "positions count": (lambda: Positions(u=-1), ["Positions: u", "got -1"]),
+    "positions box": (lambda: Positions(u=2).edges(CUBE), ["Positions", "Box", "faces()"]),
+    "positions point": (lambda: Positions(u=2).edges(Point()), ["Positions", "Point("]),
+    "positions beyond": (
+        lambda: Detector(SHEET, name="lid", positions=Positions(v=(0, 3))),
+        ["Detector 'lid'", "Positions: v", "[-2.0, 2.0]", "(0.0, 3.0)"],
+    ),
+    "positions hole": (
+        lambda: Positions(u=(0, 1)).edges(Disk(radius=1, inner_radius=0.5)),
+        ["Positions: u", "[0.5, 1.0]", "(0.0, 1.0)"],
+    ),
+    # scenes
+    "no source": (lambda: Scene([]), ["Scene: sources", "at least one", "none"]),
+    "detector as source": (
+        lambda: Scene([Detector("floor")]),
+        ["Scene: sources", "Source", "Detector(", "sources[0]"],
+    ),
+    "source as surface": (lambda: Scene(LAMP, LAMP), ["Scene: surfaces", "Source("]),
+    "shape as detector": (lambda: Scene(LAMP, (), [DISK]), ["Scene: detectors", "Disk(", "detectors[0]"]),
+    "text as sources": (lambda: Scene("lamp"), ["Scene: sources", "'lamp'"]),
+    "duration": (lambda: Scene(LAMP, duration=-1), ["Scene: duration", "positive", "-1"]),
+    "gas without duration": (lambda: Scene(GAS), ["Scene: duration", "Gas", "None", "duration=..."]),
+    "mixed": (
+        lambda: Scene([GAS, LAMP], duration=1),
+        ["Scene: sources", "watts", "particles", "Gas, Lambertian"],
+    ),
+    "surfaces' names": (lambda: Scene(LAMP, [WALL, WALL]), ["Scene: name", "unique", "'floor'"]),
+    "detectors' names": (
+        lambda: Scene(LAMP, WALL, [Detector("floor"), Detector("floor", side="back")]),
+        ["Scene: name", "unique", "2 Detectors 'floor'", "name="],
+    ),
+    "name of another": (
+        lambda: Scene(LAMP, WALL, Detector(BALL, name="floor")),
+        ["Detector 'floor': name", "surface", "rename"],
+    ),
+    "unknown surface": (
+        lambda: Scene(LAMP, WALL, Detector("flor")),
+        ["Detector 'flor': shape", "got 'flor'", "did you mean 'floor'"],
+    ),
+    "unknown surface of source": (
+        lambda: Scene(Source("lid", Lambertian(power=1)), WALL),
+        ["Source: shape", "got 'lid'", "'floor'"],
+    ),
+    "no such surface": (lambda: Scene(LAMP, WALL).surface("roof"), ["Scene: name", "got 'roof'", "'floor'"]),
+    "resolved source": (
+        lambda: Scene(Source("floor", Isotropic(power=1)), WALL),
+        ["Source", "Isotropic", "Disk("],
+    ),
+    "resolved side": (
+        lambda: Scene(LAMP, WALL, Detector("floor", side="inside")),
+        ["Detector 'floor': side"],
+    ),
+    "resolved positions": (
+        lambda: Scene(LAMP, WALL, Detector("floor", positions=Positions(u=(0, 2)))),
+        ["Detector 'floor'", "Positions: u", "(0.0, 2.0)"],
+    ),
+}
+
+
+@pytest.mark.parametrize("make, words", REFUSALS.values(), ids=REFUSALS)
+def test_wrong_input_is_refused_with_object_parameter_value_and_cure(make, words):
+    with pytest.raises(SceneError) as caught:
+        make()
+    message = str(caught.value)
+    assert [word for word in words if word not in message] == [], message
+
+
+def test_a_refusal_is_a_value_error():
+    assert issubclass(SceneError, ValueError)

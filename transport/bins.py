@@ -1,0 +1,176 @@
+"""Bins of detectors: over directions of a hemisphere, and over positions on a shape's own coordinates."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from transport.shapes import Box, Disk, Rectangle, Shape, Sphere
+from transport.validation import (
+    as_float,
+    as_floats,
+    check_one_of,
+    is_count,
+    refuse,
+    scene_object,
+    settle_direction,
+    shown,
+    store,
+)
+from transport.vectors import Vector
+
+Bins = int | tuple[float, ...]
+Range = tuple[float, float]
+
+MOST_BINS = 1_000_000  # of one axis; more would be a slip
+PI = math.pi
+DIRECTION_RANGES: dict[str, dict[str, Range]] = {
+    "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
+    "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
+}
+
+
+@scene_object(kw_only=True)
+class Directions:
+    """Bins over directions, each a number of equal bins or increasing edges [rad; mu without unit].
+
+    frame "local": `mu` = cos(theta) to the normal of the side looked at, `phi` from e_u towards e_v.
+    frame "world": `mu` = cos(theta) to +z in [-1, 1], `phi` about +z from +x.
+    """
+
+    mu: Bins | None = None
+    phi: Bins | None = None
+    theta: Bins | None = None
+    frame: str = "local"
+
+    def __post_init__(self) -> None:
+        check_one_of(self, "frame", DIRECTION_RANGES)
+        if self.mu is not None and self.theta is not None:
+            refuse(
+                self, f"mu and theta exclude each other, got mu={shown(self.mu)}, theta={shown(self.theta)}"
+            )
+        _settle_bins(self, "mu", "theta", "phi")
+        self.edges()
+
+    @staticmethod
+    def cone(axis: Vector, half_angle: float) -> "DirectionCone":
+        """One bin: the directions within `half_angle` [rad] of `axis`, a vector in the world's frame."""
+        return DirectionCone(axis, half_angle)
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Edges of each binned axis, "mu" or "theta" [rad] and "phi" [rad]."""
+        ranges = DIRECTION_RANGES[self.frame]
+        return _all_edges(
+            self, {name: ranges[name] for name in ("mu", "theta", "phi")}, f"frame {self.frame!r}"
+        )
+
+
+@scene_object
+class DirectionCone:
+    """One bin round `axis` (world frame) of `half_angle` [rad] in (0, pi/2], made by Directions.cone."""
+
+    axis: Vector
+    half_angle: float
+
+    def __post_init__(self) -> None:
+        settle_direction(self, "axis")
+        angle = as_float(self.half_angle)
+        if angle is None or not 0 < angle <= PI / 2:
+            refuse(self, f"half_angle must be in (0, pi/2] rad, got {shown(self.half_angle)}")
+        store(self, half_angle=angle)
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """The one bin's "theta" [rad], measured from the axis."""
+        return {"theta": np.array([0.0, self.half_angle])}
+
+
+@scene_object(kw_only=True)
+class Positions:
+    """Bins over a shape's own coordinates, each a number of equal bins or increasing edges.
+
+    Rectangle: `u`, `v` [m] from its centre along e_u and e_v. Disk: `u` radius [m], `v` azimuth [rad].
+    Sphere: `u` polar angle from its axis, `v` azimuth [rad]. Azimuth runs from e_u towards e_v.
+    """
+
+    u: Bins | None = None
+    v: Bins | None = None
+
+    def __post_init__(self) -> None:
+        _settle_bins(self, "u", "v")
+
+    def edges(self, shape: Shape) -> dict[str, np.ndarray]:
+        """Edges of each binned axis, "u" and "v", on the shape [m or rad]."""
+        return _all_edges(self, self._ranges(shape), type(shape).__name__)
+
+    def areas(self, shape: Shape) -> np.ndarray:
+        """Areas [m^2] of the bins, of shape (u bins, v bins); an axis that is not binned is left out."""
+        edges = self.edges(shape)
+        u, v = (np.array(edges.get(name, whole)) for name, whole in self._ranges(shape).items())
+        areas = np.outer(_widths(shape, u), np.diff(v))
+        return areas.reshape([len(edges[name]) - 1 for name in edges])
+
+    def _ranges(self, shape: Shape) -> dict[str, Range]:
+        circle = (0.0, 2 * PI)
+        match shape:
+            case Rectangle():
+                half_width, half_height = shape.width / 2, shape.height / 2
+                return {"u": (-half_width, half_width), "v": (-half_height, half_height)}
+            case Disk():
+                return {"u": (shape.inner_radius, shape.radius), "v": circle}
+            case Sphere():
+                return {"u": (0.0, PI), "v": circle}
+            case Box():
+                refuse(
+                    self, f"a Box has no coordinates, got {shown(shape)}; meter each of its faces() instead"
+                )
+        refuse(self, f"positions need a Rectangle, Disk or Sphere, got {shown(shape)}")
+
+
+def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
+    """Areas per unit of v; products of sums and differences, so that narrow bins do not cancel."""
+    lower, upper = u[:-1], u[1:]
+    match shape:
+        case Disk():
+            return (upper - lower) * (upper / 2 + lower / 2)
+        case Sphere():
+            return 2 * shape.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
+    return upper - lower
+
+
+def _settle_bins(subject: object, *names: str) -> None:
+    """Each field is None, a number of bins, or increasing edges; one of them at least is given."""
+    if all(getattr(subject, name) is None for name in names):
+        refuse(subject, f"at least one of {', '.join(names)} must be given, got none")
+    for name in names:
+        value = getattr(subject, name)
+        if value is None:
+            continue
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value[()]
+        bins = int(value) if is_count(value) else as_floats(value)
+        if bins is None or not _are_bins(bins):
+            must = "a number of bins (1 to 1 000 000) or increasing finite edges (2 or more)"
+            refuse(subject, f"{name} must be {must}, got {shown(value)}")
+        store(subject, **{name: bins})
+
+
+def _are_bins(bins: Bins) -> bool:
+    if isinstance(bins, int):
+        return 1 <= bins <= MOST_BINS
+    return len(bins) > 1 and all(lower < upper for lower, upper in pairwise(bins))
+
+
+def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[str, np.ndarray]:
+    given = {name: getattr(subject, name) for name in ranges if getattr(subject, name) is not None}
+    return {name: _edges(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
+
+
+def _edges(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
+    edges = np.linspace(lower, upper, bins + 1) if isinstance(bins, int) else np.array(bins)
+    rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not beyond
+    if edges[0] < lower - rounding or edges[-1] > upper + rounding:
+        refuse(subject, f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}")
+    edges = edges.clip(lower, upper)
+    if not (edges[:-1] < edges[1:]).all():
+        refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; take fewer")
+    return edges

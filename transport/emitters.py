@@ -1,0 +1,147 @@
+"""Each source becomes emitters: one place to be born at, one law of directions, a target or none."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport import layout
+from transport.scene import Scene
+from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
+from transport.sheets import pieces
+from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.space import Space
+from transport.vectors import dot
+
+CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
+
+
+@dataclass(frozen=True)
+class Emitter:
+    """Names of passes, with the rows of their tables."""
+
+    source: Source
+    power: float  # [W], or particles
+    weight: float  # largest weight of a history, relative to one that is not aimed
+    birth: np.ndarray
+    place: tuple[str, np.ndarray]
+    law: tuple[str, np.ndarray]
+    target: tuple[str, np.ndarray] | None
+
+    @property
+    def bound(self) -> float:
+        """What its histories would stand for if all were born at the largest weight."""
+        return self.power * self.weight
+
+
+def emitters_of(scene: Scene, space: Space, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
+    """The emitters of all sources; `sheet_of` gives the number of the sheet on which a piece lies."""
+    emitters = []
+    for source in scene.sources:
+        shape = scene.shape_of(source)
+        for piece, share in _shares(source, shape):
+            law = _law(source)
+            weight, target = _target(source, piece, space)
+            volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
+            speed = source.emission.speed / space.size * (scene.duration or 0.0)
+            birth = layout.row(layout.BIRTH, weight=1.0, speed=speed, sheet=0 if volume else sheet_of(piece))
+            power = source.power(shape) * share
+            emitters.append(Emitter(source, power, weight, birth, _place(source, piece, space), law, target))
+    return emitters
+
+
+def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
+    """The pieces of a source with their shares of its power."""
+    if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
+        yield shape, 1.0
+        return
+    faces = pieces(shape)
+    sizes = [face.area for face in faces]
+    if isinstance(source.emission, Beam):
+        side = -1.0 if source.is_back else 1.0
+        sizes = [face.area * max(0.0, side * dot(face.normal, source.emission.direction)) for face in faces]
+    for face, size in zip(faces, sizes, strict=True):
+        if size > 0:
+            yield face, size / math.fsum(sizes)
+
+
+def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]:
+    side = -1.0 if source.is_back else 1.0
+    values = layout.center_columns(space.place(shape.middle)) | {"side": side}
+    size = space.size
+    match shape:
+        case Point():
+            return "born_at_point", layout.row(layout.PATCH, **values)
+        case Rectangle():
+            values |= layout.frame_columns(shape.frame)
+            values |= {"half_u": 0.5 * shape.width / size, "half_v": 0.5 * shape.height / size}
+            return "born_on_rectangle", layout.row(layout.PATCH, **values)
+        case Disk():
+            values |= layout.frame_columns(shape.frame)
+            inner, outer = shape.inner_radius / size, shape.radius / size
+            return "born_on_disk", layout.row(layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer)
+        case Box():
+            half_u, half_v, half_w = (0.5 * length / size for length in shape.size)
+            return "born_in_box", layout.row(layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w)
+    values |= {"half_u": shape.radius / size}
+    match source.emission:
+        case Isotropic():
+            return "born_in_sphere", layout.row(layout.PATCH, **values)
+        case Beam(direction=direction):
+            values |= dict(zip(("nx", "ny", "nz"), direction, strict=True))
+            return "born_on_lit_sphere", layout.row(layout.PATCH, **values)
+    return "born_on_sphere", layout.row(layout.PATCH, **values)
+
+
+def _law(source: Source) -> tuple[str, np.ndarray]:
+    nothing = layout.row(layout.NO_TABLE)
+    match source.emission:
+        case Lambertian():
+            return "emit_lambertian", nothing
+        case Isotropic() | Gas(direction=None):
+            return "emit_isotropic", nothing
+    return "emit_along", layout.row(layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True)))
+
+
+def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[str, np.ndarray] | None]:
+    """The largest weight of a direction, and the pass and row of the target that directions go to."""
+    aim = source.aim
+    if aim is None:
+        return 1.0, None
+    lambertian = isinstance(source.emission, Lambertian)
+    values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
+    peak = max(values.values())  # per steradian
+    gap = (math.dist(shape.middle, aim.middle) - shape.extent - aim.extent) / space.size
+    values |= layout.center_columns(space.place(aim.middle))
+    if isinstance(aim, Sphere):
+        radius = aim.radius / space.size
+        weight = peak * 2.0 * math.pi * _one_minus_cosine(radius, gap + radius)
+        return weight, ("aim_at_sphere", layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight))
+    area = aim.area / space.size**2
+    far = gap > 0 and peak * area / gap**2 < CLOSE
+    weight = peak * area / gap**2 if far else CLOSE
+    values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
+    return weight, (_aim_name(aim), layout.row(layout.TARGET, **values, **_aim_columns(aim, space.size)))
+
+
+def _aim_name(aim: Shape) -> str:
+    return "aim_at_box" if isinstance(aim, Box) else "aim_at_flat"
+
+
+def _aim_columns(aim: Shape, size: float) -> dict[str, float]:
+    if isinstance(aim, Box):
+        return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
+    frame = layout.frame_columns(aim.frame)
+    if isinstance(aim, Rectangle):
+        return frame | {"half_u": 0.5 * aim.width / size, "half_v": 0.5 * aim.height / size}
+    return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
+
+
+def _one_minus_cosine(radius: float, distance: float) -> float:
+    """1 − cos of the half angle of a sphere seen from a distance of its centre, without cancellation; 2 inside it."""
+    if distance <= radius:
+        return 2.0
+    sine2 = (radius / distance) ** 2
+    return sine2 / (1.0 + math.sqrt(1.0 - sine2))
+

@@ -1,0 +1,48 @@
+"""The only place with addresses: calling a pass, and seeing memory as an array; plain twins for NUMBA_DISABLE_JIT=1.
+
+Whoever takes an address keeps alive what it points to (program.Program holds its tables, simulate.run_batch its sums).
+"""
+
+import ctypes
+
+import numpy as np
+from llvmlite import ir
+from numba import carray, config, njit, types
+from numba.extending import intrinsic
+
+
+@intrinsic
+def _pointer(typing_context, address):
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
+
+    return types.voidptr(types.int64), codegen
+
+
+@intrinsic
+def _call_pass(typing_context, entry, bundle, table, first, live):
+    def codegen(context, builder, signature, args):
+        pointer, integer = ir.IntType(8).as_pointer(), ir.IntType(64)
+        function = ir.FunctionType(integer, [pointer, pointer, integer, integer]).as_pointer()
+        bundle, table = (builder.inttoptr(a, pointer) for a in args[1:3])
+        return builder.call(builder.inttoptr(args[0], function), [bundle, table, args[3], args[4]])
+
+    return types.int64(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
+
+
+@njit(inline="always")
+def _view(address, count, dtype):
+    return carray(_pointer(address), (count,), dtype)
+
+
+def _view_plain(address, count, dtype):
+    memory = (ctypes.c_char * (int(count) * np.dtype(dtype).itemsize)).from_address(int(address))
+    return np.frombuffer(memory, dtype).view(np.recarray if np.dtype(dtype).names else np.ndarray)
+
+
+def _call_pass_plain(entry, bundle, table, first, live):
+    return entry(bundle, table, first, live)
+
+
+view = _view_plain if config.DISABLE_JIT else _view
+call_pass = _call_pass_plain if config.DISABLE_JIT else _call_pass

@@ -1,0 +1,150 @@
+"""Directions only towards a target, with the exact weight (physics/emission.py).
+
+x becomes the point of the target and `start` the particle's own place on the ray behind it: where the ray meets the
+target is then known to the target's own precision, however far away it was born.
+"""
+
+import math
+
+import numpy as np
+
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.layout import BORN, NO_TABLE, TARGET
+from transport.physics.directions import turned_by
+from transport.physics.elementary import cos_sin_turn
+from transport.physics.emission import aimed_weight, cone_about
+from transport.physics.rays import box_crossings, plane_crossing
+from transport.physics.streams import AIM, random_words, short_uniform, uniform
+
+
+@lane_pass(TARGET)
+def aim_at_flat(b, table, first, live):
+    """Towards a point uniform over a rectangle (outer2 = 0) or a disk; a share `natural` keeps its direction."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, inner2, outer2 = table.half_u, table.half_v, table.inner2, table.outer2
+    area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
+    natural, scale = table.natural, table.unit
+    is_disk = outer2 > 0.0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
+        d0, d1, _, _ = random_words(b.history[k], batch, 1, AIM, seed_low, seed_high)
+        u0, u1 = uniform(w0, w1), uniform(w2, w3)
+        c, s = cos_sin_turn(u1)
+        r = math.sqrt(inner2 + u0 * (outer2 - inner2))
+        u, v = r * c if is_disk else (2.0 * u0 - 1.0) * half_u, r * s if is_disk else (2.0 * u1 - 1.0) * half_v
+        px, py, pz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        vx, vy, vz = rx + px, ry + py, rz + pz
+        distance = math.sqrt(vx * vx + vy * vy + vz * vz)
+        inverse = 1.0 / distance if distance > 0.0 else 0.0
+        t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
+        q2 = qx * qx + qy * qy + qz * qz
+        on_disk = (q2 <= outer2) & (q2 >= inner2)
+        on_rectangle = (abs(qx * eux + qy * euy + qz * euz) <= half_u) & (abs(qx * evx + qy * evy + qz * evz) <= half_v)
+        keeps = uniform(d0, d1) < natural
+        meets = (not keeps) | ((t > 0.0) & (on_disk if is_disk else on_rectangle))
+        ux = b.ux[k] if keeps else vx * inverse
+        uy = b.uy[k] if keeps else vy * inverse
+        uz = b.uz[k] if keeps else vz * inverse
+        cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
+        f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        reach = t if keeps else distance
+        w = aimed_weight(f, area, abs(ux * nx + uy * ny + uz * nz), reach * reach, natural)
+        b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
+        b.x[k] = b.x[k] if keeps else cx + px
+        b.y[k] = b.y[k] if keeps else cy + py
+        b.z[k] = b.z[k] if keeps else cz + pz
+        b.start[k] = 0.0 if keeps else -distance
+        b.weight[k] *= w * scale if meets else 0.0
+        b.birth[k] = b.weight[k]
+    return live
+
+
+@lane_pass(TARGET)
+def aim_at_sphere(b, table, first, live):
+    """Uniform over the solid angle of a sphere, or over all directions from inside it."""
+    cx, cy, cz, radius, scale = table.cx, table.cy, table.cz, table.half_u, table.unit
+    isotropic, lambertian = table.isotropic, table.lambertian
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        d2 = rx * rx + ry * ry + rz * rz
+        d = math.sqrt(d2)
+        inverse = 1.0 / d if d2 > 0.0 else 0.0
+        axis_x, axis_y, axis_z = rx * inverse, ry * inverse, rz * inverse if d2 > 0.0 else 1.0
+        gap = cone_about(d2, radius) * uniform(w0, w1)  # 1 - cos of the angle from the axis
+        cosine, sine = 1.0 - gap, math.sqrt(gap * (2.0 - gap))
+        c, s = cos_sin_turn(uniform(w2, w3))
+        ex, ey, ez = turned_by(axis_x, axis_y, axis_z, 0.0, c, s)
+        ux, uy, uz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
+        mu = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
+        f = isotropic + lambertian * (mu if mu > 0.0 else 0.0)
+        solid_angle = 6.283185307179586 * cone_about(d2, radius)
+        depth = d * sine  # the ray's closest point to the centre, relative to it
+        b.x[k] = cx + depth * (cosine * ex - sine * axis_x)
+        b.y[k] = cy + depth * (cosine * ey - sine * axis_y)
+        b.z[k] = cz + depth * (cosine * ez - sine * axis_z)
+        b.start[k] = -d * cosine
+        b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
+        b.weight[k] *= f * solid_angle * scale
+        b.birth[k] = b.weight[k]
+    return live
+
+
+@lane_pass(TARGET)
+def aim_at_box(b, table, first, live):
+    """Towards a point uniform over a box's faces; the ray meets one of them or two, and both count in the density."""
+    cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.half_u, table.half_v, table.half_w
+    area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
+    natural, scale = table.natural, table.unit
+    share_x, share_y = 8.0 * hy * hz / area, 8.0 * hx * hz / area
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
+        d0, d1, d2, d3 = random_words(b.history[k], batch, 1, AIM, seed_low, seed_high)
+        u, v, face = 2.0 * uniform(w0, w1) - 1.0, 2.0 * uniform(w2, w3) - 1.0, uniform(d0, d1)
+        end = 1.0 if d2 & 1 else -1.0
+        on_x, on_y = face < share_x, (face >= share_x) & (face < share_x + share_y)
+        px = hx * (end if on_x else u)
+        py = hy * (end if on_y else (u if on_x else v))
+        pz = hz * (v if on_x | on_y else end)
+        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        vx, vy, vz = px - ox, py - oy, pz - oz
+        distance = math.sqrt(vx * vx + vy * vy + vz * vz)
+        inverse = 1.0 / distance if distance > 0.0 else 0.0
+        keeps = short_uniform(d3) < natural
+        ux = b.ux[k] if keeps else vx * inverse
+        uy = b.uy[k] if keeps else vy * inverse
+        uz = b.uz[k] if keeps else vz * inverse
+        near, near_cosine, far, far_cosine = box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz)
+        meets = (not keeps) | ((near <= far) & (far > 0.0))
+        cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
+        f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        density = (far * far / far_cosine + (near * near / near_cosine if near > 0.0 else 0.0)) / area
+        w = f / (natural * f + (1.0 - natural) * density)
+        b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
+        b.x[k] = b.x[k] if keeps else cx + px
+        b.y[k] = b.y[k] if keeps else cy + py
+        b.z[k] = b.z[k] if keeps else cz + pz
+        b.start[k] = 0.0 if keeps else -distance
+        b.weight[k] *= w * scale if meets & (f > 0.0) & (w > 0.0) else 0.0
+        b.birth[k] = b.weight[k]
+    return live
+
+
+@lane_pass(NO_TABLE)
+def account_born(b, table, first, live):
+    """What is born towards a target; the rest of the source's power is the ledger's `unsampled`."""
+    ledger, total_high, total_low = view(b.ledger, b.ledger_words, np.int64), 0, 0
+    for k in range(first, live):
+        high, low = limbs(b.weight[k])
+        total_high += high
+        total_low += low
+    ledger[4 * BORN] += total_high
+    ledger[4 * BORN + 1] += total_low
+    return live

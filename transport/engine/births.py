@@ -1,0 +1,171 @@
+"""Particles are born: where, into which direction, at what time.  Loops over the new lanes [first, live) only."""
+
+import math
+
+from transport.engine.passes import lane_pass
+from transport.layout import BEAM, BIRTH, NO_TABLE, PATCH
+from transport.physics.directions import sample_cosine_law, sample_isotropic
+from transport.physics.elementary import cos_sin_turn
+from transport.physics.streams import CLOCK as CLOCK_DRAW
+from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
+
+
+@lane_pass(BIRTH)
+def begin(b, table, first, live):
+    """A new history at full weight, standing on its source's sheet."""
+    weight, sheet = table.weight, table.sheet
+    for k in range(first, live):
+        b.weight[k], b.birth[k] = weight, weight
+        b.event[k], b.sheet[k], b.start[k] = 0, sheet, 0.0
+    return live
+
+
+@lane_pass(PATCH)
+def born_on_rectangle(b, table, first, live):
+    """Uniform over a rectangle."""
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
+    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        u, v = (2.0 * uniform(w0, w1) - 1.0) * half_u, (2.0 * uniform(w2, w3) - 1.0) * half_v
+        b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+        b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
+    return live
+
+
+@lane_pass(PATCH)
+def born_on_disk(b, table, first, live):
+    """Uniform over a disk or annulus."""
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
+    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        r = math.sqrt(inner2 + uniform(w0, w1) * (outer2 - inner2))
+        c, s = cos_sin_turn(uniform(w2, w3))
+        u, v = r * c, r * s
+        b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+        b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
+    return live
+
+
+@lane_pass(PATCH)
+def born_on_sphere(b, table, first, live):
+    """Uniform over a sphere's surface."""
+    cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        nx, ny, nz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
+        b.x[k], b.y[k], b.z[k] = cx + radius * nx, cy + radius * ny, cz + radius * nz
+        b.nx[k], b.ny[k], b.nz[k] = side * nx, side * ny, side * nz
+    return live
+
+
+@lane_pass(PATCH)
+def born_on_lit_sphere(b, table, first, live):
+    """Uniform over the cross section of a sphere that sends out a parallel beam along (nx, ny, nz) of the table."""
+    cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
+    ux, uy, uz = table.nx, table.ny, table.nz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        nx, ny, nz, mu = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
+        r = side * radius
+        b.x[k], b.y[k], b.z[k] = cx + r * nx, cy + r * ny, cz + r * nz
+        b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
+    return live
+
+
+@lane_pass(PATCH)
+def born_at_point(b, table, first, live):
+    """All from one point."""
+    cx, cy, cz = table.cx, table.cy, table.cz
+    for k in range(first, live):
+        b.x[k], b.y[k], b.z[k] = cx, cy, cz
+        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
+    return live
+
+
+@lane_pass(PATCH)
+def born_in_box(b, table, first, live):
+    """Uniform in a box."""
+    cx, cy, cz, half_u, half_v, half_w = table.cx, table.cy, table.cz, table.half_u, table.half_v, table.half_w
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        d0, d1, _, _ = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
+        b.x[k] = cx + (2.0 * uniform(w0, w1) - 1.0) * half_u
+        b.y[k] = cy + (2.0 * uniform(w2, w3) - 1.0) * half_v
+        b.z[k] = cz + (2.0 * uniform(d0, d1) - 1.0) * half_w
+        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
+    return live
+
+
+@lane_pass(PATCH)
+def born_in_sphere(b, table, first, live):
+    """Uniform in a ball: the radius by the cube root, as the largest of three uniforms."""
+    cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_u
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        d0, d1, d2, d3 = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
+        e0, e1, _, _ = random_words(b.history[k], batch, 1, DEPTH, seed_low, seed_high)
+        ux, uy, uz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
+        r = radius * max(max(uniform(d0, d1), uniform(d2, d3)), uniform(e0, e1))
+        b.x[k], b.y[k], b.z[k] = cx + r * ux, cy + r * uy, cz + r * uz
+        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def emit_lambertian(b, table, first, live):
+    """Directions by the cosine law about the normal of the emitting side."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
+        ux, uy, uz, _ = sample_cosine_law(b.nx[k], b.ny[k], b.nz[k], uniform(w0, w1), uniform(w2, w3))
+        b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
+    return live
+
+
+@lane_pass(NO_TABLE)
+def emit_isotropic(b, table, first, live):
+    """Directions uniform over the sphere."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
+        b.ux[k], b.uy[k], b.uz[k] = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
+    return live
+
+
+@lane_pass(BEAM)
+def emit_along(b, table, first, live):
+    """All into one direction."""
+    ux, uy, uz = table.ux, table.uy, table.uz
+    for k in range(first, live):
+        b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
+    return live
+
+
+@lane_pass(BIRTH)
+def start_at_zero(b, table, first, live):
+    """The clock of a gas starts at 0 for all."""
+    speed = table.speed
+    for k in range(first, live):
+        b.time[k], b.speed[k] = 0.0, speed
+    return live
+
+
+@lane_pass(BIRTH)
+def start_any_time(b, table, first, live):
+    """A steady source emits uniformly over the duration."""
+    speed = table.speed
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        b.time[k], b.speed[k] = uniform(w0, w1), speed
+    return live

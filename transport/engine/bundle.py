@@ -1,0 +1,85 @@
+"""A bundle: a few hundred particles (lanes) as one record, one fixed-length array a field.
+
+All fields hang on one base address at offsets known when compiling, so LLVM sees that they do not overlap and
+vectorises the lane loops.  A field that no pass of a program names is never touched, and so never in cache.
+"""
+
+import os
+
+import numpy as np
+
+LANES = int(os.environ.get("TRANSPORT_LANES", "256"))  # a constant of the build; the variable is a seam for tests
+
+HEADER = (
+    "address",  # of this record: lanes are moved as rows of int64
+    "tallies",  # address of the batch's detector sums
+    "tally_words",
+    "ledger",  # address of the batch's ledger sums
+    "ledger_words",
+    "seed_low",
+    "seed_high",
+    "batch",
+    "started",  # histories born so far; other threads may read it while the bundle runs
+    "crossings",
+    "stop",  # set by another thread: end before the batch is complete
+)
+
+# What a particle takes along.  Order matters: `carried` counts how many of them a program moves.
+CARRIED = (
+    ("x", "f8"),  # position [scene lengths]
+    ("y", "f8"),
+    ("z", "f8"),
+    ("ux", "f8"),  # direction
+    ("uy", "f8"),
+    ("uz", "f8"),
+    ("weight", "f8"),  # [largest birth weight of the scene]
+    ("birth", "f8"),  # weight when born
+    ("history", "i8"),  # number within the batch
+    ("event", "i8"),  # draws made so far
+    ("sheet", "i8"),  # the support that the particle stands on; 0: none
+    ("time", "f8"),  # [durations]: from here on only with a clock
+    ("speed", "f8"),  # [scene lengths per duration]
+)
+STEADY, CLOCKED = 11, 13  # fields carried without and with a clock
+
+# What one step computes and the next forgets.
+SCRATCH = (
+    ("start", "f8"),  # where on the ray the particle is: 0, or negative for one aimed at a target where x is
+    ("distance", "f8"),  # along the ray from x to the hit
+    ("hit", "i8"),  # sheet, surface and meters hit (layout.py)
+    ("nx", "f8"),
+    ("ny", "f8"),
+    ("nz", "f8"),
+    ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
+    ("albedo", "f8"),
+    ("material", "i8"),
+    ("surface", "i8"),
+    ("u0", "f8"),  # this event's uniforms: 52 bits,
+    ("u1", "f8"),  # 32 bits,
+    ("u2", "f8"),  # 32 bits
+    ("high", "i8"),  # the weight in units of 2^-32 ...
+    ("low", "i8"),  # ... and the rest in units of 2^-63
+    ("gain_high", "i8"),
+    ("gain_low", "i8"),
+    ("sign", "f8"),  # of the side that the meter looks at; 0: no meter here
+    ("base", "i8"),  # of the meter's rows
+    ("cells", "f8"),  # cosine bins of the meter
+    ("meter", "i8"),  # index of the meter's row
+    ("bin", "i8"),  # row to score in; 0: none
+    ("slant", "i8"),  # weight/|mu| in units of 2^-32
+    ("listed", "i8"),  # lanes picked out by a pass
+)
+
+Bundle = np.dtype(
+    [(name, "i8") for name in HEADER] + [(name, kind, (LANES,)) for name, kind in CARRIED + SCRATCH], align=True
+)
+CARRIED_WORDS = len(HEADER)  # where the carried fields begin, in words of 8 bytes
+
+
+def empty_bundle() -> np.ndarray:
+    """A record of idle lanes that knows its own address, aligned to a cache line."""
+    memory = np.zeros(Bundle.itemsize + 64, np.uint8)
+    offset = -memory.ctypes.data % 64
+    bundle = memory[offset : offset + Bundle.itemsize].view(Bundle)
+    bundle["address"] = bundle.ctypes.data
+    return bundle

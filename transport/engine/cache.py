@@ -1,0 +1,62 @@
+"""Compiled passes are kept on disk in a folder named by a digest of all the sources.
+
+Numba's own check sees only a kernel's own file; a changed device function in another file would go unnoticed.  Where
+the package's folder is read-only, the user's cache folder serves, and a temporary one where that is read-only too.
+"""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from numba import config
+
+from transport.engine.bundle import LANES
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def source_digest() -> str:
+    """Digest of every source from which machine code is made."""
+    digest = hashlib.sha256()
+    for path in sorted([*PACKAGE.glob("engine/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "layout.py"]):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def kernel_folder() -> Path:
+    """The folder for this build's machine code, made if need be."""
+    name = f"{source_digest()}-{LANES}"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    for root in (PACKAGE / "__kernels__", home / "transport" / "kernels"):
+        with suppress(OSError):
+            folder = root / name
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+            _forget_others(root, keep=name.split("-")[0])
+            return folder
+    return Path(tempfile.mkdtemp(prefix="transport-kernels-"))
+
+
+def _forget_others(root: Path, keep: str) -> None:
+    """Remove machine code of sources that are no longer there."""
+    if root.parent == PACKAGE:
+        for folder in root.iterdir():
+            if not folder.name.startswith(keep):
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def cached_kernels():
+    """Within this context Numba keeps machine code in `kernel_folder`; its setting is put back afterwards."""
+    before, config.CACHE_DIR = config.CACHE_DIR, str(kernel_folder())
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before

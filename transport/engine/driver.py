@@ -1,0 +1,152 @@
+"""Runs a program bundle after bundle: fill up with newborn, take every step, until no particle is left.
+
+`run_batch(program, seed, batch, histories)` is a pure function and the only unit of work.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import config, njit
+
+from transport.engine.addresses import call_pass
+from transport.engine.bundle import LANES, empty_bundle
+from transport.engine.cache import cached_kernels
+from transport.engine.program import Program
+from transport.layout import ABSORBED
+from transport.physics.streams import SHARES, random_words, uniform
+
+MOST_CROSSINGS = 1 << 31  # of a batch: below it no sum can leave its limbs, whose scores are at most 1
+
+
+@dataclass(frozen=True)
+class RawSums:
+    """What a batch counted: integer rows (high, low, count, slant) of the meters and of the ledger."""
+
+    histories: int
+    meters: np.ndarray  # (rows, 4) int64
+    ledger: np.ndarray  # (rows, 4) int64
+    crossings: int
+
+
+class Stopped(Exception):
+    """The batch was told to stop before it was complete; its sums are void."""
+
+
+def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitters, shares, histories):
+    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative.
+
+    Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
+    offset makes every history's chance right.
+    """
+    b = bundle[0]
+    w0, w1, _, _ = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
+    offset = uniform(w0, w1)
+    count = emitters.shape[0] - 1
+    live, history, emitter, end = 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
+    while True:
+        while live < LANES and emitter < count:
+            born = min(LANES - live, end - history)
+            for k in range(born):
+                b.history[live + k] = history + k
+            if born > 0:
+                for p in range(emitters[emitter], emitters[emitter + 1]):
+                    call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
+            live, history = live + born, history + born
+            if history == end:
+                emitter += 1
+                if emitter < count:
+                    end = _last_of(histories, shares[emitter], offset, emitter == count - 1)
+        b.started = history
+        if live == 0:
+            return
+        for p in range(len(entries)):
+            live = call_pass(entries[p], handle, tables[p], 0, live)
+        if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
+            return
+
+
+@njit(inline="always")
+def _last_of(histories, share, offset, is_last):
+    """One past the last history of an emitter whose shares so far add up to `share`."""
+    return histories if is_last else min(histories, max(0, int(math.ceil(histories * share - offset))))
+
+
+with cached_kernels():
+    drive = njit(cache=True, nogil=True, error_model="numpy")(_drive)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A program made ready to run: entries and tables as the driver wants them.  Threads share it."""
+
+    program: Program
+    entries: object
+    tables: object
+    birth_entries: object
+    birth_tables: object
+    emitters: np.ndarray
+    shares: np.ndarray
+
+
+def machine_of(program: Program, progress=None) -> Machine:
+    """Compile what is not compiled yet.  `progress(done, of, name)` is called before each pass."""
+    passes = program.passes
+    for done, lane_pass in enumerate(passes):
+        if progress is not None:
+            progress(done, len(passes), lane_pass.name)
+        _ = lane_pass.entry
+    births = [step for steps in program.births for step in steps]
+    bounds = np.array([e.bound for e in program.plan.emitters])
+    return Machine(
+        program,
+        *_wired(program.steps),
+        *_wired(births),
+        emitters=np.cumsum([0, *map(len, program.births)]),
+        shares=np.cumsum(bounds) / bounds.sum(),
+    )
+
+
+def _wired(steps):
+    """Entries and tables of steps: addresses, or functions and records without compilation."""
+    entries = [lane_pass.entry for lane_pass, _ in steps]
+    if config.DISABLE_JIT:
+        return entries, [table.reshape(1).view(np.recarray)[0] for _, table in steps]
+    return np.array(entries, np.int64), np.array([table.ctypes.data for _, table in steps], np.int64)
+
+
+def run_batch(machine: Machine, seed: int, batch: int, histories: int, bundle: np.ndarray | None = None) -> RawSums:
+    """The sums of one batch: a pure function of the program, the seed, the batch's number and its size.
+
+    bundle: memory to work in; another thread may read its `started` and set its `stop`.
+    Raises Stopped if it was, and OverflowError before a sum could leave its range.
+    """
+    plan = machine.program.plan
+    bundle = empty_bundle() if bundle is None else bundle
+    tallies = np.zeros((plan.rows, 4), np.int64)
+    ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
+    header = {
+        "tallies": tallies.ctypes.data,
+        "tally_words": tallies.size,
+        "ledger": ledger.ctypes.data,
+        "ledger_words": ledger.size,
+        "seed_low": seed & 0xFFFFFFFF,
+        "seed_high": (seed >> 32) & 0xFFFFFFFF,
+        "batch": batch,
+        "started": 0,
+        "crossings": 0,
+    }
+    for name, value in header.items():
+        bundle[name] = value
+    lanes = bundle.view(np.recarray) if config.DISABLE_JIT else bundle
+    handle = lanes[0] if config.DISABLE_JIT else int(bundle["address"][0])
+    wiring = machine.entries, machine.tables, machine.birth_entries, machine.birth_tables
+    drive(lanes, handle, *wiring, machine.emitters, machine.shares, histories)
+    if bundle["stop"][0]:
+        raise Stopped
+    if bundle["crossings"][0] >= MOST_CROSSINGS:
+        raise OverflowError(
+            f"a batch of {histories} histories made over 2^31 crossings, more than its exact sums hold; ask for more"
+            " batches, and see that some surface absorbs"
+        )
+    return RawSums(histories, tallies, ledger, int(bundle["crossings"][0]))

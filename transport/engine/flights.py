@@ -1,0 +1,175 @@
+"""From here to the next crossing: find the nearest sheet ahead, keep the clock, move, leave the scene.
+
+An acting surface takes a ray that a rounding error carried past its edge (`margin`, a bound on that rounding), so that
+no ray slips between two walls that share an edge; a meter counts by its exact bounds.
+"""
+
+import math
+
+import numpy as np
+
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.layout import CLOCK, DISK, EDGE, ESCAPED, IN_FLIGHT, LOST, NO_TABLE, RECTANGLE
+from transport.layout import ROUNDING, SHEET_SHIFT, SPHERE
+from transport.physics.rays import plane_crossing, sphere_crossing
+
+MOST_EVENTS = 1 << 24  # a history that is still going then is lost: its scene holds light and nothing absorbs it
+
+
+@lane_pass(NO_TABLE)
+def look_ahead(b, table, first, live):
+    """Nothing hit yet."""
+    for k in range(first, live):
+        b.distance[k] = math.inf
+        b.hit[k] = 0
+    return live
+
+
+@lane_pass(RECTANGLE)
+def meet_rectangle(b, table, first, live):
+    """Keep this acting rectangle where it is the nearest surface ahead."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
+        nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < b.distance[k])
+        nearer &= (t > b.start[k]) & (b.sheet[k] != sheet)
+        edge = (u > inner_u) | (v > inner_v)
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(RECTANGLE)
+def cover_rectangle(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (u <= half_u) & (v <= half_v) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(DISK)
+def meet_disk(b, table, first, live):
+    """Keep this acting disk or annulus where it is the nearest surface ahead."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
+        nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < b.distance[k])
+        nearer &= (t > b.start[k]) & (b.sheet[k] != sheet)
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = code if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(DISK)
+def cover_disk(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        r2 = px * px + py * py + pz * pz
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (r2 <= outer2) & (r2 >= inner2) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(SPHERE)
+def meet_sphere(b, table, first, live):
+    """Keep this sphere where it is the nearest surface ahead; members of one sphere share its sheet and its roots."""
+    cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
+    for k in range(first, live):
+        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        standing = b.sheet[k] == sheet
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, b.start[k], standing)
+        nearer = t < b.distance[k]
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = code if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(CLOCK)
+def stop_clock(b, table, first, live):
+    """Particles that are still flying when the clock stops go into the ledger; the others' clocks advance."""
+    ledger, high, low, count = view(b.ledger, b.ledger_words, np.int64), 0, 0, 0
+    duration = table.duration
+    for k in range(first, live):
+        flight = b.distance[k] - b.start[k]
+        late = flight > (duration - b.time[k]) * b.speed[k]
+        w_high, w_low = limbs(b.weight[k] if late else 0.0)
+        high += w_high
+        low += w_low
+        count += 1 if late & (b.weight[k] != 0.0) else 0
+        b.time[k] += flight / b.speed[k]
+        b.hit[k] = 0 if late else b.hit[k]
+        b.weight[k] = 0.0 if late else b.weight[k]
+    ledger[4 * IN_FLIGHT] += high
+    ledger[4 * IN_FLIGHT + 1] += low
+    ledger[4 * IN_FLIGHT + 2] += count
+    return live
+
+
+@lane_pass(NO_TABLE)
+def move(b, table, first, live):
+    """To the hit; a particle that meets nothing stays where it is."""
+    for k in range(first, live):
+        d = b.distance[k] if b.hit[k] != 0 else 0.0
+        b.x[k] += d * b.ux[k]
+        b.y[k] += d * b.uy[k]
+        b.z[k] += d * b.uz[k]
+        b.start[k] = 0.0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def leave(b, table, first, live):
+    """What meets nothing ahead escapes; what is no longer a number is lost, and counted as such."""
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    high, low, count, lost_high, lost_low, lost, hits = 0, 0, 0, 0, 0, 0, 0
+    for k in range(first, live):
+        w = b.weight[k]
+        sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
+        sane &= b.event[k] < MOST_EVENTS
+        gone = b.hit[k] == 0
+        alive = w != 0.0
+        w_high, w_low = limbs(w if w == w else 0.0)
+        high += w_high if gone & sane else 0
+        low += w_low if gone & sane else 0
+        count += 1 if gone & sane & alive else 0
+        lost_high += 0 if sane else w_high
+        lost_low += 0 if sane else w_low
+        lost += 0 if sane else 1
+        hits += 0 if gone else 1
+        b.hit[k] = b.hit[k] if sane else 0
+        b.weight[k] = 0.0 if gone | (not sane) else w
+    b.crossings += hits
+    ledger[4 * ESCAPED] += high
+    ledger[4 * ESCAPED + 1] += low
+    ledger[4 * ESCAPED + 2] += count
+    ledger[4 * LOST] += lost_high
+    ledger[4 * LOST + 1] += lost_low
+    ledger[4 * LOST + 2] += lost
+    return live

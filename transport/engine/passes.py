@@ -1,0 +1,54 @@
+"""A pass: one physical step as a loop over lanes [first, live), with one signature and a table of its own.
+
+    @lane_pass(Table)
+    def step(bundle, table, first, live): ...; return live
+
+It is compiled once, when a program first calls for it, and cached on disk by itself as a C callback; a scene of a new
+kind compiles nothing.  With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on records.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import cfunc, config, from_dtype, types
+
+from transport.engine.bundle import CARRIED, SCRATCH, Bundle
+from transport.engine.cache import cached_kernels
+from transport.physics.device import ARITHMETIC
+
+LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A lane loop and the record type of its table."""
+
+    function: object
+    table: np.dtype
+
+    @property
+    def name(self) -> str:
+        return self.function.__name__
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The bundle's lane fields that the loop names."""
+        return tuple(name for name in LANE_FIELDS if name in self.function.__code__.co_names)
+
+    @cached_property
+    def compiled(self):
+        """The C callback; compiled now, or loaded from disk."""
+        signature = types.int64(from_dtype(Bundle), from_dtype(self.table), types.uint64, types.uint64)
+        with cached_kernels():
+            return cfunc(signature, cache=True, **ARITHMETIC)(self.function)
+
+    @property
+    def entry(self):
+        """What the driver calls: an address, or the function itself without compilation."""
+        return self.function if config.DISABLE_JIT else self.compiled.address
+
+
+def lane_pass(table: np.dtype):
+    """Decorator: this function is a pass that reads a table of this record type."""
+    return lambda function: Pass(function, table)

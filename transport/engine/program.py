@@ -1,0 +1,129 @@
+"""A program: the list of just the passes that a scene calls for, each with its table.  The order is on one screen."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from transport import layout
+from transport.compile import Plan
+from transport.engine import aims, births, flights, landings, lanes, meters, refinements, surfaces
+from transport.engine.bundle import CLOCKED, STEADY
+from transport.engine.passes import Pass
+
+Step = tuple[Pass, np.ndarray]
+NOTHING = layout.row(layout.NO_TABLE)
+
+
+@dataclass
+class Program:
+    """Steps of every particle, and for each emitter the steps of its newborn; holds the tables that they point to."""
+
+    plan: Plan
+    steps: list[Step] = field(default_factory=list)
+    births: list[list[Step]] = field(default_factory=list)
+
+    @property
+    def passes(self) -> list[Pass]:
+        """Every pass once, in order of first use."""
+        return list(dict.fromkeys(p for part in (*self.births, self.steps) for p, _ in part))
+
+
+def program_of(plan: Plan) -> Program:
+    """The program of a scene's plan."""
+    program = Program(plan)
+    program.births = [_births(plan, emitter) for emitter in plan.emitters]
+    program.steps = [*_flight(plan), *_landing(plan), *_crossing(plan), _step(lanes.fill_gaps, _moved(plan))]
+    return program
+
+
+def _births(plan, emitter):
+    yield_steps = [_step(births.begin, emitter.birth), _named(births, emitter.place), _named(births, emitter.law)]
+    if plan.has_clock:
+        is_gas = plan.scene.measured_in == "particles"
+        yield_steps.append(_step(births.start_at_zero if is_gas else births.start_any_time, emitter.birth))
+    if emitter.target is not None:
+        yield_steps += [_named(aims, emitter.target), _step(aims.account_born)]
+    return yield_steps
+
+
+def _flight(plan):
+    yield _step(flights.look_ahead)
+    for member in plan.members:
+        yield _named(flights, member)
+    if plan.has_clock:
+        yield _step(flights.stop_clock, layout.row(layout.CLOCK, duration=1.0))
+    yield _step(flights.move)
+    yield _step(flights.leave)
+
+
+def _landing(plan):
+    if not plan.members:
+        return
+    yield _step(landings.stand_on_sheet, _rows(plan.sheets))
+    if plan.is_curved:
+        yield _step(landings.put_back_on_sphere, _rows(plan.sheets))
+    yield _step(landings.take_cosine)
+    if plan.has_walls:
+        yield _step(landings.draw_back_from_edge, _rows(plan.walls))
+
+
+def _crossing(plan):
+    if plan.acts or plan.layers:
+        yield _step(surfaces.split_weight)
+    if not plan.acts:
+        yield from _metering(plan, meters.bin_crossings)
+        return
+    yield from _metering(plan, meters.bin_arrivals)
+    yield _step(surfaces.look_up_surface, _rows(plan.surfaces))
+    if plan.absorbs:
+        yield _step(surfaces.absorb)
+        yield _step(surfaces.account_absorbed)
+    if plan.draws:
+        yield _step(surfaces.draw)
+    if layout.DIFFUSE in plan.materials:
+        yield _step(surfaces.reflect_diffusely)
+    if layout.MIRROR in plan.materials:
+        yield _step(surfaces.reflect_specularly)
+    yield from _metering(plan, meters.bin_departures)
+    if plan.has_roulette:
+        yield _step(surfaces.play_roulette)
+
+
+def _metering(plan, binning):
+    for layer, rows in enumerate(plan.layers):
+        table = layout.row(
+            layout.LAYERS,
+            rows=rows.ctypes.data,
+            count=len(rows),
+            layer=layer,
+            half=plan.half,
+            meters=plan.meters.ctypes.data,
+            meter_count=len(plan.meters),
+        )
+        yield _step(meters.look_up_meter, table)
+        yield _step(binning, table)
+        if plan.axes:
+            yield _step(refinements.know_meter, table)
+        for axis in sorted(plan.axes):
+            yield _named(refinements, (f"refine_by_{axis}", table))
+        yield _step(meters.score)
+
+
+def _step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
+    if table.dtype != lane_pass.table:
+        raise TypeError(f"pass {lane_pass.name} reads a {lane_pass.table}, got {table.dtype}")
+    return lane_pass, table
+
+
+def _named(family, step: tuple[str, np.ndarray]) -> Step:
+    name, table = step
+    return _step(getattr(family, name), table)
+
+
+def _rows(array: np.ndarray) -> np.ndarray:
+    """A table that points to an array, which the plan keeps alive."""
+    return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
+
+
+def _moved(plan: Plan) -> np.ndarray:
+    return layout.row(layout.MOVED, fields=CLOCKED if plan.has_clock else STEADY)

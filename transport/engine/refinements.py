@@ -1,0 +1,131 @@
+"""Finer bins for the meters that ask for them: azimuth, edges of their own, world frame, cone, position.
+
+Each pass works on the lanes that have a bin already and exists only where a meter has that axis.  A coordinate
+outside its edges goes to the meter's row for the outside.
+"""
+
+import math
+
+import numpy as np
+
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.layout import CONE, DISK_PLACE, LAYER, LAYERS, METER, RECTANGLE_PLACE, SHEET_SHIFT
+from transport.layout import SPHERE_AZIMUTH, WORLD_AZIMUTH, WORLD_COSINE
+from transport.physics.device import device
+from transport.physics.elementary import TWO_PI, azimuth_turn
+
+
+@device
+def cell(value, low, scale, cells, edges):
+    """Which of the cells holds the value; -1: none.  Uniform cells from low, or the edges at an address."""
+    found = -1
+    if edges == 0:
+        i = math.floor((value - low) * scale)
+        found = int(i) if (i >= 0.0) & (i < cells) else -1
+        found = cells - 1 if (i >= cells) & ((value - low) * scale == cells) else found
+    else:
+        bounds = view(edges, cells + 1, np.float64)
+        if (value >= bounds[0]) & (value <= bounds[cells]):
+            left, right = 0, cells
+            while right - left > 1:
+                middle = (left + right) // 2
+                if value >= bounds[middle]:
+                    left = middle
+                else:
+                    right = middle
+            found = left
+    return found
+
+
+@device
+def shifted(bin, base, found, stride):
+    """The row after `found` cells of an axis, or the outside's row."""
+    return bin + found * stride if found >= 0 else base
+
+
+@device
+def sine_squared(ux, uy, uz, ax, ay, az):
+    """Squared sine of the angle between two unit vectors, without cancellation; 2 where it exceeds a right angle."""
+    x, y, z = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
+    return x * x + y * y + z * z if ux * ax + uy * ay + uz * az > 0.0 else 2.0
+
+
+@lane_pass(LAYERS)
+def know_meter(b, table, first, live):
+    """Which meter's row a lane needs for its finer bins."""
+    rows = view(table.rows, table.count, LAYER)
+    for k in range(first, live):
+        b.meter[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_cosine(b, table, first, live):
+    """Cosine bins with edges, in the world's frame, or one cone."""
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] != 0:
+            m = meters[b.meter[k]]
+            if m.mu_kind != 0:
+                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by where they come from
+                value = abs(b.mu[k])
+                if m.mu_kind == WORLD_COSINE:
+                    value = toward * b.uz[k]
+                if m.mu_kind == CONE:
+                    value = -sine_squared(toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z)
+                found = cell(value, m.mu_low, m.mu_scale, m.mu_cells, m.mu_edges)
+                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.mu_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_azimuth(b, table, first, live):
+    """Azimuth of the direction, from e_u towards e_v, or from the world's x towards y."""
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.base[k]:
+            m = meters[b.meter[k]]
+            if m.turn_kind != 0:
+                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
+                ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
+                eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
+                if m.turn_kind == SPHERE_AZIMUTH:  # e_v = axis projected; e_u = e_v x n; lengths do not matter
+                    nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
+                    a = m.axis_x * nx + m.axis_y * ny + m.axis_z * nz
+                    evx, evy, evz = m.axis_x - a * nx, m.axis_y - a * ny, m.axis_z - a * nz
+                    eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
+                if m.turn_kind == WORLD_AZIMUTH:
+                    turn = azimuth_turn(ux, uy)
+                else:
+                    turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)
+                found = cell(turn * TWO_PI, m.turn_low, m.turn_scale, m.turn_cells, m.turn_edges)
+                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.turn_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_place(b, table, first, live):
+    """Position on the shape's own coordinates: width and height; radius and azimuth; polar angle and azimuth."""
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.base[k]:
+            m = meters[b.meter[k]]
+            if m.place != 0:
+                px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
+                u = px * m.eux + py * m.euy + pz * m.euz
+                v = px * m.evx + py * m.evy + pz * m.evz
+                if m.place == RECTANGLE_PLACE:
+                    u = m.handed * u
+                elif m.place == DISK_PLACE:
+                    u = m.handed * u
+                    u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
+                else:
+                    w = px * m.nx + py * m.ny + pz * m.nz
+                    u, v = math.atan2(math.sqrt(u * u + v * v), w), azimuth_turn(u, v) * TWO_PI
+                found = cell(u, m.u_low, m.u_scale, m.u_cells, m.u_edges)
+                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.u_stride)
+                if b.bin[k] > b.base[k]:
+                    found = cell(v, m.v_low, m.v_scale, m.v_cells, m.v_edges)
+                    b.bin[k] = shifted(b.bin[k], b.base[k], found, m.v_stride)
+    return live

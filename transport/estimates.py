@@ -1,0 +1,194 @@
+"""What a run found out: an estimate, or an array of them over bins, with standard errors and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.notation import measured
+from transport.quantities import Quantity
+from transport.replicates import Batches, Replicates
+from transport.units import Unit
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Batches", "Estimate", "EstimateArray"]
+
+
+class Estimate(Quantity):
+    """One estimated number: `.value` ± `.error` (one standard error) in `.unit`, from `.batches` batches.
+
+    values: means of the batches, (B,);  exact: whether it is the same for every history by construction;
+    counts: number of scores, where it is known.  Estimates are of one run if their `run` is the same object;
+    arithmetic then keeps their correlations, batch by batch.  float(estimate) is the bare value.
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        exact: bool = False,
+        counts: int | None = None,
+    ) -> None:
+        if np.ndim(values) != 1:
+            raise ValueError(
+                f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
+            )
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self.unit = as_unit(unit)
+        self.coords = {}
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        return measured(self.value, self.error, str(self.unit), self.exact, self.reason)
+
+    def __repr__(self) -> str:
+        return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Estimate:
+        return _made(replicates, unit, {})
+
+
+class EstimateArray(Quantity):
+    """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
+
+    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins;
+    counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
+    An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        dims: Sequence[str],
+        coords: dict[str, np.ndarray],
+        counts: np.ndarray | None = None,
+        exact: bool = False,
+    ) -> None:
+        _check_axes(np.shape(values)[1:], dims, coords)
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self.unit = as_unit(unit)
+        self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the axes."""
+        return tuple(self.coords)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of bins along the axes."""
+        return self._replicates.value.shape
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Estimate | EstimateArray]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: object) -> Estimate | EstimateArray:
+        index = _one_index_an_axis(index, len(self.shape))
+        replicates = self._replicates.rearranged(lambda array: array[(..., *index)])
+        coords = {}
+        for (name, edges), along in zip(self.coords.items(), index, strict=True):
+            if isinstance(along, slice):
+                start, stop, _ = along.indices(len(edges) - 1)
+                coords[name] = edges[start : max(start, stop) + 1]
+        return self._like(replicates, self.unit, coords)
+
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.value, dtype=dtype)
+
+    def sum(self, dim: str | None = None) -> Estimate | EstimateArray:
+        """Sum over the axis of this name, or over all; bins without a score add nothing."""
+        if dim is None:
+            total = self
+            for name in self.dims:
+                total = total.sum(name)
+            return total
+        if dim not in self.dims:
+            raise ValueError(f"sum: no axis {dim!r}; there are {', '.join(self.dims)}")
+        replicates = self._replicates.summed(axis=self.dims.index(dim) - len(self.dims))
+        return self._like(
+            replicates, self.unit, {name: self.coords[name] for name in self.dims if name != dim}
+        )
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Dataset with `value` and `error`, bin centres as coordinates and edges as <name>_edges."""
+        import xarray
+
+        attributes = {"unit": str(self.unit)}
+        data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
+        coords = {name: 0.5 * (edges[1:] + edges[:-1]) for name, edges in self.coords.items()}
+        coords |= {f"{name}_edges": (f"{name}_edge", edges) for name, edges in self.coords.items()}
+        return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
+        unknown = np.count_nonzero(np.isnan(self.error))
+        parts = [f"{self.value.min():.4g} to {self.value.max():.4g} {self.unit}"] if self.value.size else []
+        if self.exact:
+            parts.append("exact")
+        elif unknown < self.value.size:
+            parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
+        if unknown:
+            parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        return f"<EstimateArray ({axes}) {', '.join(parts)}>"
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Estimate | EstimateArray:
+        return _made(replicates, unit, self.coords if coords is None else coords)
+
+
+def as_unit(unit: Unit | str) -> Unit:
+    """The unit, read from its text where it is one."""
+    return Unit.parse(unit) if isinstance(unit, str) else unit
+
+
+def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> Estimate | EstimateArray:
+    """An Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
+    made = object.__new__(EstimateArray if coords else Estimate)
+    made._replicates, made.unit, made.coords = replicates, unit, coords
+    return made
+
+
+def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, np.ndarray]) -> None:
+    if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
+        raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
+    for name, length in zip(dims, shape, strict=True):
+        if np.shape(coords[name]) != (length + 1,):
+            raise ValueError(
+                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
+            )
+
+
+def _one_index_an_axis(index: object, axes: int) -> tuple[int | slice, ...]:
+    """The index as one whole number or slice for every axis.  Raises IndexError for any other kind."""
+    index = index if isinstance(index, tuple) else (index,)
+    if Ellipsis not in index:
+        index += (Ellipsis,)
+    place = index.index(Ellipsis)
+    missing = axes - (len(index) - 1)
+    index = index[:place] + (slice(None),) * missing + index[place + 1 :]
+    if missing < 0 or not all(_is_index(along) for along in index):
+        raise IndexError(
+            "Index with whole numbers, slices of step 1 and one ellipsis; for others take .value"
+        )
+    return index
+
+
+def _is_index(along: object) -> bool:
+    if isinstance(along, slice):
+        return along.step in (None, 1)
+    return isinstance(along, int | np.integer) and not isinstance(along, bool)

@@ -1,0 +1,96 @@
+"""How a compiled scene lies in memory: the record types of the passes' tables and the bits of a hit.
+
+A hit is one int64: which sheet, which acting surface, and which meters cover the point.
+
+    bits 0-29   meters of the sheet that cover the point (bit l: layer l)
+    bit  30     the point lies within rounding of its rectangle's edge
+    bits 32-47  row of the acting surface; 0: none
+    bits 48-62  sheet; a hit of 0 is no hit
+"""
+
+import numpy as np
+
+METERS_A_SHEET = 30
+EDGE = 1 << 30
+SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
+SHEET_SHIFT = 48
+
+TRANSPARENT, BLACK, DIFFUSE, MIRROR = 0, 1, 2, 3  # materials
+
+ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: eight units in the last place
+
+GRAZING_CUT = 1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
+
+# The ledger's rows of four words (high, low, count, spare); the absorbed weight follows, a row for each surface.
+BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
+LEDGER_WORDS = 4 * ABSORBED
+
+NO_TABLE = np.dtype([("unused", "f8")])
+ROWS = np.dtype([("rows", "i8"), ("count", "i8")])  # address and length of an array of one of the row types below
+MOVED = np.dtype([("fields", "i8")])
+
+
+def _floats(names: str) -> list[tuple[str, str]]:
+    return [(name, "f8") for name in names.split()]
+
+
+def _integers(names: str) -> list[tuple[str, str]]:
+    return [(name, "i8") for name in names.split()]
+
+
+# All lengths in scene lengths.  e_u, e_v, n: the local frame of design.md.
+FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
+
+RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v margin") + _integers("code sheet"))
+DISK = np.dtype(_floats("cx cy cz nx ny nz inner2 outer2 breadth") + _integers("code sheet"))
+SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
+
+SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane
+SURFACE = np.dtype(_floats("albedo") + _integers("material"))
+STAND = np.dtype([("rows", "i8"), ("count", "i8"), ("surfaces", "i8")])
+
+LAYER = np.dtype(_floats("sign cells") + _integers("base meter"))  # the meter in layer l of a sheet
+LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))  # half: rows from arrivals to departures
+# A meter's axes beyond plain cosine bins: kind of coordinate (0: none), low edge, cells per unit, number of cells,
+# address of the edges where they are not uniform, distance in rows from one cell to the next.
+AXIS_KINDS = WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
+RECTANGLE_PLACE, DISK_PLACE, SPHERE_PLACE = 1, 2, 3
+
+
+def _axis(name: str) -> list[tuple[str, str]]:
+    return _floats(f"{name}_low {name}_scale") + _integers(f"{name}_cells {name}_edges {name}_stride")
+
+
+METER = np.dtype(
+    _floats(FRAME + " axis_x axis_y axis_z side handed")
+    + _integers("mu_kind turn_kind place")
+    + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
+)  # axis: of a sphere, or of a cone, whose mu_low is minus the squared sine of its half angle
+
+CLOCK = np.dtype(_floats("duration"))
+
+# Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
+BIRTH = np.dtype(_floats("weight speed") + _integers("sheet"))
+PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
+BEAM = np.dtype(_floats("ux uy uz"))
+TARGET = np.dtype(
+    _floats(FRAME + " half_u half_v half_w inner2 outer2 area isotropic lambertian natural unit")
+)  # unit: the largest weight
+
+
+def row(kind: np.dtype, **values: float) -> np.ndarray:
+    """A table row of that kind; columns not named are 0."""
+    record = np.zeros((), kind)
+    for name, value in values.items():
+        record[name] = value
+    return record
+
+
+def center_columns(point: tuple[float, float, float]) -> dict[str, float]:
+    """A point as columns of a table."""
+    return dict(zip(("cx", "cy", "cz"), point, strict=True))
+
+
+def frame_columns(frame: tuple[tuple[float, ...], ...]) -> dict[str, float]:
+    """A local frame (e_u, e_v, n) as columns of a table."""
+    return {f"{e}{x}": value for e, v in zip(("eu", "ev", "n"), frame, strict=True) for x, value in zip("xyz", v, strict=True)}

@@ -1,0 +1,35 @@
+"""How a value with its standard error is written: the error's first digits decide the value's last."""
+
+from __future__ import annotations
+
+import math
+
+_PLAIN = range(-4, 6)  # powers of ten that are written out
+
+
+def plus_minus(value: float, error: float) -> str:
+    """ "(18.44 ± 0.01)": two digits of the error where it begins with 1 or 2, one otherwise.
+
+    value: finite;  error: finite and above zero.
+    """
+    leading, exponent = f"{error:.1e}".split("e")
+    place = int(exponent) - (leading[0] in "12")  # the power of ten of the last digit shown
+    error = round(error, -place)
+    value = round(value, -place) + 0.0  # a zero without a minus sign
+    power = math.floor(math.log10(max(abs(value), error)))
+    if power in _PLAIN:
+        decimals = max(0, -place)
+        return f"({value:.{decimals}f} ± {error:.{decimals}f})"
+    decimals = max(0, power - place)
+    scale = 10.0**power
+    return f"({value / scale:.{decimals}f} ± {error / scale:.{decimals}f})e{power:+03d}"
+
+
+def measured(value: float, error: float, unit: str, exact: bool, reason: str | None) -> str:
+    """An estimate in words: with its error, or that it is exact, or why the error is unknown."""
+    unit = "" if unit == "1" else f" {unit}"
+    if reason is not None:
+        return f"{value:.4g}{unit} (error unknown: {reason})"
+    if exact:
+        return f"{value:.4g}{unit} (exact)"
+    return plus_minus(value, error) + unit

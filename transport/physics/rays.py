@@ -1,0 +1,61 @@
+"""Where a ray meets a plane or a sphere, in forms that do not cancel."""
+
+import math
+
+from transport.physics.device import device
+
+
+@device
+def plane_crossing(rx, ry, rz, ux, uy, uz, nx, ny, nz):
+    """Distance along u to the plane with normal n through the point at r from the ray's origin, and the crossing's
+    position relative to that point.  A ray parallel to the plane gives infinity or NaN, which no comparison accepts."""
+    t = (rx * nx + ry * ny + rz * nz) / (ux * nx + uy * ny + uz * nz)
+    return t, t * ux - rx, t * uy - ry, t * uz - rz
+
+
+@device
+def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing):
+    """Distance along u to the next crossing of a sphere beyond `start`, for a ray with origin o from its centre;
+    infinity where there is none.  `standing`: the particle is on the sphere at `start`; then the other root follows
+    from the sum of both, without cancellation.
+
+    The discriminant comes from the perpendicular through the centre and the small root from the large one (their
+    product is o² − r²): stable for far and for small spheres (Haines et al. 2019, Ray Tracing Gems ch. 7).
+    """
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    d = radius * radius - (qx * qx + qy * qy + qz * qz)
+    s = math.sqrt(d if d > 0.0 else 0.0)
+    o = math.sqrt(ox * ox + oy * oy + oz * oz)
+    c = (o - radius) * (o + radius)
+    q = -h - s if h > 0.0 else -h + s
+    other = c / q if q != 0.0 else 0.0
+    near = q if h > 0.0 else other
+    far = other if h > 0.0 else q
+    t = near if near > start else far
+    t = -2.0 * h - start if standing else t
+    met = (standing | (d > 0.0)) & (t > start)
+    return t if met else math.inf
+
+
+@device
+def box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz):
+    """Entry and exit of a ray with origin o from the centre of a box with half sides h: distance and |cosine| of each.
+
+    The ray misses the box where the entry lies beyond the exit.  Slabs: Kay and Kajiya (1986).
+    """
+    ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
+    ax, ay, az = abs(hx * ix), abs(hy * iy), abs(hz * iz)
+    mx, my, mz = -ox * ix, -oy * iy, -oz * iz
+    cx, cy, cz = abs(ux), abs(uy), abs(uz)
+    near, near_cosine = mx - ax, cx
+    near_cosine = cy if my - ay > near else near_cosine
+    near = max(near, my - ay)
+    near_cosine = cz if mz - az > near else near_cosine
+    near = max(near, mz - az)
+    far, far_cosine = mx + ax, cx
+    far_cosine = cy if my + ay < far else far_cosine
+    far = min(far, my + ay)
+    far_cosine = cz if mz + az < far else far_cosine
+    far = min(far, mz + az)
+    return near, near_cosine, far, far_cosine

@@ -1,0 +1,50 @@
+"""Random numbers as a pure function of (seed, batch, history, event, purpose): Philox4x32-10.
+
+The seed is the 64-bit key; history, batch, event and purpose are the four words of the 128-bit counter.  No two draws
+of any run share a counter, so streams cannot overlap, by construction.  Salmon, Moraes, Dror, Shaw (2011), "Parallel
+random numbers: as easy as 1, 2, 3"; known answers from their Random123 distribution are a test.
+"""
+
+from numba import float64, int64, uint64
+
+from transport.physics.bits import float_of
+from transport.physics.device import device
+
+EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES = range(7)  # purposes: the fourth word of the counter
+
+LOW32 = uint64(0xFFFFFFFF)
+HALF = uint64(32)
+EXPONENT_OF_ONE = uint64(0x3FF0000000000000)
+MULTIPLIER_0, MULTIPLIER_1 = uint64(0xD2511F53), uint64(0xCD9E8D57)
+WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
+
+
+@device
+def philox(c0, c1, c2, c3, key0, key1):
+    """Four random 32-bit words, held in uint64, for a counter and a key of 32-bit words held in uint64."""
+    for _ in range(10):
+        p0 = MULTIPLIER_0 * c0
+        p1 = MULTIPLIER_1 * c2
+        c0, c1, c2, c3 = (p1 >> HALF) ^ c1 ^ key0, p1 & LOW32, (p0 >> HALF) ^ c3 ^ key1, p0 & LOW32
+        key0 = (key0 + WEYL_0) & LOW32
+        key1 = (key1 + WEYL_1) & LOW32
+    return c0, c1, c2, c3
+
+
+@device
+def random_words(history, batch, event, purpose, seed_low, seed_high):
+    """The block of four 32-bit words that serves all draws of one event of one history."""
+    return philox(uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high))
+
+
+@device
+def uniform(high, low):
+    """Uniform in [0, 1) with 52 random bits."""
+    bits = (high << HALF) | low
+    return float_of(int64((bits >> uint64(12)) | EXPONENT_OF_ONE)) - 1.0
+
+
+@device
+def short_uniform(word):
+    """Uniform in (0, 1) from one 32-bit word: the middles of 2^32 equal cells, so that 0 and 1 never occur."""
+    return (float64(int64(word)) + 0.5) * 2.3283064365386963e-10

@@ -1,0 +1,166 @@
+"""Sheets: shapes on one support (the same plane, the same sphere) form one sheet.
+
+A particle remembers the sheet that it stands on, so a meter on a wall, a source on a floor and two patches side by side
+are never a tie of roundings.  Over one point of a sheet at most one surface may act.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from transport.detectors import Detector
+from transport.materials import Surface, Transparent
+from transport.scene import Scene
+from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
+from transport.validation import SceneError
+from transport.vectors import dot
+
+ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the rounding of their coordinates only
+
+
+@dataclass
+class Member:
+    """A flat or spherical piece of a sheet: what acts on it (None: a transparent meter), and who looks at it."""
+
+    shape: Rectangle | Disk | Sphere
+    surface: Surface | None
+    detectors: list[Detector] = field(default_factory=list)
+    orientation: float = 1.0  # of its normal against the sheet's
+
+
+@dataclass
+class Sheet:
+    """Members on one support; the first one gives the sheet its normal."""
+
+    members: list[Member]
+
+    @property
+    def support(self) -> Rectangle | Disk | Sphere:
+        return self.members[0].shape
+
+
+def pieces(shape: Shape) -> tuple[Shape, ...]:
+    """The flat or spherical pieces of a shape: the faces of a box, else the shape itself."""
+    return tuple(shape.faces().values()) if isinstance(shape, Box) else (shape,)
+
+
+def sheets_of(scene: Scene) -> list[Sheet]:
+    """The scene's sheets, acting members before meters; surfaces that do nothing and are not looked at are left out."""
+    sheets: list[Sheet] = []
+    for member in sorted(_members(scene), key=lambda m: m.surface is None):
+        home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
+        if home is None:
+            home = Sheet([])
+            sheets.append(home)
+        home.members.append(member)
+        member.orientation = _orientation(home.support, member.shape)
+    return sheets
+
+
+def check_supports(scene: Scene) -> None:
+    """Refuse two acting surfaces over one point of a sheet."""
+    for sheet in sheets_of(scene):
+        acting = [m for m in sheet.members if m.surface is not None]
+        for i, one in enumerate(acting):
+            for other in acting[:i]:
+                if overlap(one.shape, other.shape):
+                    raise SceneError(
+                        f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
+                        f" {'sphere' if isinstance(one.shape, Sphere) else 'plane'}; make them share an edge at most,"
+                        " or leave one out"
+                    )
+
+
+def are_on_one_support(a: Shape, b: Shape) -> bool:
+    """Whether two shapes lie on the same plane or sphere, up to the rounding of their coordinates."""
+    if isinstance(a, Sphere) != isinstance(b, Sphere):
+        return False
+    tolerance = ROUNDING * (_magnitude(a) + _magnitude(b))
+    apart = math.dist(a.center, b.center)
+    if isinstance(a, Sphere):
+        return apart <= tolerance and abs(a.radius - b.radius) <= tolerance
+    tilt = math.hypot(*(p - q * _sign(a, b) for p, q in zip(a.normal, b.normal, strict=True)))
+    offset = abs(dot(tuple(p - q for p, q in zip(a.center, b.center, strict=True)), a.normal))
+    return offset <= tolerance and tilt * (apart + a.extent + b.extent) <= tolerance
+
+
+def is_on_support(position: tuple[float, ...], shape: Shape) -> bool:
+    """Whether a point lies on the plane or sphere of the shape, up to rounding."""
+    tolerance = ROUNDING * (_magnitude(shape) + sum(map(abs, position)))
+    if isinstance(shape, Sphere):
+        return abs(math.dist(position, shape.center) - shape.radius) <= tolerance
+    return abs(dot(tuple(p - q for p, q in zip(position, shape.center, strict=True)), shape.normal)) <= tolerance
+
+
+def overlap(a: Shape, b: Shape) -> bool:
+    """Whether two shapes on one support have more than an edge in common."""
+    tolerance = ROUNDING * (_magnitude(a) + _magnitude(b))
+    if isinstance(a, Sphere):
+        return True
+    if isinstance(a, Rectangle) and isinstance(b, Rectangle):
+        return all(_gap_along(axis, a, b) < -tolerance for shape in (a, b) for axis in shape.frame[:2])
+    disk, other = (a, b) if isinstance(a, Disk) else (b, a)
+    nearest, farthest = _distances(disk.center, other)
+    return nearest < disk.radius - tolerance and farthest > disk.inner_radius + tolerance
+
+
+def _members(scene: Scene) -> Iterator[Member]:
+    for surface in scene.surfaces:
+        looking = [d for d in scene.detectors if d.shape == surface.name and surface.name is not None]
+        acts = not isinstance(surface.material, Transparent)
+        if acts or looking:
+            for piece in pieces(surface.shape):
+                yield Member(piece, surface if acts else None, list(looking))
+    for detector in scene.detectors:
+        if isinstance(detector.shape, Shape):
+            for piece in pieces(detector.shape):
+                yield Member(piece, None, [detector])
+
+
+def _orientation(support: Shape, shape: Shape) -> float:
+    return 1.0 if isinstance(shape, Sphere) else _sign(support, shape)
+
+
+def _sign(a: Shape, b: Shape) -> float:
+    return 1.0 if dot(a.normal, b.normal) > 0 else -1.0
+
+
+def _magnitude(shape: Shape) -> float:
+    return sum(map(abs, shape.middle)) + shape.extent
+
+
+def _gap_along(axis: tuple[float, ...], a: Rectangle, b: Rectangle) -> float:
+    """Distance between the shadows of two rectangles on an axis; negative where they overlap (separating axes)."""
+    reach = sum(_reach_along(axis, shape) for shape in (a, b))
+    return abs(dot(axis, tuple(p - q for p, q in zip(a.center, b.center, strict=True)))) - reach
+
+
+def _reach_along(axis: tuple[float, ...], shape: Rectangle) -> float:
+    e_u, e_v, _ = shape.frame
+    return abs(dot(axis, e_u)) * shape.width / 2 + abs(dot(axis, e_v)) * shape.height / 2
+
+
+def _distances(point: tuple[float, ...], shape: Rectangle | Disk) -> tuple[float, float]:
+    """The least and the greatest distance from a point of the plane to the points of a shape in it."""
+    offset = tuple(p - q for p, q in zip(point, shape.center, strict=True))
+    if isinstance(shape, Disk):
+        apart = math.hypot(*offset)
+        return max(0.0, apart - shape.radius, shape.inner_radius - apart), apart + shape.radius
+    u, v = (abs(dot(offset, axis)) for axis in shape.frame[:2])
+    half_u, half_v = shape.width / 2, shape.height / 2
+    return math.hypot(max(0.0, u - half_u), max(0.0, v - half_v)), math.hypot(u + half_u, v + half_v)
+
+
+def _title(scene: Scene, surface: Surface) -> str:
+    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{scene.surfaces.index(surface)}]"
+
+
+def sheet_of_source(shape: Shape, sheets: list[Sheet]) -> int:
+    """Number, from 1, of the sheet on which a source's piece or point lies; 0: none."""
+    for number, sheet in enumerate(sheets, start=1):
+        if isinstance(shape, Point):
+            if is_on_support(shape.position, sheet.support):
+                return number
+        elif are_on_one_support(shape, sheet.support):
+            return number
+    return 0

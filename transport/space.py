@@ -1,0 +1,39 @@
+"""The scene's own coordinates: the origin in the middle of its smallest shape, every coordinate within [-1, 1].
+
+There floating-point numbers are finest where the finest detail is, and the unit and the offset of the user's
+coordinates do not matter.  The size is a power of two, so that nothing is rounded.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.scene import Scene
+from transport.shapes import Point
+from transport.validation import SceneError
+from transport.vectors import Vector
+
+
+@dataclass(frozen=True)
+class Space:
+    """x -> (x - origin) / size."""
+
+    origin: Vector
+    size: float  # [m]
+
+    def place(self, point: Vector) -> Vector:
+        """A point's coordinates [scene lengths]."""
+        return tuple((p - o) / self.size for p, o in zip(point, self.origin, strict=True))
+
+
+def space_of(scene: Scene) -> Space:
+    """The coordinates in which a scene is simulated."""
+    shapes = [surface.shape for surface in scene.surfaces]
+    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.detectors)]
+    shapes += [source.aim for source in scene.sources if source.aim is not None]
+    origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
+    largest = float(np.abs(np.array([shape.bounds for shape in shapes]) - np.array(origin)).max())
+    if not math.isfinite(largest):
+        raise SceneError(f"Scene: its size must be finite, got {largest} m; move its shapes closer together")
+    return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0 else 1.0)

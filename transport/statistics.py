@@ -1,0 +1,148 @@
+"""From batch values to a mean, its standard error and its score: batches are independent replicates.
+
+Arrays have the batch as their first axis and any number of bins after it, (B, *dims).  The sizes of
+batches, n_b of shape (B,), may differ; N is their sum and w_b = n_b / N.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+Partial = tuple[np.ndarray, np.ndarray, np.ndarray]  # count, mean, sum of squared deviations from the mean
+
+_SMALLEST_SAFE_TAIL = 1e-280  # below it a probability goes over to its logarithm
+
+
+def weighted_mean(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Mean over all histories, sum_b n_b x_b / N [unit of the values], shape (*dims).
+
+    Differences from the first batch are averaged, then what rounding left: equal values give that very value.
+    """
+    weights = _weights(values, sizes)
+    mean = values[0] + (weights * (values - values[0])).sum(axis=0)
+    return mean + (weights * (values - mean)).sum(axis=0)
+
+
+def standard_error(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """One standard error of `weighted_mean` [unit of the values], shape (*dims); nan for one batch.
+
+    Its square is sum_b n_b (x_b - mean)^2 / (N (B - 1)), free of bias as x_b has variance sigma^2 / n_b.
+    """
+    deviations = values - weighted_mean(values, sizes)
+    if len(values) < 2:
+        return np.full(deviations.shape[1:], np.nan)
+    # Squares of very small or very large deviations would leave the range of a float.
+    scale = np.abs(deviations).max(axis=0)
+    scale = np.where((scale > 0) & np.isfinite(scale), scale, 1.0)
+    squares = (_weights(values, sizes) * (deviations / scale) ** 2).sum(axis=0)
+    return scale * np.sqrt(squares / (len(values) - 1))
+
+
+def merge(first: Partial, second: Partial) -> Partial:
+    """Count, mean and sum of squared deviations of two samples together (Chan, Golub & LeVeque 1983)."""
+    (count_a, mean_a, squares_a), (count_b, mean_b, squares_b) = first, second
+    count = np.add(count_a, count_b)
+    share = np.divide(count_b, np.maximum(count, 1))
+    difference = np.subtract(mean_b, mean_a)
+    return count, mean_a + difference * share, squares_a + squares_b + difference**2 * count_a * share
+
+
+def pseudo_values(
+    function: Callable[..., np.ndarray], batch_values: Sequence[np.ndarray], sizes: np.ndarray
+) -> np.ndarray:
+    """Delete-one jackknife pseudo-values of a function of several batch means, shape (B, *dims).
+
+    Their weighted mean is the function's value with its O(1/B) bias removed, their standard error its error
+    (Quenouille 1956; Tukey 1958).  For batches of unlike size: (f(x) - (1 - w_b) f(x without b)) / w_b.
+    """
+    means = [weighted_mean(values, sizes) for values in batch_values]
+    deviations = [values - mean for values, mean in zip(batch_values, means, strict=True)]
+    return function(*means) + pseudo_shifts(function, means, deviations, sizes)
+
+
+def pseudo_shifts(
+    function: Callable[..., np.ndarray],
+    means: Sequence[np.ndarray],
+    deviations: Sequence[np.ndarray],
+    sizes: np.ndarray,
+) -> np.ndarray:
+    """Jackknife pseudo-values less function(*means), shape (B, *dims); of two batches or more.
+
+    means: shapes that broadcast to (*dims);  deviations: of the batches from them, (B, *dims), or 0.0.
+    A shift that rounding alone can make is none: the step to B times the difference would blow it up.
+    """
+    full = np.asarray(function(*means))
+    weights = (sizes / np.sum(sizes)).reshape(-1, *(1,) * full.ndim)
+    odds = weights / (1 - weights)
+    without = [mean - odds * deviation for mean, deviation in zip(means, deviations, strict=True)]
+    # Nothing is left of what a single batch gave: a difference by rounding is none.
+    without = [
+        np.where(np.abs(rest) <= rounding_of(mean), 0.0, rest)
+        for rest, mean in zip(without, means, strict=True)
+    ]
+    difference = full - function(*without)
+    return np.where(np.abs(difference) <= rounding_of(full), 0.0, difference / odds)
+
+
+def rounding_of(values: np.ndarray) -> np.ndarray:
+    """How far apart rounding alone may bring numbers of this size: four units in the last place."""
+    return 4 * np.finfo(float).eps * np.abs(values)
+
+
+def student_quantile(probability: float, dof: np.ndarray | float) -> np.ndarray:
+    """The t below which Student's distribution of `dof` degrees of freedom has the given probability."""
+    from scipy.special import stdtrit
+
+    return stdtrit(dof, probability)
+
+
+def normal_score(t: np.ndarray | float, dof: np.ndarray | float) -> np.ndarray:
+    """The standard normal score with the same tail probability as t has in Student's distribution.
+
+    Odd in t; accurate to about 1e-12, also far out where the tail probability is below the range of a float.
+    An infinite dof gives t itself.
+    """
+    from scipy.special import ndtri_exp
+
+    t, dof = np.broadcast_arrays(np.asarray(t, dtype=float), np.asarray(dof, dtype=float))
+    score = -ndtri_exp(_log_tail(np.abs(t), np.where(np.isinf(dof), 1.0, dof)))
+    return np.where(np.isinf(dof), t, np.copysign(np.where(t == 0, 0.0, score), t))
+
+
+def welch_dof(errors: Sequence[np.ndarray], dofs: Sequence[int]) -> np.ndarray:
+    """Effective degrees of freedom of a sum of independent estimates (Welch 1947; Satterthwaite 1946)."""
+    if len(errors) == 1:
+        return np.full(np.shape(errors[0]), float(dofs[0]))
+    shares = np.square(errors / np.linalg.norm(errors, axis=0))
+    return 1 / sum(share**2 / dof for share, dof in zip(shares, dofs, strict=True))
+
+
+def _log_tail(t: np.ndarray, dof: np.ndarray) -> np.ndarray:
+    """Logarithm of the probability above t >= 0 in Student's distribution."""
+    from scipy.special import betaln, stdtr
+
+    tail = stdtr(dof, -t)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        # I_x(a, 1/2) / 2, where a = dof / 2, x = dof / (dof + t^2), odds = x / (1 - x) (DLMF 8.17.8, 15.8.1).
+        log_odds = np.log(dof) - 2 * np.log(t)
+        log_1_minus_x = -np.logaddexp(0.0, log_odds)
+        log_prefactor = (
+            dof / 2 * (log_odds + log_1_minus_x) - log_1_minus_x / 2 - np.log(dof) - betaln(dof / 2, 0.5)
+        )
+        far_out = log_prefactor + np.log(_far_series(dof / 2, np.exp(log_odds)))
+        return np.where(tail > _SMALLEST_SAFE_TAIL, np.log(tail), far_out)
+
+
+def _far_series(a: np.ndarray, odds: np.ndarray) -> np.ndarray:
+    """2F1(1, 1/2; a + 1; -odds): far out odds / a is below 2 / 35^2, so that a few terms are all."""
+    term = total = np.ones_like(odds)
+    for n in range(12):
+        term = -term * odds * (n + 0.5) / (a + 1 + n)
+        total = total + term
+    return total
+
+
+def _weights(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    return (np.asarray(sizes) / np.sum(sizes)).reshape(-1, *(1,) * (np.ndim(values) - 1))
