@@ -7,6 +7,7 @@ target is then known to the target's own precision, however far away it was born
 import math
 
 import numpy as np
+from numba import int64
 
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
@@ -147,4 +148,5 @@ def account_born(b, table, first, live):
         total_low += low
     ledger[4 * BORN] += total_high
     ledger[4 * BORN + 1] += total_low
+    ledger[4 * BORN + 2] += int64(live) - int64(first)
     return live

@@ -6,12 +6,14 @@ import numpy as np
 
 from transport import layout
 from transport.compile import Plan
-from transport.engine import aims, births, flights, landings, lanes, meters, refinements, surfaces
+from transport.engine import aims, birthplaces, births, flights, landings, lanes, meters, refinements, surfaces
 from transport.engine.bundle import CLOCKED, STEADY
 from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 NOTHING = layout.row(layout.NO_TABLE)
+METERS = (1 << layout.METERS_A_SHEET) - 1
+SHAPES = {layout.RECTANGLE: "rectangle", layout.DISK: "disk", layout.SPHERE: "sphere"}
 
 
 @dataclass
@@ -31,19 +33,37 @@ class Program:
 def program_of(plan: Plan) -> Program:
     """The program of a scene's plan."""
     program = Program(plan)
-    program.births = [_births(plan, emitter) for emitter in plan.emitters]
+    program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
     program.steps = [*_flight(plan), *_landing(plan), *_crossing(plan), _step(lanes.fill_gaps, _moved(plan))]
     return program
 
 
 def _births(plan, emitter):
-    yield_steps = [_step(births.begin, emitter.birth), _named(births, emitter.place), _named(births, emitter.law)]
+    yield _step(births.begin, emitter.birth)
+    yield _named(births, emitter.place)
+    yield _named(births, emitter.law)
     if plan.has_clock:
         is_gas = plan.scene.measured_in == "particles"
-        yield_steps.append(_step(births.start_at_zero if is_gas else births.start_any_time, emitter.birth))
+        yield _step(births.start_at_zero if is_gas else births.start_any_time, emitter.birth)
     if emitter.target is not None:
-        yield_steps += [_named(aims, emitter.target), _step(aims.account_born)]
-    return yield_steps
+        yield _named(aims, emitter.target)
+        yield _step(aims.account_born)
+    metered = [row for _, row in plan.members if row["sheet"] == emitter.birth["sheet"] and row["code"] & METERS]
+    if metered and emitter.place[0] != "born_at_point":
+        yield from _birth_counted(plan, emitter, metered)
+
+
+def _birth_counted(plan, emitter, metered):
+    if emitter.target is not None:
+        yield _step(birthplaces.visit_birthplace)
+    yield _step(birthplaces.stand_at_birth, emitter.birth)
+    for row in metered:
+        yield _named(birthplaces, (f"born_over_{SHAPES[row.dtype]}", row))
+    yield from _stand(plan)
+    yield _step(surfaces.split_weight)
+    yield from _metering(plan, meters.bin_departures)
+    if emitter.target is not None:
+        yield _step(birthplaces.return_to_target)
 
 
 def _flight(plan):
@@ -57,14 +77,17 @@ def _flight(plan):
 
 
 def _landing(plan):
-    if not plan.members:
-        return
+    if plan.members:
+        yield from _stand(plan)
+        if plan.has_walls:
+            yield _step(landings.draw_back_from_edge, _rows(plan.walls))
+
+
+def _stand(plan):
     yield _step(landings.stand_on_sheet, _rows(plan.sheets))
     if plan.is_curved:
         yield _step(landings.put_back_on_sphere, _rows(plan.sheets))
     yield _step(landings.take_cosine)
-    if plan.has_walls:
-        yield _step(landings.draw_back_from_edge, _rows(plan.walls))
 
 
 def _crossing(plan):

@@ -1,0 +1,65 @@
+"""Emission from a metered sheet leaves it: newborn particles are counted like any other departure.
+
+Only for emitters whose sheet carries a meter.  An aimed particle's x is its target; it visits its birthplace meanwhile.
+"""
+
+from transport.engine.passes import lane_pass
+from transport.layout import BIRTH, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, SPHERE
+
+
+@lane_pass(BIRTH)
+def stand_at_birth(b, table, first, live):
+    """The sheet of birth is the hit; no meter covers it yet."""
+    code = table.sheet << SHEET_SHIFT
+    for k in range(first, live):
+        b.hit[k] = code
+    return live
+
+
+@lane_pass(NO_TABLE)
+def visit_birthplace(b, table, first, live):
+    """From the target back along the ray; the target is kept."""
+    for k in range(first, live):
+        b.u0[k], b.u1[k], b.u2[k] = b.x[k], b.y[k], b.z[k]
+        b.x[k] += b.start[k] * b.ux[k]
+        b.y[k] += b.start[k] * b.uy[k]
+        b.z[k] += b.start[k] * b.uz[k]
+    return live
+
+
+@lane_pass(NO_TABLE)
+def return_to_target(b, table, first, live):
+    """x is the target again, to its full precision."""
+    for k in range(first, live):
+        b.x[k], b.y[k], b.z[k] = b.u0[k], b.u1[k], b.u2[k]
+    return live
+
+
+@lane_pass(RECTANGLE)
+def born_over_rectangle(b, table, first, live):
+    """Meters on this rectangle look at what is born within it."""
+    for k in range(first, live):
+        px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        u = abs(px * table.eux + py * table.euy + pz * table.euz)
+        v = abs(px * table.evx + py * table.evy + pz * table.evz)
+        b.hit[k] |= table.code if (u <= table.half_u) & (v <= table.half_v) else 0
+    return live
+
+
+@lane_pass(DISK)
+def born_over_disk(b, table, first, live):
+    """Meters on this disk look at what is born within it."""
+    for k in range(first, live):
+        px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        r2 = px * px + py * py + pz * pz
+        b.hit[k] |= table.code if (r2 <= table.outer2) & (r2 >= table.inner2) else 0
+    return live
+
+
+@lane_pass(SPHERE)
+def born_over_sphere(b, table, first, live):
+    """Meters on this sphere look at all that is born on it."""
+    code = table.code
+    for k in range(first, live):
+        b.hit[k] |= code
+    return live

@@ -1,0 +1,49 @@
+"""A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
+
+from transport.estimates import Estimate
+
+
+def report_of(result) -> str:
+    """The report that `result.report()` prints."""
+    lines = [_head(result), "", "ledger"]
+    lines += [f"  {name:10s} {estimate}" for name, estimate in result.ledger.items() if _is_told(name, estimate)]
+    for name, estimate in result.ledger.absorbed_by.items():
+        lines.append(f"    by {name}: {estimate}")
+    for detector in result.scene.detectors:
+        lines += ["", f"detector {detector.name!r}, {detector.side}"]
+        for name, quantity in result[detector.name].quantities.items():
+            lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
+    lines += ["", *cost_lines(result)]
+    lines += [f"warning: {warning}" for warning in result.warnings]
+    return "\n".join(lines)
+
+
+def cost_lines(result) -> list[str]:
+    """What the run cost and what the next digit would."""
+    cost = result.cost
+    if cost is None:
+        return []
+    rate = cost.particles_per_second / 1e6
+    return [
+        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
+        f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings, {rate:.3g} M particles/s",
+        f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
+    ]
+
+
+def duration_text(seconds: float) -> str:
+    """A duration in the unit that suits it."""
+    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _head(result) -> str:
+    state = "" if result.is_complete else ", INCOMPLETE: interrupted"
+    return f"{result.particles:_} particles in {len(result.run)} batches, seed {result.seed}{state}"
+
+
+def _is_told(name: str, estimate: Estimate) -> bool:
+    """Entries that are zero by construction are left out, but for `lost`."""
+    return name == "lost" or not (estimate.exact and estimate.value == 0)

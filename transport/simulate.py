@@ -1,0 +1,253 @@
+"""The one entry point: run batches of a scene until enough is known, then reduce them to a result."""
+
+import math
+import os
+import time
+from collections.abc import Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from transport.batches import Batch, batch_of
+from transport.compile import compile_scene
+from transport.progress import Progress, progress_on
+from transport.results import Cost, Result
+from transport.scene import Scene
+from transport.validation import SceneError, suggestion
+
+LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^31 crossings a batch
+FIRST_BATCH = 512  # histories of a batch where their number is not known beforehand; doubled as the run goes on
+MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When a run ends: at the first of these that is reached."""
+
+    particles: int | None
+    error: Mapping[str, float]
+    seconds: float | None
+    batches: int
+
+
+def simulate(
+    scene: Scene,
+    particles: int | None = None,
+    error: Mapping[str, float] | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    batches: int = 32,
+    threads: int | None = None,
+    estimator: str = "analog",
+    progress: bool | None = None,
+) -> Result:
+    """Run a scene and return what its detectors counted, every number with its standard error.
+
+    particles: histories to emit, exactly as many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
+    seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
+    done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
+    threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    Raises SceneError for input that cannot be run.
+    """
+    limits = _checked_limits(scene, particles, error, seconds, batches)
+    seed, threads = _checked_whole("seed", seed, 0, 2**64 - 1), _checked_threads(threads)
+    if estimator != "analog":
+        raise SceneError(f"simulate: estimator must be 'analog', got {estimator!r}; others are not there yet")
+    with progress_on(progress) as bar:
+        begun = time.perf_counter()
+        machine = _machine(scene, bar)
+        ready = time.perf_counter()
+        run = _Run(scene, machine, seed, limits, threads, bar)
+        run.go()
+    if not run.batches:
+        raise KeyboardInterrupt
+    done = time.perf_counter()
+    cost = Cost(
+        seconds=done - ready,
+        preparation=ready - begun,
+        particles=sum(batch.histories for batch in run.batches),
+        crossings=sum(batch.crossings for batch in run.batches),
+        threads=threads,
+    )
+    return Result(compile_scene(scene), run.batches, seed, cost, run.is_complete, run.warnings)
+
+
+@lru_cache(maxsize=32)
+def _program(scene: Scene):
+    from transport.engine.program import program_of
+
+    return program_of(compile_scene(scene))
+
+
+def _machine(scene: Scene, bar: Progress):
+    """Passes compiled or loaded, and wired; kept for scenes that are run again."""
+    from transport.engine.driver import machine_of
+
+    program = _program(scene)
+    if not hasattr(program, "machine"):
+        program.machine = machine_of(program, bar.compiling)
+    return program.machine
+
+
+@dataclass
+class _Run:
+    """Batches on a pool of threads, taken in order, so that when a run stops does not depend on their timing."""
+
+    scene: Scene
+    machine: object
+    seed: int
+    limits: Limits
+    threads: int
+    bar: Progress
+    batches: list[Batch] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    is_complete: bool = True
+
+    def go(self) -> None:
+        from transport.engine.bundle import empty_bundle
+
+        self.begun = time.perf_counter()
+        idle = [empty_bundle() for _ in range(self.threads)]
+        self.bundles = list(idle)
+        sizes, pending, done, number, taken = self._sizes(), {}, {}, 0, 0
+        pool = ThreadPoolExecutor(self.threads)
+        try:
+            while True:
+                while idle and (size := next(sizes, None)) is not None:
+                    bundle = idle.pop()
+                    pending[pool.submit(self._one, number, size, bundle)] = (number, bundle)
+                    number += 1
+                if not pending:
+                    break
+                ready = self._wait(pending)
+                for future in ready:
+                    which, bundle = pending.pop(future)
+                    done[which] = future.result()
+                    idle.append(bundle)
+                while taken in done:
+                    self._take(done.pop(taken))
+                    taken += 1
+                    if self._is_enough():
+                        return
+        except KeyboardInterrupt:
+            self.is_complete = False
+            self.warnings.append(f"interrupted after {len(self.batches)} batches")
+        finally:
+            for bundle in self.bundles:
+                bundle["stop"] = 1
+            pool.shutdown(wait=True, cancel_futures=True)
+
+    def _one(self, number: int, size: int, bundle) -> Batch:
+        from transport.engine.driver import run_batch
+
+        return batch_of(self.machine.program.plan, run_batch(self.machine, self.seed, number, size, bundle))
+
+    def _wait(self, pending: dict[Future, tuple]) -> set[Future]:
+        while True:
+            ready, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
+            self._show(sum(int(bundle["started"][0]) for _, bundle in pending.values()))
+            if ready:
+                return ready
+
+    def _sizes(self) -> Iterator[int]:
+        """Histories of the next batches.  With `particles` alone all are known; else they double as the run goes on."""
+        particles, batches = self.limits.particles, self.limits.batches
+        if particles is not None and not self.limits.error and self.limits.seconds is None:
+            count = min(particles, max(batches, math.ceil(particles / LARGEST_BATCH)))
+            for k in range(count):
+                yield particles // count + (k < particles % count)
+            return
+        size, left = FIRST_BATCH, particles or MOST_PARTICLES
+        first = True
+        while left > 0:
+            for _ in range(2 * batches if first else batches):
+                if left > 0:
+                    yield min(size, left)
+                    left -= min(size, left)
+            first = False
+            size = min(2 * size, LARGEST_BATCH)
+
+    def _take(self, batch: Batch) -> None:
+        """Keep the batch.  Between `batches` and twice as many are kept: then pairs become one."""
+        open_ended = self.limits.particles is None or self.limits.error or self.limits.seconds is not None
+        self.batches.append(batch)
+        if open_ended and len(self.batches) == 2 * self.limits.batches:
+            self.batches = [a.merged(b) for a, b in zip(self.batches[::2], self.batches[1::2], strict=True)]
+
+    def _is_enough(self) -> bool:
+        limits = self.limits
+        if limits.seconds is not None and time.perf_counter() - self.begun >= limits.seconds:
+            return True
+        if limits.error and len(self.batches) >= limits.batches:
+            return all(ratio <= 1 for ratio in self._error_ratios())
+        return False
+
+    def _error_ratios(self) -> list[float]:
+        """Each relative error asked for, as it is over as it should be; infinite while it is not known."""
+        result = Result(compile_scene(self.scene), self.batches, self.seed, None, True, [])
+        ratios = []
+        for name, target in self.limits.error.items():
+            relative = result.quantity(name).relative_error
+            ratios.append(float(relative) / target if relative == relative else math.inf)
+        return ratios
+
+    def _show(self, started: int) -> None:
+        taken = sum(batch.histories for batch in self.batches)
+        elapsed = time.perf_counter() - self.begun
+        if self.limits.particles is not None:
+            share = (taken + started) / self.limits.particles
+        elif self.limits.seconds is not None:
+            share = elapsed / self.limits.seconds
+        else:
+            share = math.nan
+        if self.limits.seconds is not None:
+            share = max(0.0 if share != share else share, elapsed / self.limits.seconds)
+        self.bar.running(taken + started, share)
+
+
+def _checked_limits(scene, particles, error, seconds, batches) -> Limits:
+    if particles is None and error is None and seconds is None:
+        raise SceneError("simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10")
+    if particles is not None:
+        particles = _checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
+    if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
+        raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
+    batches = _checked_whole("batches", batches, 2, 4096)
+    error = {} if error is None else error
+    if not isinstance(error, Mapping):
+        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
+    for name, target in error.items():
+        _check_quantity(scene, name)
+        if not (_is_number(target) and 0 < target < 1):
+            raise SceneError(f"simulate: error of {name!r} must be relative, within (0, 1), got {target!r}")
+    return Limits(particles, dict(error), seconds, batches)
+
+
+def _check_quantity(scene: Scene, name: str) -> None:
+    from transport.results import QUANTITIES
+
+    detector, _, quantity = str(name).partition(".")
+    names = [d.name for d in scene.detectors]
+    if detector not in names:
+        raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
+    if quantity not in QUANTITIES:
+        raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}")
+
+
+def _checked_whole(name: str, value: object, least: int, most: int) -> int:
+    whole = _is_number(value) and value == int(value) if _is_number(value) and math.isfinite(value) else False
+    if not whole or not least <= value <= most:
+        raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
+    return int(value)
+
+
+def _is_number(value: object) -> bool:
+    import numpy as np
+
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, (bool, np.bool_))
+
+
+def _checked_threads(threads: object) -> int:
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return _checked_whole("threads", threads, 1, 1024)

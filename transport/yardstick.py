@@ -1,0 +1,130 @@
+"""The yardstick: the benchmarks' two problems, one particle at a time, as one would write them without bundles.
+
+Float64, libm's sine and cosine, branches where a particle has done enough, plain float64 sums.  The random numbers and
+the rule of the roulette are the engine's, so that both do the same work for the same answer.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from transport.engine.cache import cached_kernels
+from transport.physics.directions import turned_by
+from transport.physics.streams import DIRECTION, EVENT, POSITION, random_words, short_uniform, uniform
+
+CELLS = 16  # cosine bins of each tally
+WALL = np.dtype(
+    [(name, "f8") for name in "cx cy cz ax ay az bx by bz nx ny nz half_a half_b albedo".split()]
+)  # centre, two axes and the inward normal, half sides, albedo
+
+
+def box_walls(side: float, albedo: float) -> np.ndarray:
+    """The six walls of a cube round the origin, -x, +x, -y, +y, -z, +z: records of WALL, (6,)."""
+    walls = np.zeros(6, WALL)
+    for q in range(6):
+        axis, sign = q // 2, 1.0 if q % 2 else -1.0
+        n, a, b = np.roll(np.eye(3), -axis, axis=0)
+        for name, vector in (("c", 0.5 * side * sign * n), ("a", a), ("b", b), ("n", -sign * n)):
+            for x, value in zip("xyz", vector, strict=True):
+                walls[name + x][q] = value
+    walls["half_a"] = walls["half_b"] = 0.5 * side
+    walls["albedo"] = albedo
+    return walls
+
+
+def run_box(histories: int, seed: int, side: float = 2.0, albedo: float = 0.5) -> tuple[int, np.ndarray, np.ndarray]:
+    """A closed cube of diffuse walls, lit evenly by its ceiling +z: crossings, arrivals and departures.
+
+    arrivals, departures: summed weights by wall and cosine, (6, 16), in units of a birth weight; departures are
+    reflected weight, without what the ceiling emits.
+    """
+    arrivals, departures = np.zeros((6, CELLS)), np.zeros((6, CELLS))
+    crossings = _box(histories, seed, box_walls(side, albedo), 5, arrivals, departures)
+    return crossings, arrivals, departures
+
+
+def run_disks(
+    histories: int, seed: int, radius: float = 0.5, meter_radius: float = 0.1, distance: float = 2.0
+) -> tuple[int, np.ndarray]:
+    """A Lambertian disk that faces a coaxial meter: hits, and the hits by cosine, (16,)."""
+    arrivals = np.zeros(CELLS)
+    return _disks(histories, seed, radius, meter_radius, distance, arrivals), arrivals
+
+
+with cached_kernels():
+    one_by_one = njit(cache=True, nogil=True, error_model="numpy")
+
+    @one_by_one
+    def _cosine_law(nx, ny, nz, u, turn):
+        """Unit direction about n with density cosθ/π, from two uniforms."""
+        s, phi = math.sqrt(u), 2.0 * math.pi * turn
+        return turned_by(nx, ny, nz, math.sqrt(1.0 - u), s * math.cos(phi), s * math.sin(phi))
+
+    @one_by_one
+    def _cell(mu):
+        return min(int(mu * CELLS), CELLS - 1)
+
+    @one_by_one
+    def _nearest_wall(walls, last, x, y, z, ux, uy, uz):
+        """Distance and number of the wall ahead; the one that the particle stands on is left out."""
+        nearest, wall = math.inf, -1
+        for q in range(walls.shape[0]):
+            if q == last:
+                continue
+            w = walls[q]
+            rx, ry, rz = w.cx - x, w.cy - y, w.cz - z
+            t = (rx * w.nx + ry * w.ny + rz * w.nz) / (ux * w.nx + uy * w.ny + uz * w.nz)
+            if 0.0 < t < nearest:
+                px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
+                if abs(px * w.ax + py * w.ay + pz * w.az) <= w.half_a:
+                    if abs(px * w.bx + py * w.by + pz * w.bz) <= w.half_b:
+                        nearest, wall = t, q
+        return nearest, wall
+
+    @one_by_one
+    def _box(histories, seed, walls, ceiling, arrivals, departures):
+        seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
+        crossings = 0
+        for history in range(histories):
+            w = walls[ceiling]
+            r0, r1, r2, r3 = random_words(history, 0, 0, POSITION, seed_low, seed_high)
+            a, b = (2.0 * uniform(r0, r1) - 1.0) * w.half_a, (2.0 * uniform(r2, r3) - 1.0) * w.half_b
+            x, y, z = w.cx + a * w.ax + b * w.bx, w.cy + a * w.ay + b * w.by, w.cz + a * w.az + b * w.bz
+            r0, r1, r2, r3 = random_words(history, 0, 0, DIRECTION, seed_low, seed_high)
+            ux, uy, uz = _cosine_law(w.nx, w.ny, w.nz, uniform(r0, r1), uniform(r2, r3))
+            weight, event, last = 1.0, 0, ceiling
+            while weight > 0.0:
+                distance, wall = _nearest_wall(walls, last, x, y, z, ux, uy, uz)
+                if wall < 0:  # through an edge, by rounding
+                    break
+                x, y, z, last = x + distance * ux, y + distance * uy, z + distance * uz, wall
+                crossings += 1
+                w = walls[wall]
+                arrivals[wall, _cell(-(ux * w.nx + uy * w.ny + uz * w.nz))] += weight
+                r0, r1, r2, r3 = random_words(history, 0, event, EVENT, seed_low, seed_high)
+                event += 1
+                u = uniform(r0, r1)
+                ux, uy, uz = _cosine_law(w.nx, w.ny, w.nz, u, short_uniform(r2))
+                weight *= w.albedo
+                departures[wall, _cell(math.sqrt(1.0 - u))] += weight
+                if weight < 0.5:
+                    weight = 1.0 if short_uniform(r3) < weight else 0.0
+        return crossings
+
+    @one_by_one
+    def _disks(histories, seed, radius, meter_radius, distance, arrivals):
+        seed_low, seed_high = seed & 0xFFFFFFFF, seed >> 32
+        hits = 0
+        for history in range(histories):
+            r0, r1, r2, r3 = random_words(history, 0, 0, POSITION, seed_low, seed_high)
+            r, phi = radius * math.sqrt(uniform(r0, r1)), 2.0 * math.pi * uniform(r2, r3)
+            x, y = r * math.cos(phi), r * math.sin(phi)
+            r0, r1, r2, r3 = random_words(history, 0, 0, DIRECTION, seed_low, seed_high)
+            ux, uy, uz = _cosine_law(0.0, 0.0, 1.0, uniform(r0, r1), uniform(r2, r3))
+            t = distance / uz
+            x, y = x + t * ux, y + t * uy
+            if x * x + y * y <= meter_radius * meter_radius:
+                arrivals[_cell(uz)] += 1.0
+                hits += 1
+        return hits
