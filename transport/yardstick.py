@@ -1,7 +1,7 @@
 """The yardstick: the benchmarks' two problems, one particle at a time, as one would write them without bundles.
 
 Float64, libm's sine and cosine, branches where a particle has done enough, plain float64 sums.  The random numbers and
-the rule of the roulette are the engine's, so that both do the same work for the same answer.
+the rule of the roulette are the engine's, so that both do the same work for the same answer.  `replay` times passes.
 """
 
 import math
@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
+from transport.engine.addresses import call_pass
+from transport.engine.bundle import LANES
 from transport.engine.cache import cached_kernels
 from transport.physics.directions import turned_by
 from transport.physics.streams import DIRECTION, EVENT, POSITION, random_words, short_uniform, uniform
@@ -128,3 +130,18 @@ with cached_kernels():
                 arrivals[_cell(uz)] += 1.0
                 hits += 1
         return hits
+
+    @one_by_one
+    def replay(entry, table, handles, spans, words, saved, rows, repeats):
+        """Put saved bundles back into their states and call a pass on each; entry 0: only put them back.
+
+        spans: first and live of each bundle;  words: the bundles as int64, (bundles, words);  saved: the lane fields
+        that the pass changes, (bundles, fields, LANES), which begin in the columns `rows` of words.
+        """
+        for _ in range(repeats):
+            for s in range(words.shape[0]):
+                for j in range(rows.shape[0]):
+                    for k in range(LANES):
+                        words[s, rows[j] + k] = saved[s, j, k]
+                if entry != 0:
+                    call_pass(entry, handles[s], table, spans[s, 0], spans[s, 1])

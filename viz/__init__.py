@@ -1,0 +1,8 @@
+"""Pictures of results: one function a figure, each takes results, writes a file and returns its path."""
+
+from viz.comparisons import comparison
+from viz.cuts import radiance_cuts
+from viz.profiles import profile
+from viz.radiance import radiance_map
+
+__all__ = ["comparison", "profile", "radiance_cuts", "radiance_map"]

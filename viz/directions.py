@@ -1,0 +1,78 @@
+"""Bins of directions as polar angles and azimuths, and what an ideal run would find in each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport import EstimateArray
+
+Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of theta and phi [rad]
+
+POLAR, AZIMUTHAL = 512, 32  # points a bin for its mean: a jump inside the bin is met to 1/512 of its height
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionBins:
+    """An estimated radiance over a hemisphere: theta (n + 1) and phi (m + 1) increasing [rad], (n, m) bins."""
+
+    theta: np.ndarray
+    phi: np.ndarray
+    value: np.ndarray
+    error: np.ndarray
+    unscored: np.ndarray
+    unit: object
+
+    @property
+    def angles(self) -> np.ndarray:
+        """The polar angle that halves each bin's projected solid angle [rad], (n,)."""
+        squares = np.sin(self.theta) ** 2
+        return np.arcsin(np.sqrt((squares[1:] + squares[:-1]) / 2))
+
+    @property
+    def is_round(self) -> bool:
+        """Whether one bin holds the full turn, so that there is no azimuth to tell."""
+        return len(self.phi) == 2 and math.isclose(self.phi[1] - self.phi[0], 2 * math.pi)
+
+    def column(self, azimuth: float) -> int | None:
+        """Which bin holds this azimuth [rad], or None where none does."""
+        turned = self.phi[0] + np.mod(azimuth - self.phi[0] + 1e-12, 2 * math.pi)
+        place = int(np.searchsorted(self.phi, turned, side="right")) - 1
+        return place if place < len(self.phi) - 1 else None
+
+    def expected(self, exact: Radiance, column: int) -> np.ndarray:
+        """Means of an exact radiance over the bins of one azimuth, weighted with cos(theta) d omega, (n,)."""
+        squares = np.sin(self.theta) ** 2
+        share = (np.arange(POLAR) + 0.5) / POLAR
+        theta = np.arcsin(np.sqrt(squares[:-1, None] + np.diff(squares)[:, None] * share))
+        low, high = self.phi[column : column + 2]
+        phi = low + (high - low) * (np.arange(AZIMUTHAL) + 0.5) / AZIMUTHAL
+        theta, phi = np.broadcast_arrays(theta[:, :, None], phi)
+        return np.broadcast_to(exact(theta, phi), theta.shape).mean(axis=(1, 2))
+
+
+def direction_bins(radiance: EstimateArray) -> DirectionBins:
+    """The bins of an estimate with the axes mu or theta, and phi where there is one.
+
+    Raises ValueError for other axes, and for directions beyond the horizon of a hemisphere.
+    """
+    polar = next((name for name in ("mu", "theta") if name in radiance.dims), None)
+    if polar is None or not set(radiance.dims) <= {polar, "phi"}:
+        raise ValueError(f"A radiance by direction has the axes mu or theta, and phi; got {radiance.dims}")
+    theta = radiance.coords[polar]
+    if polar == "mu":
+        theta = np.arccos(theta)
+    if theta.max() > math.pi / 2 + 1e-9:
+        raise ValueError(f"A map shows one hemisphere, theta up to 90°; got {np.degrees(theta.max()):.4g}°")
+    phi = radiance.coords.get("phi", np.array([0.0, 2 * math.pi]))
+    upwards = slice(None, None, 1 if theta[0] < theta[-1] else -1)
+
+    def arranged(array: np.ndarray) -> np.ndarray:
+        array = array if "phi" in radiance.dims else array[:, None]
+        return (array.T if radiance.dims[0] == "phi" else array)[upwards]
+
+    fields = (radiance.value, radiance.error, radiance.reason == "no score")
+    return DirectionBins(theta[upwards], phi, *map(arranged, fields), radiance.unit)
