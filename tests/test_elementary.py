@@ -87,11 +87,11 @@ def exactly(function, points):
 
 
 def sine(turn):
-    return mp.sin(2 * mp.pi * turn)
+    return mp.sinpi(2 * turn)
 
 
 def cosine(turn):
-    return mp.cos(2 * mp.pi * turn)
+    return mp.cospi(2 * turn)
 
 
 def towards(point, side, decades=16, count=60):
@@ -102,7 +102,10 @@ def towards(point, side, decades=16, count=60):
 def grid_turns(count, seed):
     """Turns as `uniform` and `short_uniform` draw them: multiples of 2^-52 and of 2^-33, in [0, 1)."""
     rng = np.random.default_rng(seed)
-    fine, coarse = rng.integers(0, 1 << 52, count) * 2.0**-52, (rng.integers(0, 1 << 32, count) + 0.5) * 2.0**-32
+    fine, coarse = (
+        rng.integers(0, 1 << 52, count) * 2.0**-52,
+        (rng.integers(0, 1 << 32, count) + 0.5) * 2.0**-32,
+    )
     quarters = np.arange(4) / 4
     near = [q + k * 2.0**-52 for q in quarters for k in (0, 1, 2, 3, 1000)]
     near += [q - k * 2.0**-52 for q in (*quarters[1:], 1.0) for k in (1, 2, 3, 1000)]
@@ -153,7 +156,8 @@ def test_cosine_and_sine_of_drawn_turns_are_good_to_a_few_places():
     assert in_ulp(s, exactly(sine, turns)) <= SIN_ULP
     assert np.abs(c * c + s * s - 1).max() <= 12 * 2.0**-53
     c, s = cos_sin_of(np.array([0, 0.25, 0.5, 0.75]))
-    assert np.abs(c - [1, 0, -1, 0]).max() <= 2.0**-52 and np.abs(s - [0, 1, 0, -1]).max() <= 2.0**-52
+    assert np.abs(c - [1, 0, -1, 0]).max() <= 2.0**-52
+    assert np.abs(s - [0, 1, 0, -1]).max() <= 2.0**-52
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
@@ -174,7 +178,9 @@ def test_arc_tangent_is_good_to_a_few_places():
     rng = np.random.default_rng(4)
     seam = math.sqrt(2) - 1 + np.arange(-200, 201) * 2.0**-30
     hard = [0.0, 1.0, ONE_BELOW, 5e-324, SMALLEST_NORMAL, 2.0**-52]
-    points = np.concatenate((rng.uniform(0, 1, 2000), 10 ** rng.uniform(-300, 0, 500), seam, towards(1, -1), hard))
+    points = np.concatenate(
+        (rng.uniform(0, 1, 2000), 10 ** rng.uniform(-300, 0, 500), seam, towards(1, -1), hard)
+    )
     assert in_ulp(atan_of(points), exactly(mp.atan, points)) <= ATAN_ULP
 
 
@@ -187,11 +193,29 @@ def azimuth_error(x, y):
 
 
 @pytest.mark.parametrize(
-    "x, y, turn",
-    [(0, 0, 0), (-0.0, 0.0, 0), (0.0, -0.0, 0), (1, 0, 0), (0, 1, 0.25), (-1, 0, 0.5), (0, -1, 0.75)]
-    + [(1, 1, 0.125), (-1, 1, 0.375), (-1, -1, 0.625), (1, -1, 0.875)]
-    + [(5e-324, 5e-324, 0.125), (-1e308, -1e308, 0.625), (1e308, 1e-308, 0), (1e-308, -1e308, 0.75)]
-    + [(-1, 5e-324, 0.5), (-1, -5e-324, 0.5), (1, -5e-324, 0), (1, -1e-18, 0), (0.0, 5e-324, 0.25)],
+    ("x", "y", "turn"),
+    [
+        (0, 0, 0),
+        (-0.0, 0.0, 0),
+        (0.0, -0.0, 0),
+        (1, 0, 0),
+        (0, 1, 0.25),
+        (-1, 0, 0.5),
+        (0, -1, 0.75),
+        (1, 1, 0.125),
+        (-1, 1, 0.375),
+        (-1, -1, 0.625),
+        (1, -1, 0.875),
+        (5e-324, 5e-324, 0.125),
+        (-1e308, -1e308, 0.625),
+        (1e308, 1e-308, 0),
+        (1e-308, -1e308, 0.75),
+        (-1, 5e-324, 0.5),
+        (-1, -5e-324, 0.5),
+        (1, -5e-324, 0),
+        (1, -1e-18, 0),
+        (0.0, 5e-324, 0.25),
+    ],
 )
 def test_azimuth_of_axes_diagonals_and_extremes(x, y, turn):
     assert azimuth_of(np.array([float(x)]), np.array([float(y)]))[0] == pytest.approx(turn, abs=1e-16)
@@ -200,7 +224,9 @@ def test_azimuth_of_axes_diagonals_and_extremes(x, y, turn):
 def test_azimuth_grows_through_the_quadrants_from_x_towards_y():
     angle = np.linspace(0, 1, 4001)[:-1]
     turn = azimuth_of(np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle))
-    assert (turn >= 0).all() and (turn < 1).all() and (np.diff(turn) > 0).all()
+    assert (turn >= 0).all()
+    assert (turn < 1).all()
+    assert (np.diff(turn) > 0).all()
     assert np.abs(turn - angle).max() < 1e-15
 
 
@@ -227,7 +253,9 @@ def test_azimuth_is_good_over_all_directions_and_magnitudes():
     rng = np.random.default_rng(5)
     radius, angle = 10 ** rng.uniform(-250, 250, 1000), rng.uniform(0, 2 * np.pi, 1000)
     signs = rng.choice([-1, 1], (2, 1000))
-    x, y = np.concatenate((radius * (np.cos(angle), np.sin(angle)), 10 ** rng.uniform(-9, 9, (2, 1000)) * signs), axis=1)
+    x, y = np.concatenate(
+        (radius * (np.cos(angle), np.sin(angle)), 10 ** rng.uniform(-9, 9, (2, 1000)) * signs), axis=1
+    )
     errors = [azimuth_error(*pair) for pair in zip(x, y, strict=True)]
     assert max(error for error, _ in errors) <= AZIMUTH_ABSOLUTE
     assert max(error / math.ulp(exact) for error, exact in errors if exact < 0.25) <= AZIMUTH_ULP

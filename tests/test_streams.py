@@ -94,7 +94,7 @@ def stream():
     return uniforms_of(words_at(places()))
 
 
-@pytest.mark.parametrize("counter, key, answer", KNOWN_ANSWERS)
+@pytest.mark.parametrize(("counter", "key", "answer"), KNOWN_ANSWERS)
 def test_known_answers_of_random123(counter, key, answer):
     counter, key, answer = ([int(word, 16) for word in text.split()] for text in (counter, key, answer))
     assert list(reference(*counter, *key)) == answer
@@ -121,7 +121,8 @@ def test_extreme_words_give_numbers_within_the_unit_interval():
     u = uniforms_of(words)
     assert u[0].tolist() == [0.0, 0.0] + [2.0**-33] * 4
     assert u[1].tolist() == [1 - 2.0**-52] * 2 + [1 - 2.0**-33] * 4
-    assert u[2, 0] == 2.0**-32 - 2.0**-52 and u[2, 1] == 1 - 2.0**-32
+    assert u[2, 0] == 2.0**-32 - 2.0**-52
+    assert u[2, 1] == 1 - 2.0**-32
 
 
 def test_uniforms_have_52_bits():
@@ -135,7 +136,8 @@ def test_uniforms_have_52_bits():
 
 def test_uniforms_have_the_mean_and_the_variance_of_their_law(stream):
     """Of the 6 x 3 figures none is beyond 5 sigma: one in 1e5 for right code.  A mean off by 0.01 is."""
-    assert ((stream >= 0) & (stream < 1)).all() and (stream[:, 2:] > 0).all()
+    assert ((stream >= 0) & (stream < 1)).all()
+    assert (stream[:, 2:] > 0).all()
     v, n = stream - 0.5, len(stream)
     assert np.abs(v.mean(axis=0)).max() < 5 * np.sqrt(1 / 12 / n)
     assert np.abs((v**2).mean(axis=0) - 1 / 12).max() < 5 * np.sqrt(1 / 180 / n)

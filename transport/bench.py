@@ -3,12 +3,13 @@
 Ratios are what counts; absolute figures belong to the machine.  Numba is loaded when something is measured.
 """
 
+import math
 import statistics
 import subprocess
 import sys
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from rich.table import Table
 from transport.compile import compile_scene
 from transport.detectors import Detector, Directions
 from transport.emissions import Lambertian
+from transport.layout import ABSORBED
 from transport.materials import Diffuse, Surface
 from transport.scene import Scene
 from transport.shapes import Box, Disk
@@ -86,9 +88,143 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     from transport.engine.driver import machine_of
     from transport.engine.program import program_of
 
-    program = machine_of(program_of(compile_scene(scene))).program
+    plan = compile_scene(scene)
+    program = machine_of(program_of(plan)).program
+    sums = np.zeros((plan.rows, 4), np.int64), np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
     costs = defaultdict(list)
-    with _Walk(program) as walk:
-        for step, visits in walk.visits().items():
-            costs[step.name].append(walk.cost(step, visits))
+    for (name, entry, table), visits in _visits(program, *sums).items():
+        costs[name].append(_cost(entry, table, visits))
     return {name: statistics.fmean(of_calls) for name, of_calls in costs.items()}
+
+
+def _box_rows(repeats: int, share: int) -> list[dict]:
+    from transport.yardstick import run_box
+
+    scene, histories, slow = box_scene(), BOX // share, BOX_ONE_BY_ONE // share
+    first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
+    one, two, by_one = _rates(
+        repeats,
+        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings,
+        lambda: simulate(scene, particles=histories, seed=1, threads=2, progress=False).cost.crossings,
+        lambda: run_box(slow, 1)[0],
+    )
+    return [
+        _row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
+        _row("closed box, two threads against one", two, "crossings/s", two / one),
+        _row("closed box, one particle at a time", by_one, "crossings/s"),
+        _row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
+    ]
+
+
+def _disk_rows(repeats: int, share: int) -> list[dict]:
+    from transport.yardstick import run_disks
+
+    scene, histories, slow = disks_scene(), DISKS // share, DISKS_ONE_BY_ONE // share
+    engine, by_one = _rates(
+        repeats,
+        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.particles,
+        lambda: run_disks(slow, 1) and slow,
+    )
+    return [
+        _row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
+        _row("coaxial disks, one particle at a time", by_one, "particles/s"),
+    ]
+
+
+def _memory_rows(particles: int) -> list[dict]:
+    """Peak memory of a process of its own."""
+    code = f"from transport import bench; print(bench.peak_memory({particles}))"
+    root = Path(__file__).resolve().parents[1]
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
+    return [
+        _row(f"coaxial disks, peak memory for {particles:.0e} particles", float(child.stdout) / 2**20, "MiB")
+    ]
+
+
+def peak_memory(particles: int) -> float:
+    """Peak memory [bytes] of this process after a run of the disks; nan where the system does not tell."""
+    simulate(disks_scene(), particles=particles, seed=1, threads=1, progress=False)
+    status = Path("/proc/self/status")
+    if status.exists():  # Linux: its ru_maxrss would be the parent's peak where that is higher
+        return 1024.0 * float(status.read_text().split("VmHWM:")[1].split()[0])
+    try:
+        import resource
+    except ImportError:
+        return math.nan
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(peak if sys.platform == "darwin" else 1024 * peak)
+
+
+def _pass_rows(title: str, scene: Scene) -> list[dict]:
+    return [_row(f"{title}, {name}", cost, "ns/lane") for name, cost in pass_costs(scene).items()]
+
+
+def _row(name: str, values: np.ndarray | float, unit: str, ratios: np.ndarray | None = None) -> dict:
+    ratio = None if ratios is None else float(np.median(ratios))
+    return {"name": name, "value": float(np.median(values)), "unit": unit, "ratio": ratio}
+
+
+def _rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
+    """What each of the works does a second, taken in turns: (works, repeats).  A first turn compiles and is not timed."""
+    rates = np.zeros((len(works), repeats + 1))
+    for turn in range(repeats + 1):
+        for number, work in enumerate(works):
+            begun = time.perf_counter()
+            done = work()
+            rates[number, turn] = done / (time.perf_counter() - begun)
+    return rates[:, 1:]
+
+
+def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple[str, int, int], deque]:
+    """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
+    from transport.engine.bundle import LANES, empty_bundle
+    from transport.yardstick import replay
+
+    bundle, visits = empty_bundle(), defaultdict(lambda: deque(maxlen=STATES))
+    bundle["tallies"], bundle["tally_words"] = tallies.ctypes.data, tallies.size
+    bundle["ledger"], bundle["ledger_words"] = ledger.ctypes.data, ledger.size
+    words, nothing = bundle.view(np.int64), np.zeros(0, np.int64)
+
+    def visit(step, first, live):
+        (lane_pass, table), before = step, words.copy()
+        entry, place = lane_pass.entry, table.ctypes.data
+        left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
+        visits[lane_pass.name, entry, place].append((first, live, before, words.copy()))
+        return left
+
+    live, history = 0, 0
+    for turn in range(WARM_UP + STATES):
+        if live < LANES:
+            bundle["history"][0, live:LANES] = np.arange(history, history + LANES - live)
+            for step in program.births[turn % len(program.births)]:
+                visit(step, live, LANES)
+        live, history = LANES, history + LANES - live
+        for step in program.steps:
+            live = visit(step, 0, live)
+    return visits
+
+
+def _cost(entry: int, table: int, visits: deque) -> float:
+    """Nanoseconds a lane of a pass on these states of a bundle."""
+    from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
+    from transport.engine.passes import LANE_FIELDS
+    from transport.yardstick import replay
+
+    first, live, before, after = (np.array(column) for column in zip(*visits, strict=True))
+    bundles = [empty_bundle() for _ in visits]
+    before[:, HEADER.index("address")] = handles = np.array([int(bundle["address"][0]) for bundle in bundles])
+    for bundle, words in zip(bundles, before, strict=True):
+        bundle.view(np.int64)[:] = words
+    changed, fields = (before != after).any(axis=0), [Bundle.fields[name][1] // 8 for name in LANE_FIELDS]
+    rows = np.array([row for row in fields if changed[row : row + LANES].any()], np.int64)
+    spans = np.stack([first, live], axis=1)
+
+    def seconds(which, repeats):
+        begun = time.perf_counter()
+        replay(which, table, handles, spans, before, rows, repeats)
+        return time.perf_counter() - begun
+
+    seconds(entry, 1)
+    repeats = max(1, int(TIMED / seconds(entry, 1)))
+    spent = statistics.median(seconds(entry, repeats) - seconds(0, repeats) for _ in range(LEAST_REPEATS))
+    return max(0.0, spent) / repeats / int((live - first).sum()) * 1e9

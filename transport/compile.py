@@ -135,7 +135,10 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT
             if member.surface is not None:
-                code |= len(surfaces) << layout.SURFACE_SHIFT
+                surfaces.append(_surface_row(member))
+                plan.owners.append(plan.scene.surfaces.index(member.surface))
+                code |= (len(surfaces) - 1) << layout.SURFACE_SHIFT
+                code |= int(surfaces[-1]["material"]) << layout.MATERIAL_SHIFT
             for detector in member.detectors:
                 if layer == layout.METERS_A_SHEET:
                     raise SceneError(
@@ -152,9 +155,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
             verb = "meet" if member.surface is not None or isinstance(member.shape, Sphere) else "cover"
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row))
             if member.surface is not None:
-                surfaces.append(_surface_row(member))
                 walls.append(row if isinstance(member.shape, Rectangle) else walls[0])
-                plan.owners.append(plan.scene.surfaces.index(member.surface))
     if len(surfaces) > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
@@ -194,10 +195,10 @@ def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarr
 
 
 def _layer_row(plan: Plan, member: Member, detector: Detector, meter: int) -> np.ndarray:
-    cosines = plain_cosines(detector)
-    sign = member.orientation * (-1.0 if detector.is_back else 1.0)
-    values = {"sign": sign, "cells": cosines or 1, "base": plan.bases[detector.name], "meter": meter}
-    return layout.row(layout.LAYER, **values)
+    look = layout.LOOK | plan.bases[detector.name] | (plain_cosines(detector) or 1) << layout.LOOK_CELLS_SHIFT
+    if (member.orientation < 0) != detector.is_back:
+        look |= layout.LOOK_BACK
+    return layout.row(layout.LAYER, look=look, meter=meter)
 
 
 def plain_cosines(detector: Detector) -> int | None:

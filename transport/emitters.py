@@ -41,13 +41,14 @@ def emitters_of(scene: Scene, space: Space, sheet_of: Callable[[Shape], int]) ->
     for source in scene.sources:
         shape = scene.shape_of(source)
         for piece, share in _shares(source, shape):
-            law = _law(source)
+            place = _place(source, piece, space)
+            law = _law(source, piece, place[1])
             weight, target = _target(source, piece, space)
             volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
             speed = source.emission.speed / space.size * (scene.duration or 0.0)
             birth = layout.row(layout.BIRTH, weight=1.0, speed=speed, sheet=0 if volume else sheet_of(piece))
             power = source.power(shape) * share
-            emitters.append(Emitter(source, power, weight, birth, _place(source, piece, space), law, target))
+            emitters.append(Emitter(source, power, weight, birth, place, law, target))
     return emitters
 
 
@@ -94,11 +95,11 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
     return "born_on_sphere", layout.row(layout.PATCH, **values)
 
 
-def _law(source: Source) -> tuple[str, np.ndarray]:
+def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarray]:
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
         case Lambertian():
-            return "emit_lambertian", nothing
+            return ("emit_lambertian", nothing) if isinstance(shape, Sphere) else ("emit_lambertian_from_plane", patch)
         case Isotropic() | Gas(direction=None):
             return "emit_isotropic", nothing
     return "emit_along", layout.row(layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True)))

@@ -1,17 +1,19 @@
 """How a compiled scene lies in memory: the record types of the passes' tables and the bits of a hit.
 
-A hit is one int64: which sheet, which acting surface, and which meters cover the point.
+A hit is one int64: which sheet, which acting surface of which material, and which meters cover the point.
 
-    bits 0-29   meters of the sheet that cover the point (bit l: layer l)
-    bit  30     the point lies within rounding of its rectangle's edge
+    bits 0-27   meters of the sheet that cover the point (bit l: layer l)
+    bit  28     the point lies within rounding of its rectangle's edge
+    bits 29-31  material of the acting surface
     bits 32-47  row of the acting surface; 0: none
     bits 48-62  sheet; a hit of 0 is no hit
 """
 
 import numpy as np
 
-METERS_A_SHEET = 30
-EDGE = 1 << 30
+METERS_A_SHEET = 28
+EDGE = 1 << 28
+MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
 SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
 SHEET_SHIFT = 48
 
@@ -21,7 +23,7 @@ ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: ei
 
 GRAZING_CUT = 1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
 
-# The ledger's rows of four words (high, low, count, spare); the absorbed weight follows, a row for each surface.
+# The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 LEDGER_WORDS = 4 * ABSORBED
 
@@ -49,7 +51,10 @@ SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/r
 SURFACE = np.dtype(_floats("albedo") + _integers("material"))
 STAND = np.dtype([("rows", "i8"), ("count", "i8"), ("surfaces", "i8")])
 
-LAYER = np.dtype(_floats("sign cells") + _integers("base meter"))  # the meter in layer l of a sheet
+# The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
+#   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
+LAYER = np.dtype(_integers("look meter"))
+LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
 LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))  # half: rows from arrivals to departures
 # A meter's axes beyond plain cosine bins: kind of coordinate (0: none), low edge, cells per unit, number of cells,
 # address of the edges where they are not uniform, distance in rows from one cell to the next.

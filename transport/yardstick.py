@@ -9,16 +9,15 @@ import math
 import numpy as np
 from numba import njit
 
-from transport.engine.addresses import call_pass
+from transport.engine.addresses import call_pass, view
 from transport.engine.bundle import LANES
 from transport.engine.cache import cached_kernels
 from transport.physics.directions import turned_by
 from transport.physics.streams import DIRECTION, EVENT, POSITION, random_words, short_uniform, uniform
 
 CELLS = 16  # cosine bins of each tally
-WALL = np.dtype(
-    [(name, "f8") for name in "cx cy cz ax ay az bx by bz nx ny nz half_a half_b albedo".split()]
-)  # centre, two axes and the inward normal, half sides, albedo
+COLUMNS = "cx", "cy", "cz", "ax", "ay", "az", "bx", "by", "bz", "nx", "ny", "nz", "half_a", "half_b", "albedo"
+WALL = np.dtype([(name, "f8") for name in COLUMNS])  # centre, two axes, inward normal, half sides, albedo
 
 
 def box_walls(side: float, albedo: float) -> np.ndarray:
@@ -35,11 +34,13 @@ def box_walls(side: float, albedo: float) -> np.ndarray:
     return walls
 
 
-def run_box(histories: int, seed: int, side: float = 2.0, albedo: float = 0.5) -> tuple[int, np.ndarray, np.ndarray]:
+def run_box(
+    histories: int, seed: int, side: float = 2.0, albedo: float = 0.5
+) -> tuple[int, np.ndarray, np.ndarray]:
     """A closed cube of diffuse walls, lit evenly by its ceiling +z: crossings, arrivals and departures.
 
-    arrivals, departures: summed weights by wall and cosine, (6, 16), in units of a birth weight; departures are
-    reflected weight, without what the ceiling emits.
+    arrivals, departures: summed weights by wall and cosine, (6, 16), in units of a birth weight; departures are what
+    the walls reflect and what the ceiling emits.
     """
     arrivals, departures = np.zeros((6, CELLS)), np.zeros((6, CELLS))
     crossings = _box(histories, seed, box_walls(side, albedo), 5, arrivals, departures)
@@ -79,9 +80,9 @@ with cached_kernels():
             t = (rx * w.nx + ry * w.ny + rz * w.nz) / (ux * w.nx + uy * w.ny + uz * w.nz)
             if 0.0 < t < nearest:
                 px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-                if abs(px * w.ax + py * w.ay + pz * w.az) <= w.half_a:
-                    if abs(px * w.bx + py * w.by + pz * w.bz) <= w.half_b:
-                        nearest, wall = t, q
+                along_a, along_b = px * w.ax + py * w.ay + pz * w.az, px * w.bx + py * w.by + pz * w.bz
+                if abs(along_a) <= w.half_a and abs(along_b) <= w.half_b:
+                    nearest, wall = t, q
         return nearest, wall
 
     @one_by_one
@@ -94,7 +95,9 @@ with cached_kernels():
             a, b = (2.0 * uniform(r0, r1) - 1.0) * w.half_a, (2.0 * uniform(r2, r3) - 1.0) * w.half_b
             x, y, z = w.cx + a * w.ax + b * w.bx, w.cy + a * w.ay + b * w.by, w.cz + a * w.az + b * w.bz
             r0, r1, r2, r3 = random_words(history, 0, 0, DIRECTION, seed_low, seed_high)
-            ux, uy, uz = _cosine_law(w.nx, w.ny, w.nz, uniform(r0, r1), uniform(r2, r3))
+            u = uniform(r0, r1)
+            ux, uy, uz = _cosine_law(w.nx, w.ny, w.nz, u, uniform(r2, r3))
+            departures[ceiling, _cell(math.sqrt(1.0 - u))] += 1.0
             weight, event, last = 1.0, 0, ceiling
             while weight > 0.0:
                 distance, wall = _nearest_wall(walls, last, x, y, z, ux, uy, uz)
@@ -132,16 +135,20 @@ with cached_kernels():
         return hits
 
     @one_by_one
-    def replay(entry, table, handles, spans, words, saved, rows, repeats):
-        """Put saved bundles back into their states and call a pass on each; entry 0: only put them back.
+    def replay(entry, table, handles, spans, states, rows, repeats):
+        """Put bundles back into their states and call a pass on each; entry 0: only put them back.
 
-        spans: first and live of each bundle;  words: the bundles as int64, (bundles, words);  saved: the lane fields
-        that the pass changes, (bundles, fields, LANES), which begin in the columns `rows` of words.
+        spans: first and live lane of each bundle;  states: the bundles as int64, (bundles, words);  rows: columns
+        of states in which the lane fields begin that the pass changes.  Returns the lanes that the last call left.
         """
+        live = 0
         for _ in range(repeats):
-            for s in range(words.shape[0]):
-                for j in range(rows.shape[0]):
+            for s in range(len(handles)):
+                words = view(handles[s], states.shape[1], np.int64)
+                for row in rows:
+                    field, state = words[row : row + LANES], states[s, row : row + LANES]
                     for k in range(LANES):
-                        words[s, rows[j] + k] = saved[s, j, k]
+                        field[k] = state[k]
                 if entry != 0:
-                    call_pass(entry, handles[s], table, spans[s, 0], spans[s, 1])
+                    live = call_pass(entry, handles[s], table, spans[s, 0], spans[s, 1])
+        return live

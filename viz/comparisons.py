@@ -1,4 +1,4 @@
-"""A table of estimates and exact values as a picture: relative differences and scores on one line a quantity."""
+"""Estimates against exact values, a row a quantity: relative difference, score, and both numbers."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
 from transport.notation import plus_minus
-from viz.style import BLUE, INK, MUTED, VERMILLION, figure_at, unit_label
+from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at, unit_label
 
-BAND = "#dcebf5"
-SCALES = ((1e-1, 1e2, "%"), (0.0, 1e6, "ppm"))
+FURTHEST = 6.0  # a score beyond is an arrow at the edge
+SCALES = ((1e-3, 1e2, "%"), (0.0, 1e6, "ppm"))  # from which size on, factor, name
+
+Rows = list[tuple[Estimate, float]]
 
 
 def comparison(
@@ -23,69 +26,85 @@ def comparison(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw estimate / exact - 1 with bars of two standard errors, a row for each quantity; returns the path.
+    """Draw estimate / exact - 1 with bars of two standard errors, a row a quantity; returns the path.
 
-    table: name -> (estimate, exact value).  The second panel shows z, the score through Student's t, with
-    the band of two; it also serves quantities whose exact value is 0, which have no relative difference.
+    table: name -> (estimate, exact value).  Beside it stands z, the score through Student's t, with the
+    band of two; it also serves quantities whose exact value is 0, which have no relative difference.
     Raises ValueError for an empty table.
     """
     if not table:
         raise ValueError("comparison: the table must have a row, got none")
     rows = [(estimate, float(exact)) for estimate, exact in table.values()]
-    with figure_at(path, (17, 2.6 + 0.78 * len(rows)), title, note) as figure:
-        left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.1, 1))
+    height = 2.4 + 0.85 * len(rows) + (0.6 if title else 0)
+    with figure_at(path, (18, height), title, note) as figure:
+        left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
         _draw_differences(left, rows)
         _draw_scores(right, rows)
-        left.set_yticks(range(len(rows)), list(table))
-        left.set_ylim(len(rows) - 0.4, -0.6)
+        for row, (estimate, exact) in enumerate(rows):
+            words = _in_words(estimate, exact)
+            right.text(1.05, row, words, transform=right.get_yaxis_transform(), va="center", fontsize=17)
+        left.set_yticks(range(len(rows)), list(table), fontsize=19)
+        left.set_ylim(len(rows) - 0.5, -0.5)
     return path
 
 
-def _draw_differences(axes: Axes, rows: list[tuple[Estimate, float]]) -> None:
-    differences = np.array([e.value / exact - 1 if exact else math.nan for e, exact in rows])
-    bars = np.array([2 * e.error / abs(exact) if exact else math.nan for e, exact in rows])
-    ends = np.abs(differences) + np.nan_to_num(bars)
-    largest = np.max(ends[np.isfinite(ends)], initial=0.0)
-    factor, unit = (1e2, "%") if largest >= 1e-4 or largest == 0 else (1e6, "ppm")
-    axes.axvline(0, color=INK, lw=1.8)
-    for row, (difference, bar) in enumerate(zip(factor * differences, factor * bars, strict=True)):
-        if math.isfinite(bar):
-            axes.errorbar(difference, row, xerr=bar, fmt="o", color=BLUE, capsize=7, lw=3, capthick=2.4, ms=11)
+def _draw_differences(axes: Axes, rows: Rows) -> None:
+    relative = [
+        (e.value / exact - 1, 2 * e.error / abs(exact)) if exact else (math.nan,) * 2 for e, exact in rows
+    ]
+    largest = max((abs(d) + bar for d, bar in relative if math.isfinite(d + bar)), default=0.0)
+    factor, unit = next((factor, name) for size, factor, name in SCALES if largest >= size)
+    reach = 1.12 * factor * largest if largest > 0 else 1.0
+    _prepare(axes, len(rows), reach, f"estimate / exact − 1  [{unit}],  ± 2 standard errors")
+    for row, (difference, bar) in enumerate(relative):
+        x, half = factor * difference, factor * bar
+        if math.isnan(x):
+            axes.text(0.02 * reach, row, "exact value 0: see z", color=MUTED, va="center", fontsize=16)
+        elif math.isfinite(half):
+            axes.errorbar(x, row, xerr=half, fmt="o", color=BLUE, capsize=9, lw=3.2, capthick=3, ms=13)
+        elif abs(x) < reach:
+            axes.plot(x, row, "o", mfc="white", mec=BLUE, mew=2.2, ms=13)
         else:
-            axes.plot(difference, row, "o", mfc="white", mec=BLUE, mew=2, ms=11)
-    reach = 1.15 * factor * largest if largest > 0 else 1.0
+            _draw_arrow(axes, x, row, reach, BLUE, "white")
+
+
+def _draw_scores(axes: Axes, rows: Rows) -> None:
+    scores = [estimate.z(exact) for estimate, exact in rows]
+    reach = max(3.4, 1.2 * max((abs(z) for z in scores if abs(z) <= FURTHEST), default=0.0))
+    axes.axvspan(-2, 2, color=WITHIN_TWO, lw=0)
+    _prepare(axes, len(rows), reach, "z  [standard errors]")
+    for row, z in enumerate(scores):
+        if math.isnan(z):
+            axes.text(0.04 * reach, row, "no error known", color=MUTED, va="center", fontsize=16)
+        elif abs(z) <= FURTHEST:
+            axes.plot(z, row, "o", color=BLUE, ms=13)
+        else:
+            _draw_arrow(axes, z, row, reach, VERMILLION, VERMILLION)
+
+
+def _prepare(axes: Axes, rows: int, reach: float, label: str) -> None:
+    axes.axvline(0, color=INK, lw=2)
+    for between in np.arange(rows - 1) + 0.5:
+        axes.axhline(between, color="#e6e6e6", lw=1)
     axes.set_xlim(-reach, reach)
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
     axes.grid(False, axis="y")
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel(f"estimate / exact − 1  [{unit}],  ± 2 standard errors")
+    axes.set_xlabel(label)
 
 
-def _draw_scores(axes: Axes, rows: list[tuple[Estimate, float]]) -> None:
-    z = np.array([estimate.z(exact) for estimate, exact in rows])
-    reach = float(np.clip(1.3 * np.max(np.abs(z[np.isfinite(z)]), initial=0.0), 3.5, 8.0))
-    axes.axvspan(-2, 2, color=BAND, lw=0)
-    axes.axvline(0, color=INK, lw=1.8)
-    for row, score in enumerate(z):
-        if abs(score) < reach:
-            axes.plot(score, row, "o", color=BLUE, ms=11)
-        elif not math.isnan(score):
-            axes.plot(math.copysign(0.93 * reach, score), row, ">" if score > 0 else "<", color=VERMILLION, ms=13)
-    axes.set_xlim(-reach, reach)
-    axes.grid(False, axis="y")
-    axes.spines["left"].set_visible(False)
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("z  [standard errors]")
-    for row, (estimate, exact) in enumerate(rows):
-        axes.text(1.05, row, _in_words(estimate, exact), transform=axes.get_yaxis_transform(), va="center", fontsize=16)
+def _draw_arrow(axes: Axes, x: float, row: int, reach: float, edge: str, face: str) -> None:
+    """A mark at the edge for what lies beyond it."""
+    marker = ">" if x > 0 else "<"
+    axes.plot(math.copysign(0.96 * reach, x), row, marker, mec=edge, mfc=face, mew=2.2, ms=14)
 
 
 def _in_words(estimate: Estimate, exact: float) -> str:
-    unit = unit_label(estimate.unit)
-    if estimate.reason is not None:
-        number = f"{estimate.value:.4g} (error unknown)"
-    elif estimate.exact:
-        number = f"{estimate.value:.6g} (exact)"
+    if estimate.reason is None and not estimate.exact:
+        number = plus_minus(estimate.value, estimate.error).replace("-", "−")
     else:
-        number = plus_minus(estimate.value, estimate.error)
-    return f"{number} {unit}\nexact {exact:.6g}"
+        number = f"{estimate.value:.6g}".replace("-", "−")
+    tail = " (exact)" if estimate.exact else "" if estimate.reason is None else f" ({estimate.reason})"
+    unit = unit_label(estimate.unit)
+    return f"{number}{' ' if unit else ''}{unit}{tail}\nexact {exact:.7g}".replace("exact -", "exact −")

@@ -17,7 +17,7 @@ POLAR, AZIMUTHAL = 512, 32  # points a bin for its mean: a jump inside the bin i
 
 @dataclass(frozen=True, eq=False)
 class DirectionBins:
-    """An estimated radiance over a hemisphere: theta (n + 1) and phi (m + 1) increasing [rad], (n, m) bins."""
+    """Radiance in (n, m) bins of a hemisphere: theta (n + 1) and phi (m + 1) are increasing edges [rad]."""
 
     theta: np.ndarray
     phi: np.ndarray

@@ -15,24 +15,23 @@ from matplotlib import patheffects
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-# Okabe and Ito 2008, "Color universal design": told apart by colour-blind eyes; their yellow is too pale on white.
-BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#E69F00",
-    "#CC79A7",
-    "#56B4E9",
-)
+# Okabe and Ito 2008, "Color universal design": colour-blind eyes tell them apart.  Their yellow is too pale.
+BLUE, VERMILLION, GREEN = "#0072B2", "#D55E00", "#009E73"
+PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 PALETTE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = ("o", "s", "^", "D", "v", "P")  # beside the colour, for prints in grey
 INK, MUTED, PALE = "#1a1a1a", "#6b6b6b", "#d9d9d9"
+WITHIN_TWO = "#dcebf5"  # the band of two standard errors
+HATCHING = "////"
+
+POINTS = {"capsize": 4, "lw": 2.2, "mec": "white", "mew": 0.8}
+HOLLOW = {"mfc": "white", "mew": 1.6, "ms": 6}
 
 RESOLUTION = 150  # dots per inch
 STYLE = {
-    "font.size": 17,
-    "axes.titlesize": 19,
-    "axes.labelsize": 18,
+    "font.size": 18,
+    "axes.titlesize": 21,
+    "axes.labelsize": 20,
     "axes.titlepad": 14,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
@@ -41,13 +40,15 @@ STYLE = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
     "grid.color": "#e6e6e6",
     "text.color": INK,
     "xtick.color": INK,
     "ytick.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 16,
-    "lines.markersize": 8,
+    "legend.edgecolor": "none",
+    "legend.framealpha": 0.9,
+    "legend.fontsize": 17,
+    "lines.markersize": 9,
     "hatch.color": "#8a8a8a",
     "hatch.linewidth": 1.0,
     "savefig.facecolor": "white",
@@ -56,17 +57,25 @@ STYLE = {
 
 @contextmanager
 def figure_at(
-    path: str | os.PathLike, size: tuple[float, float], title: str | None, note: str | None
+    path: str | os.PathLike,
+    size: tuple[float, float],
+    title: str | None,
+    note: str | None,
+    layout: str = "constrained",
 ) -> Iterator[Figure]:
-    """A figure of this size [inches] to draw on, written to `path` at the end; its folder is made."""
+    """A figure of this size [inches] to draw on, written to `path` at the end; its folder is made.
+
+    layout: "constrained" places the axes, "none" leaves that to the caller.
+    """
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=size, dpi=RESOLUTION, layout="constrained")
+        figure = Figure(figsize=size, dpi=RESOLUTION, layout=layout)
         FigureCanvasAgg(figure)
-        figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
+        if layout == "constrained":
+            figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)
         if title:
-            figure.suptitle(title, fontsize=22, fontweight="bold")
+            figure.suptitle(title, fontsize=24, fontweight="bold")
         if note:
-            figure.supxlabel(note, fontsize=13, color=MUTED, x=0.99, ha="right")
+            figure.supxlabel(note, fontsize=14, color=MUTED, x=0.99, ha="right")
         yield figure
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
@@ -75,13 +84,12 @@ def figure_at(
 def unit_label(unit: object) -> str:
     """The unit in mathtext, such as W m^-2; empty where it is dimensionless.
 
-    unit: a transport.units.Unit or its text.
+    unit: a transport.Unit or its text.
     """
-    factors = [factor.split("^") for factor in str(unit).split()]
-    if factors == [["1"]]:
+    if str(unit) == "1":
         return ""
-    powers = (symbol + (f"^{{{exponent[0].strip('()')}}}" if exponent else "") for symbol, *exponent in factors)
-    return rf"$\mathrm{{{chr(92) + ','}}}$".join(f"$\\mathrm{{{power}}}$" for power in powers)
+    factors = (_power(*factor.partition("^")[::2]) for factor in str(unit).split())
+    return r"$\mathrm{" + r"\,".join(factors) + "}$"
 
 
 def with_unit(words: str, unit: object) -> str:
@@ -93,3 +101,7 @@ def with_unit(words: str, unit: object) -> str:
 def outlined(width: float = 3.0) -> list[patheffects.AbstractPathEffect]:
     """A dark rim round white text or lines, so that they are read on any colour of a map."""
     return [patheffects.withStroke(linewidth=width, foreground="#000000")]
+
+
+def _power(symbol: str, exponent: str) -> str:
+    return f"{symbol}^{{{exponent.strip('()')}}}" if exponent else symbol

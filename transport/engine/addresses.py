@@ -30,6 +30,27 @@ def _call_pass(typing_context, entry, bundle, table, first, live):
     return types.int64(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
 
 
+@intrinsic
+def _add_to_row(typing_context, address, first, second, third, fourth):
+    """One 32-byte load, addition and store."""
+
+    def codegen(context, builder, signature, args):
+        row = ir.VectorType(ir.IntType(64), 4)
+        added = ir.Constant(row, ir.Undefined)
+        for i, word in enumerate(args[1:]):
+            added = builder.insert_element(added, word, ir.IntType(32)(i))
+        pointer = builder.inttoptr(args[0], row.as_pointer())
+        builder.store(builder.add(builder.load(pointer, align=8), added), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
+
+
+def _add_to_row_plain(address, *words):
+    row = _view_plain(address, 4, np.int64)
+    row += np.array(words, np.int64)
+
+
 @njit(inline="always")
 def _view(address, count, dtype):
     return carray(_pointer(address), (count,), dtype)
@@ -46,3 +67,4 @@ def _call_pass_plain(entry, bundle, table, first, live):
 
 view = _view_plain if config.DISABLE_JIT else _view
 call_pass = _call_pass_plain if config.DISABLE_JIT else _call_pass
+add_to_row = _add_to_row_plain if config.DISABLE_JIT else _add_to_row

@@ -132,6 +132,25 @@ def emit_lambertian(b, table, first, live):
     return live
 
 
+@lane_pass(PATCH)
+def emit_lambertian_from_plane(b, table, first, live):
+    """The same where all have one normal: its frame is made once, not for each lane."""
+    side = table.side
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
+        u = uniform(w0, w1)
+        c, s = cos_sin_turn(uniform(w2, w3))
+        mu, sine = math.sqrt(1.0 - u), math.sqrt(u)
+        c, s = c * sine, s * sine
+        b.ux[k] = c * eux + s * evx + mu * nx
+        b.uy[k] = c * euy + s * evy + mu * ny
+        b.uz[k] = c * euz + s * evz + mu * nz
+    return live
+
+
 @lane_pass(NO_TABLE)
 def emit_isotropic(b, table, first, live):
     """Directions uniform over the sphere."""

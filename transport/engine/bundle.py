@@ -9,6 +9,7 @@ import os
 import numpy as np
 
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))  # a constant of the build; the variable is a seam for tests
+PITCH = LANES + 8  # words from field to field: a cache line more, lest one lane's fields all compete for one cache set
 
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
@@ -37,41 +38,37 @@ CARRIED = (
     ("history", "i8"),  # number within the batch
     ("event", "i8"),  # draws made so far
     ("sheet", "i8"),  # the support that the particle stands on; 0: none
+    ("start", "f8"),  # where on the ray it is: 0, or negative for one aimed at a target where x is
+    ("distance", "f8"),  # along the ray from x to what it meets next
+    ("hit", "i8"),  # sheet, surface and meters that it meets next (layout.py)
     ("time", "f8"),  # [durations]: from here on only with a clock
     ("speed", "f8"),  # [scene lengths per duration]
 )
-STEADY, CLOCKED = 11, 13  # fields carried without and with a clock
+STEADY, CLOCKED = 14, 16  # fields carried without and with a clock
 
 # What one step computes and the next forgets.
 SCRATCH = (
-    ("start", "f8"),  # where on the ray the particle is: 0, or negative for one aimed at a target where x is
-    ("distance", "f8"),  # along the ray from x to the hit
-    ("hit", "i8"),  # sheet, surface and meters hit (layout.py)
     ("nx", "f8"),
     ("ny", "f8"),
     ("nz", "f8"),
     ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
     ("albedo", "f8"),
-    ("material", "i8"),
-    ("surface", "i8"),
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 32 bits
-    ("high", "i8"),  # the weight in units of 2^-32 ...
-    ("low", "i8"),  # ... and the rest in units of 2^-63
-    ("gain_high", "i8"),
-    ("gain_low", "i8"),
-    ("sign", "f8"),  # of the side that the meter looks at; 0: no meter here
-    ("base", "i8"),  # of the meter's rows
-    ("cells", "f8"),  # cosine bins of the meter
+    ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
+    ("base", "i8"),  # first row of the meter on the side that is scored
     ("meter", "i8"),  # index of the meter's row
     ("bin", "i8"),  # row to score in; 0: none
-    ("slant", "i8"),  # weight/|mu| in units of 2^-32
+    ("high", "i8"),  # the weight to score in units of 2^-32 ...
+    ("low", "i8"),  # ... the rest in units of 2^-63 ...
+    ("slant", "i8"),  # ... and weight/|mu| in units of 2^-22
     ("listed", "i8"),  # lanes picked out by a pass
+    ("movers", "i8"),
 )
 
 Bundle = np.dtype(
-    [(name, "i8") for name in HEADER] + [(name, kind, (LANES,)) for name, kind in CARRIED + SCRATCH], align=True
+    [(name, "i8") for name in HEADER] + [(name, kind, (PITCH,)) for name, kind in CARRIED + SCRATCH], align=True
 )
 CARRIED_WORDS = len(HEADER)  # where the carried fields begin, in words of 8 bytes
 

@@ -45,6 +45,7 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
     count = emitters.shape[0] - 1
     live, history, emitter, end = 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
     while True:
+        live = _fill_line(b, live)
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             for k in range(born):
@@ -52,7 +53,7 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
             if born > 0:
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
-            live, history = live + born, history + born
+            live, history = _fill_line(b, live + born), history + born
             if history == end:
                 emitter += 1
                 if emitter < count:
@@ -64,6 +65,16 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
             live = call_pass(entries[p], handle, tables[p], 0, live)
         if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
             return
+
+
+@njit(inline="always")
+def _fill_line(b, live):
+    """Lanes come in full vectors of eight: the rest of the last one idles at weight 0."""
+    full = (live + 7) // 8 * 8
+    for k in range(live, full):
+        b.weight[k] = 0.0
+        b.event[k] = 0
+    return full
 
 
 @njit(inline="always")

@@ -114,62 +114,61 @@ def meet_sphere(b, table, first, live):
 @lane_pass(CLOCK)
 def stop_clock(b, table, first, live):
     """Particles that are still flying when the clock stops go into the ledger; the others' clocks advance."""
-    ledger, high, low, count = view(b.ledger, b.ledger_words, np.int64), 0, 0, 0
-    duration = table.duration
+    high, low, duration = 0, 0, table.duration
     for k in range(first, live):
         flight = b.distance[k] - b.start[k]
         late = flight > (duration - b.time[k]) * b.speed[k]
         w_high, w_low = limbs(b.weight[k] if late else 0.0)
         high += w_high
         low += w_low
-        count += 1 if late & (b.weight[k] != 0.0) else 0
         b.time[k] += flight / b.speed[k]
         b.hit[k] = 0 if late else b.hit[k]
         b.weight[k] = 0.0 if late else b.weight[k]
+    ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * IN_FLIGHT] += high
     ledger[4 * IN_FLIGHT + 1] += low
-    ledger[4 * IN_FLIGHT + 2] += count
-    return live
-
-
-@lane_pass(NO_TABLE)
-def move(b, table, first, live):
-    """To the hit; a particle that meets nothing stays where it is."""
-    for k in range(first, live):
-        d = b.distance[k] if b.hit[k] != 0 else 0.0
-        b.x[k] += d * b.ux[k]
-        b.y[k] += d * b.uy[k]
-        b.z[k] += d * b.uz[k]
-        b.start[k] = 0.0
     return live
 
 
 @lane_pass(NO_TABLE)
 def leave(b, table, first, live):
     """What meets nothing ahead escapes; what is no longer a number is lost, and counted as such."""
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    high, low, count, lost_high, lost_low, lost, hits = 0, 0, 0, 0, 0, 0, 0
+    high, low, hits, any_lost = 0, 0, 0, 0
     for k in range(first, live):
         w = b.weight[k]
-        sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
-        sane &= b.event[k] < MOST_EVENTS
+        is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
+        is_sane &= b.event[k] < MOST_EVENTS
         gone = b.hit[k] == 0
-        alive = w != 0.0
-        w_high, w_low = limbs(w if w == w else 0.0)
-        high += w_high if gone & sane else 0
-        low += w_low if gone & sane else 0
-        count += 1 if gone & sane & alive else 0
-        lost_high += 0 if sane else w_high
-        lost_low += 0 if sane else w_low
-        lost += 0 if sane else 1
-        hits += 0 if gone else 1
-        b.hit[k] = b.hit[k] if sane else 0
-        b.weight[k] = 0.0 if gone | (not sane) else w
-    b.crossings += hits
+        w_high, w_low = limbs(w if gone & is_sane else 0.0)
+        high += w_high
+        low += w_low
+        hits += 0 if gone | (w == 0.0) else 1
+        any_lost |= 0 if is_sane | (w == 0.0) else 1
+        b.weight[k] = 0.0 if gone & is_sane else w
+    ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * ESCAPED] += high
     ledger[4 * ESCAPED + 1] += low
-    ledger[4 * ESCAPED + 2] += count
-    ledger[4 * LOST] += lost_high
-    ledger[4 * LOST + 1] += lost_low
-    ledger[4 * LOST + 2] += lost
+    b.crossings += hits
+    if any_lost != 0:
+        for k in range(first, live):
+            w = b.weight[k]
+            is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
+            if w != 0.0 and not (is_sane and b.event[k] < MOST_EVENTS):
+                w_high, w_low = limbs(w if w == w else 0.0)
+                ledger[4 * LOST] += w_high
+                ledger[4 * LOST + 1] += w_low
+                ledger[4 * LOST + 2] += 1
+                b.weight[k] = 0.0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def move(b, table, first, live):
+    """To the hit."""
+    for k in range(first, live):
+        d = b.distance[k]
+        b.x[k] += d * b.ux[k]
+        b.y[k] += d * b.uy[k]
+        b.z[k] += d * b.uz[k]
+        b.start[k] = 0.0
     return live

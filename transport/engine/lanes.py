@@ -1,29 +1,37 @@
 """Keep the living together: the last lanes move into the gaps that the ended ones left."""
 
 import numpy as np
-from numba import int64
+from numba import int64, uint64
 
 from transport.engine.addresses import view
-from transport.engine.bundle import CARRIED_WORDS, LANES
+from transport.engine.bundle import CARRIED_WORDS, PITCH
 from transport.engine.passes import lane_pass
 from transport.layout import MOVED
 
 
 @lane_pass(MOVED)
 def fill_gaps(b, table, first, live):
-    """Returns the number of lanes that live on.  Every carried field moves: a new one cannot be forgotten."""
+    """Returns the number of lanes that are kept.  Every carried field moves: a new one cannot be forgotten.
+
+    A few ended lanes are kept idle: at weight 0 they are never counted, and moving costs more than they do.
+    """
     ended = 0
-    for k in range(live):  # no branch, so nothing to mispredict
-        b.listed[ended] = k
+    for k in range(live):
         ended += 1 if b.weight[k] == 0.0 else 0
     alive = int64(live) - ended
-    words = view(b.address, CARRIED_WORDS + table.fields * LANES, np.int64)
-    gap = 0
-    for k in range(alive, int64(live)):
-        if b.weight[k] != 0.0:
-            to = b.listed[gap]
-            gap += 1
-            for field in range(table.fields):
-                row = CARRIED_WORDS + field * LANES
-                words[row + to] = words[row + k]
+    if ended * 16 < int64(live) or alive == 0:
+        return alive + ended if alive > 0 else 0
+    gaps = 0
+    for k in range(uint64(alive)):  # no branch, so nothing to mispredict
+        b.listed[gaps] = k
+        gaps += 1 if b.weight[k] == 0.0 else 0
+    movers = 0
+    for k in range(uint64(alive), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if b.weight[k] != 0.0 else 0
+    words = view(b.address, CARRIED_WORDS + table.fields * PITCH, np.int64)
+    for field in range(table.fields):
+        row = CARRIED_WORDS + field * PITCH
+        for j in range(gaps):
+            words[row + b.listed[j]] = words[row + b.movers[j]]
     return alive

@@ -4,34 +4,49 @@ Layer l of a sheet holds at most one meter; a lane finds it by (sheet, layer).  
 the last one fastest, behind one row for what falls outside all of them; departures follow all arrivals.
 """
 
-import numpy as np
-from numba import int64
+from numba import float64, int64
 
-from transport.engine.addresses import view
+from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
-from transport.engine.sums import slant
-from transport.layout import LAYER, LAYERS, NO_TABLE, SHEET_SHIFT
+from transport.engine.sums import limbs, slant
+from transport.layout import LAYER, LAYERS, LOOK_BACK, LOOK_BASE, LOOK_CELLS, LOOK_CELLS_SHIFT, NO_TABLE
+from transport.layout import SHEET_SHIFT
+from transport.physics.device import device
 
 
 @lane_pass(LAYERS)
 def look_up_meter(b, table, first, live):
-    """The meter of this layer where the hit is covered by one."""
-    rows, layer = view(table.rows, table.count, LAYER), table.layer
+    """The meter of this layer on the sheet that was hit."""
+    rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        row = rows[b.hit[k] >> SHEET_SHIFT]
-        covered = (b.hit[k] >> layer) & 1
-        b.sign[k] = row.sign if covered else 0.0
-        b.base[k], b.cells[k] = row.base, row.cells
+        b.look[k] = rows[b.hit[k] >> SHEET_SHIFT].look
     return live
+
+
+@device
+def facing(look, hit, layer, mu):
+    """mu against the side that the meter looks at: negative for arrivals, positive for departures; 0 for no meter."""
+    covered = (look != 0) & (((hit >> layer) & 1) != 0)
+    return (-mu if look & LOOK_BACK else mu) if covered else 0.0
+
+
+@device
+def cosine_bin(look, mu):
+    """The row of the cosine bin behind the meter's first row, which is for the outside."""
+    cells = (look >> LOOK_CELLS_SHIFT) & LOOK_CELLS
+    return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
 
 
 @lane_pass(LAYERS)
 def bin_arrivals(b, table, first, live):
     """The cosine bin of what comes towards the meter's side."""
+    layer = table.layer
     for k in range(first, live):
-        mu, cells = abs(b.mu[k]), b.cells[k]
-        here = b.sign[k] * b.mu[k] < 0.0
-        b.bin[k] = b.base[k] + 1 + min(int64(mu * cells), int64(cells) - 1) if here else 0
+        look, mu = b.look[k], b.mu[k]
+        base = look & LOOK_BASE
+        here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
+        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live
 
@@ -39,12 +54,13 @@ def bin_arrivals(b, table, first, live):
 @lane_pass(LAYERS)
 def bin_departures(b, table, first, live):
     """The cosine bin of what leaves from the meter's side."""
-    half = table.half
+    layer, half = table.layer, table.half
     for k in range(first, live):
-        mu, cells = abs(b.mu[k]), b.cells[k]
-        here = (b.sign[k] * b.mu[k] > 0.0) & (b.weight[k] != 0.0)
-        b.base[k] += half
-        b.bin[k] = b.base[k] + 1 + min(int64(mu * cells), int64(cells) - 1) if here else 0
+        look, mu = b.look[k], b.mu[k]
+        base = (look & LOOK_BASE) + half
+        here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
+        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live
 
@@ -52,29 +68,33 @@ def bin_departures(b, table, first, live):
 @lane_pass(LAYERS)
 def bin_crossings(b, table, first, live):
     """Where nothing acts, a crossing is an arrival on one side and a departure from the other."""
-    half = table.half
+    layer, half = table.layer, table.half
     for k in range(first, live):
-        mu, cells = abs(b.mu[k]), b.cells[k]
-        s = b.sign[k] * b.mu[k]
-        b.base[k] += half if s > 0.0 else 0
-        b.bin[k] = b.base[k] + 1 + min(int64(mu * cells), int64(cells) - 1) if s != 0.0 else 0
+        look, mu = b.look[k], b.mu[k]
+        side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
+        base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
+        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live
 
 
 @lane_pass(NO_TABLE)
 def score(b, table, first, live):
-    """Add the weight, its count and its slant to the bin's row."""
-    sums = view(b.tallies, b.tally_words, np.int64)
+    """Add the weight, its count and its slant to the bin's row, for the few lanes that have one."""
     n = 0
-    for k in range(first, live):
+    for k in range(first, live):  # no branch, so nothing to mispredict
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
     for j in range(n):
         k = b.listed[j]
-        i = 4 * b.bin[k]
-        sums[i] += b.high[k]
-        sums[i + 1] += b.low[k]
-        sums[i + 2] += 1
-        sums[i + 3] += b.slant[k]
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    return live
+
+
+@lane_pass(NO_TABLE)
+def score_all(b, table, first, live):
+    """The same where nearly every lane has a bin; row 0 takes the others and is nobody's."""
+    for k in range(first, live):
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
     return live

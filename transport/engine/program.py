@@ -34,7 +34,7 @@ def program_of(plan: Plan) -> Program:
     """The program of a scene's plan."""
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
-    program.steps = [*_flight(plan), *_landing(plan), *_crossing(plan), _step(lanes.fill_gaps, _moved(plan))]
+    program.steps = [*_flight(plan), *_landing(plan), *_crossing(plan)]
     return program
 
 
@@ -60,7 +60,6 @@ def _birth_counted(plan, emitter, metered):
     for row in metered:
         yield _named(birthplaces, (f"born_over_{SHAPES[row.dtype]}", row))
     yield from _stand(plan)
-    yield _step(surfaces.split_weight)
     yield from _metering(plan, meters.bin_departures)
     if emitter.target is not None:
         yield _step(birthplaces.return_to_target)
@@ -72,8 +71,9 @@ def _flight(plan):
         yield _named(flights, member)
     if plan.has_clock:
         yield _step(flights.stop_clock, layout.row(layout.CLOCK, duration=1.0))
-    yield _step(flights.move)
     yield _step(flights.leave)
+    yield _step(lanes.fill_gaps, _moved(plan))
+    yield _step(flights.move)
 
 
 def _landing(plan):
@@ -91,8 +91,6 @@ def _stand(plan):
 
 
 def _crossing(plan):
-    if plan.acts or plan.layers:
-        yield _step(surfaces.split_weight)
     if not plan.acts:
         yield from _metering(plan, meters.bin_crossings)
         return
@@ -107,12 +105,15 @@ def _crossing(plan):
         yield _step(surfaces.reflect_diffusely)
     if layout.MIRROR in plan.materials:
         yield _step(surfaces.reflect_specularly)
-    yield from _metering(plan, meters.bin_departures)
+    yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     if plan.has_roulette:
         yield _step(surfaces.play_roulette)
+    if plan.absorbs:
+        yield _step(lanes.fill_gaps, _moved(plan))
 
 
-def _metering(plan, binning):
+def _metering(plan, binning, is_known=False):
+    """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already."""
     for layer, rows in enumerate(plan.layers):
         table = layout.row(
             layout.LAYERS,
@@ -123,13 +124,15 @@ def _metering(plan, binning):
             meters=plan.meters.ctypes.data,
             meter_count=len(plan.meters),
         )
-        yield _step(meters.look_up_meter, table)
+        if not is_known:
+            yield _step(meters.look_up_meter, table)
         yield _step(binning, table)
         if plan.axes:
             yield _step(refinements.know_meter, table)
         for axis in sorted(plan.axes):
             yield _named(refinements, (f"refine_by_{axis}", table))
-        yield _step(meters.score)
+        is_dense = bool((rows[1:]["look"] != 0).all())
+        yield _step(meters.score_all if is_dense and plan.acts else meters.score)
 
 
 def _step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from transport.engine.addresses import view
+from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.layout import ABSORBED, DIFFUSE, MIRROR, NO_TABLE, ROULETTE, ROWS, SURFACE
-from transport.layout import SURFACE_MASK, SURFACE_SHIFT
+from transport.layout import ABSORBED, DIFFUSE, MATERIAL_MASK, MATERIAL_SHIFT, MIRROR, NO_TABLE, ROULETTE, ROWS
+from transport.layout import SURFACE, SURFACE_MASK, SURFACE_SHIFT
 from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, random_words, short_uniform, uniform
@@ -14,12 +14,10 @@ from transport.physics.streams import EVENT, random_words, short_uniform, unifor
 
 @lane_pass(ROWS)
 def look_up_surface(b, table, first, live):
-    """The material of the surface that acts; row 0 lets everything through."""
+    """The albedo of the surface that acts; row 0 lets everything through."""
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
-        s = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
-        b.surface[k] = s
-        b.albedo[k], b.material[k] = surfaces[s].albedo, surfaces[s].material
+        b.albedo[k] = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].albedo
     return live
 
 
@@ -27,21 +25,22 @@ def look_up_surface(b, table, first, live):
 def absorb(b, table, first, live):
     """The albedo's share goes on; the rest, as a difference of exact sums, is what the surface keeps."""
     for k in range(first, live):
-        w = b.weight[k] * b.albedo[k]
-        high, low = limbs(w)
-        b.gain_high[k], b.gain_low[k] = b.high[k] - high, b.low[k] - low
-        b.high[k], b.low[k], b.weight[k] = high, low, w
+        before = b.weight[k]
+        after = before * b.albedo[k]
+        high, low = limbs(before)
+        left_high, left_low = limbs(after)
+        b.high[k], b.low[k] = high - left_high, low - left_low
+        b.weight[k] = after
     return live
 
 
 @lane_pass(NO_TABLE)
 def account_absorbed(b, table, first, live):
     """Enter what each surface kept into its row of the ledger."""
-    ledger = view(b.ledger, b.ledger_words, np.int64)
+    rows = b.ledger + 32 * ABSORBED
     for k in range(first, live):
-        row = 4 * (ABSORBED + b.surface[k])
-        ledger[row] += b.gain_high[k]
-        ledger[row + 1] += b.gain_low[k]
+        surface = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
+        add_to_row(rows + 32 * surface, b.high[k], b.low[k], 0, 0)
     return live
 
 
@@ -63,7 +62,7 @@ def reflect_diffusely(b, table, first, live):
         flip = -1.0 if b.mu[k] > 0.0 else 1.0
         nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
         ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, b.u0[k], b.u1[k])
-        here = b.material[k] == DIFFUSE
+        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
         b.ux[k] = ux if here else b.ux[k]
         b.uy[k] = uy if here else b.uy[k]
         b.uz[k] = uz if here else b.uz[k]
@@ -76,7 +75,7 @@ def reflect_specularly(b, table, first, live):
     """Angle of reflection equals angle of incidence."""
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
-        here = b.material[k] == MIRROR
+        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == MIRROR
         b.ux[k] = ux if here else b.ux[k]
         b.uy[k] = uy if here else b.uy[k]
         b.uz[k] = uz if here else b.uz[k]
@@ -92,26 +91,18 @@ def play_roulette(b, table, first, live):
     Relative to the birth weight, so that the unit of power does not matter.  The ledger takes what was killed less
     what was gained: expectation 0.
     """
-    ledger, total_high, total_low, count = view(b.ledger, b.ledger_words, np.int64), 0, 0, 0
+    total_high, total_low = 0, 0
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
         light = (w < 0.5 * birth) & (w > 0.0)
         kept = birth if b.u2[k] * birth < w else 0.0
         new = kept if light else w
-        high, low = limbs(new)
-        total_high += b.high[k] - high
-        total_low += b.low[k] - low
-        count += 1 if light else 0
+        high, low = limbs(w)
+        new_high, new_low = limbs(new)
+        total_high += high - new_high
+        total_low += low - new_low
         b.weight[k] = new
+    ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * ROULETTE] += total_high
     ledger[4 * ROULETTE + 1] += total_low
-    ledger[4 * ROULETTE + 2] += count
-    return live
-
-
-@lane_pass(NO_TABLE)
-def split_weight(b, table, first, live):
-    """The weight as two integers, for all that is summed at this crossing."""
-    for k in range(first, live):
-        b.high[k], b.low[k] = limbs(b.weight[k])
     return live

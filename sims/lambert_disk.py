@@ -1,0 +1,137 @@
+"""Lambert's disk: the power of a diffuse emitter, its irradiance, and radiance that does not change along a ray.
+
+Derivation.  A diffuse emitter has the same radiance L in all directions, so that its power is L A ∫ cosθ dω = π L A
+(Bala 2009, Cornell CS 6620, lecture 2, "Diffuse emitter").  A ray that leaves one element for another counts as much
+at either end, d²Φ = L dω₁ dA₁ cosθ₁ = L dω₂ dA₂ cosθ₂: the radiance that arrives is the one that left (Hanrahan 2001,
+Stanford CS 348B, lecture 4, "1st law").  Seen from a point the disk is a patch of directions of radiance L before a
+background of 0, at every distance; the irradiance is L times the projected solid angle of the patch,
+
+    E = π L sin²θ on the axis, with tanθ = R/d;   E = (π L/2) (1 - T/S) at the offset x from it,
+
+with T = x² + d² - R², S² = (x² + d² + R²)² - 4 x² R² (Foote 1915).  Over a coaxial meter the mean is π L F, where F
+is the view factor from the meter to the disk (Howell, C-41).  Nor does radiance grow towards the horizon, "as the
+cosine goes to 0": what flows through the patch falls with the same cosine.
+
+Scene.  The disk, and a parallel meter of half a millimetre, at which the directions are aimed.  The bins keep away
+from the disk's rim by the meter's radius a: below atan((R - a)/d) a ray surely meets the disk, above atan((R + a)/d)
+surely not.  Off the axis, where the point's E stands for the meter's mean, the two differ by about (a/2d)² ≲ 1e-6.
+At the distance 0 the meter is the disk itself, which tells what leaves it, to 89° and beyond.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import transport as tp
+from sims import provenance
+from transport.experiment import Outcome
+from transport.theory import emitters, solid_angles
+
+law = "P = π L A, E = π L sin²θ, radiance invariant along a ray (Bala 2009, Cornell CS 6620; Foote 1915)"
+question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
+particles = 1_000_000
+
+METER = 5e-4  # m, radius of the meter
+LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
+INSIDE = 4  # bins within the disk's cone
+
+
+def cases() -> list[dict[str, float]]:
+    on_axis = [{"distance": distance} for distance in (0.0, 0.1, 0.5, 2.0, 20.0)]
+    return on_axis + [{"distance": 0.5, "offset": 0.5}, {"distance": 2.0, "offset": 1.5}]
+
+
+def scene(radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0) -> tp.Scene:
+    """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk."""
+    disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
+    if distance == 0:
+        detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))
+        return tp.Scene(sources=tp.Source(disk, emission), detectors=detector)
+    meter = tp.Disk(center=(offset, 0, distance), normal=(0, 0, -1), radius=METER)
+    detector = tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset))
+    return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detector)
+
+
+def _directions(radius: float, distance: float, offset: float) -> tp.Directions:
+    """Bins round the axis, all but one within the disk or outside of it; or the largest cone round the disk's middle."""
+    if offset == 0:
+        return tp.Directions(theta=theta_edges(radius, distance))
+    middle, rim = math.atan(offset / distance), math.atan((offset + radius - METER) / distance)
+    return tp.Directions.cone((-offset, 0, -distance), rim - middle)
+
+
+def theta_edges(radius: float, distance: float) -> np.ndarray:
+    """INSIDE bins of equal projected solid angle up to the rim, one across it, one to the horizon [rad]."""
+    within, beyond = math.atan((radius - METER) / distance), math.atan((radius + METER) / distance)
+    inside = np.arcsin(math.sin(within) * np.sqrt(np.arange(INSIDE + 1) / INSIDE))
+    return np.array([*inside, beyond, math.pi / 2])
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    meter = result["meter"]
+    if result.scene.sources[0].aim is None:
+        leaving = {_bin("radiance leaving", LEAVING, i): meter.radiance_out[i] for i in range(len(LEAVING) - 1)}
+        return {"power": meter.flux_out, "exitance": meter.exitance} | leaving
+    rows = {"irradiance": meter.irradiance}
+    if len(meter.radiance) == 1:
+        return rows | {"radiance, cone in the disk": meter.radiance[0]}
+    edges = meter.radiance.coords["theta"]
+    inside = {_bin("radiance in the disk", edges, i): meter.radiance[i] for i in range(INSIDE)}
+    return rows | inside | {"radiance beside it": meter.radiance[-1], "fluence rate": meter.fluence_rate}
+
+
+def exact(radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0) -> dict[str, float]:
+    if distance == 0:
+        area = math.pi * radius**2
+        power = emitters.lambert_power(radiance, area)
+        leaving = {_bin("radiance leaving", LEAVING, i): radiance for i in range(len(LEAVING) - 1)}
+        return {"power": power, "exitance": power / area} | leaving
+    if offset != 0:
+        irradiance = emitters.disk_irradiance(radiance, radius, distance, abs(offset))
+        return {"irradiance": float(irradiance), "radiance, cone in the disk": radiance}
+    edges = theta_edges(radius, distance)
+    return {
+        "irradiance": float(emitters.mean_disk_irradiance(radiance, radius, METER, distance)),
+        **{_bin("radiance in the disk", edges, i): radiance for i in range(INSIDE)},
+        "radiance beside it": 0.0,
+        "fluence rate": float(radiance * solid_angles.disk_solid_angle(radius, distance)),
+    }
+
+
+def _bin(quantity: str, edges: np.ndarray, index: int) -> str:
+    low, high = np.degrees(edges[index : index + 2])
+    return f"{quantity}, θ {low:.4g}° to {high:.4g}°"
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    found = [row.estimate.value / row.exact for o in outcomes for row in o.rows if row.name[:8] == "radiance" and row.exact]
+    irradiances = [o["irradiance"].estimate.value for o in outcomes if o.rows[0].name == "irradiance"]
+    fall = f" while the irradiance falls {max(irradiances) / min(irradiances):.3g}-fold" if len(irradiances) > 1 else ""
+    return f"Radiance stays: {min(found):.4f} to {max(found):.4f} of L at all distances and angles{fall}."
+
+
+def draw(outcomes: list[Outcome], path: str) -> None:
+    from viz import comparison, radiance_cuts
+
+    shown = [o for o in outcomes if "radiance beside it" in [row.name for row in o.rows]]
+    if not shown:
+        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
+        comparison(table, path, title="A Lambert disk", note=provenance(outcomes))
+        return
+    curves, laws = {}, {}
+    for outcome in shown:
+        source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
+        rim = math.atan(source.shape.radius / meter.center[2])
+        label = f"at {meter.center[2]:g} m"
+        curves[label] = outcome.result["meter"].radiance
+        laws[label] = lambda theta, rim=rim, level=source.emission.radiance: np.where(theta < rim, level, 0.0)
+    title = "A Lambert disk seen from several distances: the same radiance"
+    radiance_cuts(curves, path, exact=laws, title=title, log_x=True, note=provenance(shown))
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,172 @@
+"""Photon gas: what crosses a patch in a gas of particles, counted by direction.
+
+Derivation.  Particles of density n fly with velocity v along a direction at the angle θ to the normal of a patch dA.
+Those that cross it within dt start in the oblique prism of volume v cosθ dA dt, so that they are n v cosθ dA dt and
+the flux density is n v cosθ (Hanrahan 2001, Stanford CS 348B, lecture 4, "Flows").  What meets the patch from behind
+counts on its other side: the cosine is clamped at 0 (Akenine-Möller, Haines, Hoffman 2008, eq. 7.5).
+
+In an isotropic gas n dω/4π of the particles fly within dω.  So dω brings n v cosθ/4π a steradian, and over the cosine
+that is the radiance L = n v/4π, the same for all directions.  Over a hemisphere ∫ cosθ dω = π, so that n v/4 cross
+one way (Reif 1965, 7.11); both ways are equal and the net flux density is 0; over all directions ∫ L dω = n v, the
+fluence rate.  A bin of directions holds L ∫ cosθ dω exactly, over its solid angle L times its mean cosine.
+
+Scene.  A transparent disk in a box of gas without walls.  Particles that can meet the disk within the duration start
+within speed × duration of it, and the box holds all such places: nothing outside of it could matter.
+
+Any stuff flows alike (mass, charge, energy): the same counts, another weight.  `stuff` says what is carried.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import gas
+from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
+
+law = "flux density n v cosθ; one way n v/4, net 0, radiance n v/4π, fluence rate n v (Hanrahan 2001; Reif 1965, 7.11)"
+question = "How many particles of a gas cross a patch, and from which directions?"
+particles = 4_000_000
+
+RADIUS = 1.0  # m, of the patch
+REACH = 0.25  # m that a particle flies within the duration, where the gas is isotropic
+MARGIN = 0.01  # m of gas beyond what can matter
+CELLS = 8  # bins of equal cosine
+STUFF = {  # what one particle carries
+    "photons": (1.0, "1"),
+    "molecules": (1.0, "1"),
+    "mass": (4.65e-26, "kg"),  # of a nitrogen molecule
+    "charge": (1.602176634e-19, "C"),  # elementary charge, exact (SI Brochure 2019, 2.2)
+    "energy": (6.62607015e-34 * tp.speed_of_light / (550 * tp.nm), "J"),  # h c/λ
+}
+
+
+def cases() -> list[dict[str, object]]:
+    streams = [{"motion": "stream", "tilt": angle * tp.deg} for angle in (0, 60, 89)]
+    return [{"motion": "isotropic"}, *streams]
+
+
+def scene(
+    density: float = 1e13,
+    speed: float = tp.speed_of_light,
+    motion: str = "isotropic",
+    tilt: float = 0.0,
+    stuff: str = "photons",
+) -> tp.Scene:
+    """A disk in a gas.  density [m^-3] (the default is that of sunlight);  tilt: of a stream on the disk [rad]."""
+    _check(motion, stuff)
+    patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
+    detectors = [
+        tp.Detector(patch, name=f"{stuff} on the {side}", side=side, directions=tp.Directions(mu=CELLS))
+        for side in ("front", "back")
+    ]
+    reach = 2 * RADIUS if motion == "stream" else REACH
+    source = _stream(density, speed, tilt, reach) if motion == "stream" else _isotropic(density, speed, tilt)
+    return tp.Scene(sources=source, detectors=detectors, duration=reach / speed)
+
+
+def _check(motion: str, stuff: str) -> None:
+    if motion not in ("isotropic", "stream"):
+        raise tp.SceneError(f"photon_gas: motion must be 'isotropic' or 'stream', got {motion!r}")
+    if stuff not in STUFF:
+        raise tp.SceneError(f"photon_gas: stuff must be one of {', '.join(STUFF)}, got {stuff!r}")
+
+
+def _isotropic(density: float, speed: float, tilt: float) -> tp.Source:
+    """Gas as far around the disk as a particle flies."""
+    sides = (RADIUS * abs(math.cos(tilt)), RADIUS, RADIUS * abs(math.sin(tilt)))
+    return tp.Source(tp.Box(size=[2 * (side + REACH + MARGIN) for side in sides]), tp.Gas(density, speed))
+
+
+def _stream(density: float, speed: float, tilt: float, reach: float) -> tp.Source:
+    """Gas that flies along +z, as far behind the disk as it flies."""
+    width, depth = RADIUS * abs(math.cos(tilt)), RADIUS * abs(math.sin(tilt))
+    size = (2 * (width + MARGIN), 2 * (RADIUS + MARGIN), 2 * (depth + MARGIN) + reach)
+    return tp.Source(tp.Box(center=(0, 0, -reach / 2), size=size), tp.Gas(density, speed, direction=(0, 0, 1)))
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    front, back = (result[detector.name] for detector in result.scene.detectors)
+    if result.scene.sources[0].emission.direction is not None:
+        rows = {"leaving the front": front.exitance, "arriving at the back": back.irradiance}
+    else:
+        rows = {"one way, onto the front": front.irradiance, "one way, onto the back": back.irradiance}
+        rows |= _by_bin("flux density", front.flux_density) | _by_bin("radiance", front.radiance)
+    rows |= {"net": front.net_flux_density, "fluence rate": front.fluence_rate}
+    carried = constant(result, *STUFF[front.name.split()[0]])
+    return {name: estimate * carried for name, estimate in rows.items()}
+
+
+def _by_bin(quantity: str, values: tp.EstimateArray | np.ndarray) -> dict[str, object]:
+    edges = np.linspace(0, 1, CELLS + 1)
+    return {f"{quantity}, μ {edges[i]:.3f} to {edges[i + 1]:.3f}": values[i] for i in range(CELLS)}
+
+
+def exact(
+    density: float = 1e13,
+    speed: float = tp.speed_of_light,
+    motion: str = "isotropic",
+    tilt: float = 0.0,
+    stuff: str = "photons",
+) -> dict[str, float]:
+    rows = {"fluence rate": gas.fluence_rate(density, speed)}
+    if motion == "stream":
+        mu = math.cos(tilt)
+        one_way = gas.stream_flux_density(density, speed, mu)
+        rows |= {"leaving the front": one_way, "arriving at the back": one_way}
+        rows |= {"net": gas.net_flux_density(density, speed, mu)}
+    else:
+        one_way = gas.one_way_flux_density(density, speed)
+        rows |= {"one way, onto the front": one_way, "one way, onto the back": one_way}
+        rows |= {"net": gas.net_flux_density(density, speed)}
+        rows |= _by_bin("flux density", flux_densities(density, speed))
+        rows |= _by_bin("radiance", np.full(CELLS, gas.radiance(density, speed)))
+    return {name: float(value) * STUFF[stuff][0] for name, value in rows.items()}
+
+
+def flux_densities(density: float, speed: float) -> np.ndarray:
+    """Flux density a steradian in each bin of an isotropic gas [m^-2 s^-1 sr^-1]: n v/4π times its mean cosine."""
+    bins = np.linspace(0, 1, CELLS + 1), (0.0, 2 * math.pi)
+    return gas.flux_in_bin(density, speed, bin_projected_solid_angles(*bins)[:, 0]) / bin_solid_angles(*bins)[:, 0]
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    for outcome in outcomes:
+        if "one way, onto the front" in (row.name for row in outcome.rows):
+            share = outcome["one way, onto the front"].estimate / outcome["fluence rate"].estimate
+            return f"{share} of n v crosses one way, a quarter; each direction brings it with its cosine: n v cosθ."
+    shares = [f"{o['net'].estimate / o['fluence rate'].estimate}" for o in outcomes]
+    return f"A stream brings n v cosθ: over its fluence rate, {', '.join(shares)}."
+
+
+def draw(outcomes: list[Outcome], path: str) -> None:
+    from viz import comparison, profile
+
+    outcome = outcomes[0]
+    front = outcome.result[outcome.result.scene.detectors[0].name]
+    emission = outcome.result.scene.sources[0].emission
+    note = provenance(outcomes)
+    if emission.direction is not None:
+        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
+        comparison(table, path, title="A stream on a tilted patch", note=note)
+        return
+    profile(
+        front.flux_density.coords["mu"],
+        front.flux_density,
+        path,
+        exact=lambda mu: gas.radiance(emission.density, emission.speed) * mu,
+        xlabel="μ = cosθ",
+        ylabel="flux density",
+        title="An isotropic gas crosses a patch: n v cosθ / 4π a steradian",
+        note=note,
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,303 @@
+"""The command `transport`: run an experiment, list and verify them all, tell what a scene calls for, benchmark."""
+
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+import typer
+from typer.core import TyperGroup
+
+from transport.console import INTERRUPTED, console, refusals, say, say_json, say_labelled
+from transport.experiment import Outcome, cases_of, experiment, experiment_names
+from transport.settings import named_errors, named_values, number, whole_number
+from transport.validation import SceneError
+
+
+class Commands(TyperGroup):
+    """Commands whose refused input ends in one line and status 2."""
+
+    def invoke(self, ctx: typer.Context) -> object:
+        with refusals():
+            return super().invoke(ctx)
+
+
+app = typer.Typer(
+    cls=Commands,
+    help="Monte Carlo transport: photons fly, crossings are counted, radiance comes out with error bars.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Sim = Annotated[
+    str, typer.Argument(metavar="SIM", help="An experiment's name, or the path of a .py file that is one.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the scene; repeatable."),
+]
+Particles = Annotated[str | None, typer.Option(metavar="N", help="Histories of each case, such as 1e7.")]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same digits.")]
+Threads = Annotated[int | None, typer.Option(help="One a core where it is not said.")]
+
+
+def main() -> None:
+    """What the console script `transport` and `python -m transport` call."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # an ASCII pipe is no reason to fail
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def menu(context: typer.Context) -> None:
+    """Print the menu where no command is given."""
+    if context.invoked_subcommand is None:
+        _print_menu()
+
+
+@app.command()
+def run(
+    sim: Sim,
+    set_: Set = None,
+    particles: Particles = None,
+    error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="meter.flux_in=1e-3", help="Run until this relative standard error; repeatable."
+        ),
+    ] = None,
+    seconds: Annotated[
+        str | None, typer.Option(metavar="S", help="Run each case for at most so long.")
+    ] = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where the picture goes; out/ if not said.")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
+    json: Json = False,
+) -> None:
+    """Run an experiment: estimates beside exact values, verdict, ledger, cost, picture."""
+    from transport.running import checked, is_complete, outcomes_of, record_of
+
+    limits = {
+        "particles": whole_number("--particles", particles),
+        "error": named_errors(error or ()),
+        "seconds": None if seconds is None else number("--seconds", seconds),
+        "seed": seed,
+        "threads": threads,
+    }
+    module = checked(experiment(sim))
+    pending = outcomes_of(module, named_values(set_ or ()), limits)
+    if json:
+        outcomes = list(pending)
+        say_json(record_of(module, outcomes))
+        wants_picture = out is not None
+    else:
+        outcomes = _print_run(module, pending)
+        wants_picture = True
+    if wants_picture and not no_picture and is_complete(outcomes):
+        _draw(module, outcomes, Path("out") if out is None else out, quiet=json)
+    if not is_complete(outcomes):
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command("list")
+def list_(json: Json = False) -> None:
+    """List the experiments with their questions."""
+    if json:
+        say_json(
+            [{"sim": name, "question": _text(experiment(name), "question")} for name in experiment_names()]
+        )
+    else:
+        _print_menu(with_commands=False)
+
+
+@app.command()
+def verify(
+    sims: Annotated[
+        list[str] | None, typer.Argument(metavar="[SIM]...", help="All experiments if not said.")
+    ] = None,
+    particles: Particles = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    json: Json = False,
+) -> None:
+    """Judge every law against its exact value; status 1 if one fails."""
+    from transport.running import checked, is_complete, outcomes_of
+    from transport.verify import FALSE_ALARM, POWER, laws_of
+
+    limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
+    laws, complete = [], True
+    for name in sims or experiment_names():
+        module = checked(experiment(name))
+        outcomes = list(outcomes_of(module, {}, limits))
+        laws += laws_of(module, outcomes)
+        complete = is_complete(outcomes)
+        if not complete:
+            break
+    if not laws:
+        raise SceneError("verify: no experiments are installed; give the path of a .py file")
+    rate = FALSE_ALARM / len(laws)
+    failed = sum(not law.holds(rate) for law in laws)
+    if json:
+        say_json([_law_record(law, rate) for law in laws])
+    else:
+        from transport.tables import law_tables
+
+        say(*law_tables(laws, rate, console().width))
+        say(
+            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold green" if not failed else "bold red"
+        )
+        say(
+            f"false alarms: {FALSE_ALARM:g} over all rows; smallest bias: relative, caught with {POWER:.0%} power"
+        )
+    if not complete:
+        console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
+        raise typer.Exit(INTERRUPTED)
+    if failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
+    """Tell which passes and fields an experiment's scenes call for, and which are absent."""
+    from transport.effects import costs_of, effects_of, record_of
+    from transport.running import checked
+
+    module = checked(experiment(sim))
+    found = {}
+    for parameters in cases_of(module, named_values(set_ or ())):
+        scene = module.scene(**parameters)
+        told = effects_of(scene)
+        found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
+    if json:
+        say_json(record_of([(told, costs_of(scene)) for told, scene, _ in found.values()]))
+        return
+    for told, scene, cases in found.values():
+        if len(found) > 1:
+            say(
+                "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
+                style="bold cyan",
+            )
+        _print_effects(told, scene)
+
+
+@app.command()
+def bench(
+    repeats: Annotated[int, typer.Option(help="Timings of which the median is taken, at least 5.")] = 5,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer particles a timing.")] = False,
+    long: Annotated[
+        bool, typer.Option("--long", help="Peak memory at 1e9 particles instead of 1e7.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Measure the engine against a straightforward kernel: ratios first, then absolute figures."""
+    try:
+        from transport.bench import bench as measure
+        from transport.bench import render
+    except ImportError as error:
+        raise SceneError(f"bench: {error}") from None
+    if repeats < 5:
+        raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
+    rows = measure(repeats=repeats, quick=quick, long=long)
+    say_json(rows) if json else say(render(rows))
+
+
+def _print_menu(with_commands: bool = True) -> None:
+    """The experiments grouped by the question that they answer."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name in experiment_names():
+        module = experiment(name)
+        groups.setdefault(_text(module, "question"), []).append((name, _text(module, "law")))
+    if with_commands:
+        say(
+            "transport: particles fly, crossings are counted, radiance comes out with error bars",
+            style="bold",
+        )
+        say("")
+    for question, sims in groups.items():
+        say(question or "(no question)", style="bold")
+        for name, law in sims:
+            say_labelled(f"  {name:14s}", law, style="cyan")
+    if with_commands:
+        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
+        say("")
+        say(f"transport run {example}     and: list, verify, effects SIM, bench; --help tells their options")
+
+
+def _print_run(module: ModuleType, pending) -> list[Outcome]:
+    from types import SimpleNamespace
+
+    from transport.report import cost_lines
+    from transport.running import is_complete, name_of, total_cost, verdict_on
+    from transport.tables import case_table, ledger_line
+
+    outcomes, warnings = [], {}
+    for outcome in pending:
+        if not outcomes:
+            say(name_of(module), style="bold")
+            for label in ("law", "question"):
+                say_labelled(label, _text(module, label))
+        outcomes.append(outcome)
+        say("")
+        if outcome.title:
+            say(outcome.title, style="bold cyan")
+        say(case_table(outcome))
+        say_labelled("ledger", ledger_line(outcome.result))
+        warnings |= dict.fromkeys(outcome.result.warnings)
+    say("")
+    is_whole = is_complete(outcomes)
+    say_labelled("verdict", verdict_on(module, outcomes), style="bold" if is_whole else "bold red")
+    for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
+        label, _, text = line.partition(": ")
+        say_labelled(label, text)
+    for warning in warnings:
+        say_labelled("warning", warning, style="bold yellow")
+    return outcomes
+
+
+def _draw(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
+    from transport.running import picture_of
+
+    path, why = picture_of(module, outcomes, folder)
+    if path is None:
+        console(stderr=True).print(f"no picture: {why}", style="yellow")
+    elif not quiet:
+        say_labelled("picture", str(path))
+
+
+def _print_effects(told, scene) -> None:
+    from transport.effects import costs_of
+    from transport.tables import effects_lines, pass_table
+
+    for label, names in effects_lines(told):
+        say_labelled(label, names)
+    costs = costs_of(scene)
+    for number_, births in enumerate(told.births):
+        say(f"\nborn from source {number_}", style="bold")
+        say(pass_table(births, costs))
+    say("\nevery step", style="bold")
+    say(pass_table(told.steps, costs))
+
+
+def _law_record(law, rate: float) -> dict[str, object]:
+    return {
+        "law": law.law,
+        "source": law.source,
+        "sim": law.sim,
+        "quantity": law.quantity,
+        "value": law.estimate.value,
+        "error": law.estimate.error,
+        "exact": law.exact,
+        "z": law.z,
+        "smallest_bias": law.smallest_bias(rate),
+    }
+
+
+def _text(module: ModuleType, name: str) -> str:
+    return " ".join(str(getattr(module, name, "")).split())

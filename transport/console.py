@@ -1,0 +1,72 @@
+"""Where the command line writes: colours on a terminal, plain text in a pipe, JSON for machines, refusals in red."""
+
+import json
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from transport.units import UnitError
+from transport.validation import SceneError
+
+PIPED_WIDTH = 4096  # characters: so wide that nothing is cut or folded where no terminal sets a width
+REFUSED, INTERRUPTED = 2, 130  # exit statuses
+
+
+def console(stderr: bool = False) -> Console:
+    """A console on standard output (or error) that folds to a terminal's width, and never in a pipe."""
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream.isatty() else PIPED_WIDTH
+    return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
+
+
+def say(*parts: object, style: str | None = None) -> None:
+    """Print a line, or tables and texts of rich, to standard output."""
+    out = console()
+    for part in parts:
+        if isinstance(part, str):
+            part = Text(part, style=style or "")
+        out.print(part)
+
+
+def say_labelled(label: str, text: str, style: str = "bold") -> None:
+    """Print "label     text" with the label in colour."""
+    console().print(Text.assemble((f"{label:12s}", style), text))
+
+
+def say_json(data: object) -> None:
+    """Print the data as JSON in which what is no finite number is null."""
+    typer.echo(json.dumps(as_json(data), indent=2, ensure_ascii=False))
+
+
+def as_json(data: object) -> object:
+    """The data in JSON's own types; numbers that are not finite become None."""
+    if isinstance(data, dict):
+        return {str(key): as_json(value) for key, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [as_json(value) for value in data]
+    if data is None or isinstance(data, (bool, int, str)):
+        return data
+    try:
+        number = float(data)
+    except (TypeError, ValueError):
+        return str(data)
+    return number if math.isfinite(number) else None
+
+
+@contextmanager
+def refusals() -> Iterator[None]:
+    """Turn refused input into one red line on standard error and status 2, an interruption into status 130."""
+    try:
+        yield
+    except (SceneError, UnitError) as refusal:
+        line = " ".join(str(refusal).split())
+        console(stderr=True).print(Text(f"refused: {line}", style="bold red"), soft_wrap=True)
+        raise typer.Exit(REFUSED) from None
+    except KeyboardInterrupt:
+        console(stderr=True).print(Text("interrupted before anything was known", style="bold red"))
+        raise typer.Exit(INTERRUPTED) from None

@@ -1,0 +1,138 @@
+"""Tables of the command line: what was measured beside what is exact, laws judged, and what a scene calls for."""
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from transport.effects import Effects
+from transport.estimates import Estimate
+from transport.experiment import Outcome
+from transport.notation import measured
+from transport.results import Result
+from transport.verify import Law
+
+ROOM_FOR_LAWS = 170  # characters of a console that has columns for formula and source
+LAW_COLUMNS = ("quantity", "estimate ± error>", "exact>", "z>", "smallest bias>", "")
+
+
+def case_table(outcome: Outcome) -> Table:
+    """Quantity, estimate ± one standard error, unit, exact value and z of each row of a case."""
+    table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>")
+    for row in outcome.rows:
+        exact = exact_number(row.exact, row.estimate)
+        table.add_row(row.name, estimate_cell(row.estimate), unit_cell(row.estimate), exact, z_cell(row.z))
+    return table
+
+
+def law_tables(laws: list[Law], false_alarm: float, width: int) -> Iterator[Table | str]:
+    """One row a law: formula, source, estimate, exact, z, smallest bias; formulas as headings where space is short.
+
+    width: of the console in characters.  Formula and source are told once for each experiment.
+    """
+    groups = [list(group) for _, group in groupby(laws, key=lambda law: law.sim)]
+    if width < ROOM_FOR_LAWS:
+        for group in groups:
+            table = _table(*LAW_COLUMNS)
+            for law in group:
+                table.add_row(*_judged(law, false_alarm))
+            yield f"{group[0].sim}: {group[0].law} ({group[0].source})"
+            yield table
+        return
+    table = _table("law", "source", "sim", *LAW_COLUMNS)
+    for group in groups:
+        for law in group:
+            told = (law.law, law.source, law.sim) if law is group[0] else ("", "", "")
+            table.add_row(*told, *_judged(law, false_alarm))
+        table.add_section()
+    yield table
+
+
+def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
+    """Passes in order, with nanoseconds a lane where they were measured."""
+    table = _table(">", "pass", *(["ns per lane>"] if costs else []))
+    for number, name in enumerate(names, 1):
+        cost = [f"{costs[name]:.2f}" if name in costs else "?"] if costs else []
+        table.add_row(str(number), name, *cost)
+    return table
+
+
+def effects_lines(effects: Effects) -> list[tuple[str, str]]:
+    """(label, names) of the fields that are used, and of what is absent."""
+    absent = effects.absent
+
+    def listed(names: dict[str, str], kind: str) -> str:
+        return " ".join(name for name, of in names.items() if of == kind) or "none"
+
+    return [
+        ("carried", listed(effects.fields, "carried")),
+        ("scratch", listed(effects.fields, "scratch")),
+        ("absent", f"passes: {listed(absent, 'pass')}"),
+        ("", f"fields: {listed(absent, 'field')}"),
+    ]
+
+
+def ledger_line(result: Result) -> str:
+    """ "emitted 100 W (exact) = absorbed ... + escaped ...": what is zero by construction is left out, but for lost."""
+    ledger = result.ledger
+    parts = [
+        f"{name} {estimate}"
+        for name, estimate in ledger.items()
+        if name != "emitted" and (name == "lost" or not (estimate.exact and estimate.value == 0))
+    ]
+    return f"emitted {ledger['emitted']} = {' + '.join(parts)}"
+
+
+def estimate_cell(estimate: Estimate) -> str:
+    """The value with its error, without the unit."""
+    return measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason)
+
+
+def unit_cell(estimate: Estimate) -> str:
+    """The unit; empty where there is none."""
+    return "" if estimate.unit.is_dimensionless else str(estimate.unit)
+
+
+def exact_number(exact: float, estimate: Estimate) -> str:
+    """The exact value with two digits more than the estimate knows."""
+    relative = estimate.error / abs(exact) if exact else math.nan
+    digits = 6 if not 0 < relative < 1 else min(15, max(6, 3 - math.floor(math.log10(relative))))
+    return f"{exact:.{digits}g}"
+
+
+def z_cell(z: float) -> Text:
+    """z with a sign, coloured by how unlikely it is."""
+    if math.isnan(z):
+        return Text("unknown", "yellow")
+    style = "green" if abs(z) < 2.5 else "yellow" if abs(z) < 4 else "bold red"
+    return Text(f"{z:+.2f}", style)
+
+
+def bias_text(bias: float, exact: float, unit: str) -> str:
+    """A relative bias in percent or less; with its unit where the exact value is 0."""
+    if math.isnan(bias):
+        return "unknown"
+    if exact == 0:
+        return f"{bias:.1e} {unit}".strip()
+    return f"{100 * bias:.2g} %" if 1e-5 <= bias < 10 else f"{bias:.1e}"
+
+
+def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
+    """The cells of LAW_COLUMNS."""
+    unit = unit_cell(law.estimate)
+    value = f"{estimate_cell(law.estimate)} {unit}".strip()
+    bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
+    state = Text("holds", "green") if law.holds(false_alarm) else Text("FAILS", "bold red")
+    return law.quantity, value, exact_number(law.exact, law.estimate), z_cell(law.z), bias, state
+
+
+def _table(*columns: str) -> Table:
+    """Columns by their heads; those that end in > stand to the right."""
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
+    for head in columns:
+        align = "right" if head.endswith(">") else "left"
+        table.add_column(head.rstrip(">"), justify=align, overflow="fold")
+    return table
