@@ -106,10 +106,10 @@ def _bin(quantity: str, edges: np.ndarray, index: int) -> str:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    found = [row.estimate.value / row.exact for o in outcomes for row in o.rows if row.name[:8] == "radiance" and row.exact]
+    scores = [row.z for o in outcomes for row in o.rows if "radiance" in row.name and row.exact]
     irradiances = [o["irradiance"].estimate.value for o in outcomes if o.rows[0].name == "irradiance"]
     fall = f" while the irradiance falls {max(irradiances) / min(irradiances):.3g}-fold" if len(irradiances) > 1 else ""
-    return f"Radiance stays: {min(found):.4f} to {max(found):.4f} of L at all distances and angles{fall}."
+    return f"Radiance stays L in all {len(scores)} bins, the furthest {np.abs(scores).max():.1f} standard errors off{fall}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:

@@ -265,7 +265,11 @@ def test_radiance_at_several_distances_is_drawn_with_units(tmp_path, figures):
     assert_drawn(tmp_path / "cuts.png", figures[0])
     said = words(figures[0])
     assert all(part in said for part in (UNIT, "[deg]", *curves))
-    viz.radiance_cuts(curves, tmp_path / "log.png", log_x=True, steps=False)
+    viz.radiance_cuts(curves, tmp_path / "log.png", exact=laws, log_x=True)
+    assert_drawn(tmp_path / "log.png", figures[1])
+    left, right = figures[1].axes[0].get_xlim()
+    points = np.concatenate([bars.lines[0].get_xdata() for bars in figures[1].axes[0].containers])
+    assert left < points.min() < points.max() < right
     with pytest.raises(ValueError, match="one bin of phi"):
         viz.radiance_cuts({"map": seen(lobe)}, tmp_path / "no.png")
     with pytest.raises(ValueError, match="no curves"):

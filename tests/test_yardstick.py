@@ -6,8 +6,13 @@ import pytest
 from tests.agreement import assert_agrees
 from transport.bench import bench, box_scene, disks_scene, pass_costs, render
 from transport.compile import compile_scene
+from transport.detectors import Detector
+from transport.emissions import Lambertian
 from transport.estimates import Batches, Estimate, EstimateArray
+from transport.scene import Scene
+from transport.shapes import Disk
 from transport.simulate import simulate
+from transport.sources import Source
 from transport.theory.view_factors import coaxial_disks
 from transport.yardstick import run_box, run_disks
 
@@ -71,15 +76,26 @@ def test_yardstick_engine_and_view_factor_agree_on_coaxial_disks():
         assert_agrees(by_one, exact / 2)  # what a dropped cosine gives
 
 
-def test_every_pass_of_a_program_has_a_cost():
+def passes_of(scene):
     from transport.engine.program import program_of
 
-    costs = pass_costs(disks_scene())
-    assert set(costs) == {lane_pass.name for lane_pass in program_of(compile_scene(disks_scene())).passes}
+    return {lane_pass.name for lane_pass in program_of(compile_scene(scene)).passes}
+
+
+def test_every_pass_of_a_program_has_a_cost():
+    costs = pass_costs(box_scene())
+    assert set(costs) == passes_of(box_scene())
     assert all(0.0 <= cost < 1000.0 for cost in costs.values())
-    assert (
-        costs["emit_lambertian"] > costs["take_cosine"]
-    )  # a random block and a frame against three products
+    assert sum(costs.values()) > 0.1  # ns: less than one random block takes
+
+
+def test_a_pass_that_no_particle_comes_to_costs_nan():
+    behind = Detector(Disk(center=(0, 0, -1), radius=0.1), name="behind")
+    scene = Scene([Source(Disk(radius=0.5), Lambertian(radiance=1.0))], detectors=[behind])
+    costs = pass_costs(scene)
+    assert set(costs) == passes_of(scene)
+    assert costs["cover_disk"] > 0.0
+    assert np.isnan(costs["bin_crossings"])
 
 
 def test_ratios_are_shown_first_and_few_repeats_are_refused():

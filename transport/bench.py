@@ -3,6 +3,7 @@
 Ratios are what counts; absolute figures belong to the machine.  Numba is loaded when something is measured.
 """
 
+import itertools
 import math
 import statistics
 import subprocess
@@ -27,8 +28,8 @@ from transport.sources import Source
 
 LEAST_REPEATS = 5
 BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000  # particles a timing
-WARM_UP, STATES = 24, 8  # steps of a bundle before its states are kept, and how many of them are
-TIMED = 4e-3  # [s] of one timing of a pass
+WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
+TIMED, TIMINGS = 1e-3, 15  # [s] of one timing of a pass, and how many: short ones slip between disturbances
 
 
 def box_scene(albedo: float = 0.5, cells: int = 16) -> Scene:
@@ -84,6 +85,7 @@ def pass_costs(scene: Scene) -> dict[str, float]:
 
     Each is timed on states of a bundle taken before that pass in real steps: what it changes is put back before every
     repetition, and the time of putting back is subtracted.  Calls of one pass with several tables are averaged.
+    A lane is one that comes to the pass: where few do, the call itself weighs; where none did, the cost is nan.
     """
     from transport.engine.driver import machine_of
     from transport.engine.program import program_of
@@ -93,8 +95,8 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     sums = np.zeros((plan.rows, 4), np.int64), np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
     costs = defaultdict(list)
     for (name, entry, table), visits in _visits(program, *sums).items():
-        costs[name].append(_cost(entry, table, visits))
-    return {name: statistics.fmean(of_calls) for name, of_calls in costs.items()}
+        costs[name] += [_cost(entry, table, visits)] if visits else []
+    return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
 
 
 def _box_rows(repeats: int, share: int) -> list[dict]:
@@ -175,32 +177,38 @@ def _rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
     return rates[:, 1:]
 
 
-def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple[str, int, int], deque]:
+def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deque]:
     """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
     from transport.engine.bundle import LANES, empty_bundle
     from transport.yardstick import replay
 
-    bundle, visits = empty_bundle(), defaultdict(lambda: deque(maxlen=STATES))
+    def key(lane_pass, table):
+        return lane_pass.name, lane_pass.entry, table.ctypes.data
+
+    bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
     bundle["tallies"], bundle["tally_words"] = tallies.ctypes.data, tallies.size
     bundle["ledger"], bundle["ledger_words"] = ledger.ctypes.data, ledger.size
-    words, nothing = bundle.view(np.int64), np.zeros(0, np.int64)
+    words = bundle.view(np.int64)
+    visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}
 
     def visit(step, first, live):
-        (lane_pass, table), before = step, words.copy()
-        entry, place = lane_pass.entry, table.ctypes.data
+        (name, entry, place), before = key(*step), words.copy()
         left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
-        visits[lane_pass.name, entry, place].append((first, live, before, words.copy()))
+        if first < live:
+            visits[name, entry, place].append((first, live, before, words.copy()))
         return left
 
-    live, history = 0, 0
-    for turn in range(WARM_UP + STATES):
+    emitters, live, history = itertools.cycle(program.births), 0, 0
+    for turn in range(MOST_STEPS):
         if live < LANES:
             bundle["history"][0, live:LANES] = np.arange(history, history + LANES - live)
-            for step in program.births[turn % len(program.births)]:
+            for step in next(emitters):
                 visit(step, live, LANES)
         live, history = LANES, history + LANES - live
         for step in program.steps:
             live = visit(step, 0, live)
+        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
+            break
     return visits
 
 
@@ -224,7 +232,7 @@ def _cost(entry: int, table: int, visits: deque) -> float:
         replay(which, table, handles, spans, before, rows, repeats)
         return time.perf_counter() - begun
 
-    seconds(entry, 1)
-    repeats = max(1, int(TIMED / seconds(entry, 1)))
-    spent = statistics.median(seconds(entry, repeats) - seconds(0, repeats) for _ in range(LEAST_REPEATS))
-    return max(0.0, spent) / repeats / int((live - first).sum()) * 1e9
+    repeats = max(1, int(TIMED / min(seconds(entry, 1) for _ in range(TIMINGS))))
+    turns = [(seconds(entry, repeats), seconds(0, repeats)) for _ in range(TIMINGS)]
+    with_pass, without = (min(column) for column in zip(*turns, strict=True))  # the least disturbed ones
+    return max(0.0, with_pass - without) / repeats / int((live - first).sum()) * 1e9

@@ -167,12 +167,12 @@ def verify(
 def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
     """Tell which passes and fields an experiment's scenes call for, and which are absent."""
     from transport.effects import costs_of, effects_of, record_of
-    from transport.running import checked
+    from transport.running import asked, checked
 
-    module = checked(experiment(sim))
+    module, settings = checked(experiment(sim)), named_values(set_ or ())
     found = {}
-    for parameters in cases_of(module, named_values(set_ or ())):
-        scene = module.scene(**parameters)
+    for parameters in cases_of(module, settings):
+        scene, _ = asked(module, parameters, settings)
         told = effects_of(scene)
         found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
     if json:

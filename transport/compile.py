@@ -152,7 +152,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 meters.append(_meter_row(plan, member, detector))
                 layer += 1
             row = _member_row(member, plan.space, code, number)
-            verb = "meet" if member.surface is not None or isinstance(member.shape, Sphere) else "cover"
+            verb = "cover" if member.surface is None else "meet"
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row))
             if member.surface is not None:
                 walls.append(row if isinstance(member.shape, Rectangle) else walls[0])

@@ -8,7 +8,9 @@ from types import ModuleType
 from transport.estimates import Estimate
 from transport.experiment import Outcome, Row, cases_of
 from transport.results import Cost
+from transport.scene import Scene
 from transport.simulate import simulate
+from transport.units import UnitError
 from transport.validation import SceneError
 from transport.verify import row_name
 
@@ -36,12 +38,25 @@ def outcomes_of(
     if all(limits.get(name) is None for name in ("particles", "error", "seconds")):
         limits = limits | {"particles": getattr(module, "particles", PARTICLES)}
     for parameters in cases_of(module, settings):
-        exact = module.exact(**parameters)
-        result = simulate(module.scene(**parameters), **limits)
+        scene, exact = asked(module, parameters, settings)
+        result = simulate(scene, **limits)
         rows = tuple(Row(name, estimate, exact[name]) for name, estimate in module.measure(result).items())
         yield Outcome(parameters, result, rows)
         if not result.is_complete:
             return
+
+
+def asked(
+    module: ModuleType, parameters: dict[str, object], settings: dict[str, object]
+) -> tuple[Scene, dict[str, float]]:
+    """The scene and the exact values of these parameters.  Raises SceneError for settings that they cannot work with."""
+    try:
+        return module.scene(**parameters), module.exact(**parameters)
+    except (TypeError, ValueError, ArithmeticError) as error:
+        if isinstance(error, (SceneError, UnitError)) or not settings:
+            raise
+        said = ", ".join(f"{name}={value!r}" for name, value in settings.items())
+        raise SceneError(f"{name_of(module)}: cannot work with {said}: {error}") from error
 
 
 def is_complete(outcomes: list[Outcome]) -> bool:

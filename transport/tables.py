@@ -16,6 +16,7 @@ from transport.results import Result
 from transport.verify import Law
 
 ROOM_FOR_LAWS = 170  # characters of a console that has columns for formula and source
+IN_WORDS = ("law", "source", "quantity")  # columns that fold where the console is too narrow
 LAW_COLUMNS = ("quantity", "estimate ± error>", "exact>", "z>", "smallest bias>", "")
 
 
@@ -134,5 +135,5 @@ def _table(*columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
     for head in columns:
         align = "right" if head.endswith(">") else "left"
-        table.add_column(head.rstrip(">"), justify=align, overflow="fold")
+        table.add_column(head.rstrip(">"), justify=align, overflow="fold", no_wrap=head not in IN_WORDS)
     return table

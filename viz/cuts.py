@@ -9,12 +9,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.container import ErrorbarContainer
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from transport import EstimateArray
 from viz.directions import DirectionBins, Radiance, direction_bins
 from viz.style import HOLLOW, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
 
 FINE = 4001  # points of an analytic line: a jump looks upright
+SPREAD = 0.6  # of a bin, over which the points of several curves stand side by side
 TRUSTED = 0.25  # relative error; less certain bins do not stretch a scale
 LINE, BAND = {"lw": 2.0}, {"lw": 7.0, "alpha": 0.3}
 
@@ -46,14 +48,20 @@ def radiance_cuts(
             if label in exact:
                 law = _along_theta(exact[label])
                 tops.append(draw_exact(axes, each, 0, law, colour, steps=steps))
-            aside = 0.6 * ((place + 0.5) / len(bins) - 0.5)
+            aside = SPREAD * ((place + 0.5) / len(bins) - 0.5)
             tops.append(draw_points(axes, each, 0, colour, marker, label, aside=aside))
         if exact:
             explain_exact(axes, MUTED, steps)
+        reach = max(math.degrees(each.theta.max()) for each in bins.values())
         if log_x:
             axes.set_xscale("log")
+            first = min(each.angles[0] - SPREAD / 2 * np.diff(each.theta)[0] for each in bins.values())
+            axes.set_xlim(0.8 * math.degrees(first), 1.1 * reach)
+            axes.xaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: f"{angle:g}"))
+            axes.xaxis.set_minor_locator(NullLocator())
         else:
-            axes.set_xlim(0, max(math.degrees(each.theta.max()) for each in bins.values()))
+            axes.set_xlim(0, reach)
         unknown = any(np.isnan(each.error).any() for each in bins.values())
         finish_radiance_axis(axes, unit, max(tops), unknown, columns=4)
     return path
@@ -101,8 +109,10 @@ def draw_exact(
     if steps:
         edges, expected = sign * np.degrees(bins.theta), bins.expected(exact, column)
         axes.stairs(expected[::sign], edges[::sign], baseline=None, color=colour, **BAND)
-    theta = np.linspace(bins.theta[0], bins.theta[-1], FINE)
-    line = np.broadcast_to(exact(theta, np.full(FINE, bins.phi[column : column + 2].mean())), FINE)
+    low, high = bins.theta[[0, -1]]
+    theta = np.union1d(np.linspace(low, high, FINE), np.geomspace(max(low, 1e-4 * high), high, FINE))
+    phi = np.full(theta.shape, bins.phi[column : column + 2].mean())
+    line = np.broadcast_to(exact(theta, phi), theta.shape)
     axes.plot(sign * np.degrees(theta), line, color=colour, zorder=2, **LINE)
     return float(np.nanmax(line))
 

@@ -99,7 +99,7 @@ def cover_disk(b, table, first, live):
 
 @lane_pass(SPHERE)
 def meet_sphere(b, table, first, live):
-    """Keep this sphere where it is the nearest surface ahead; members of one sphere share its sheet and its roots."""
+    """Keep this acting sphere where it is the nearest surface ahead."""
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
@@ -108,6 +108,21 @@ def meet_sphere(b, table, first, live):
         nearer = t < b.distance[k]
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(SPHERE)
+def cover_sphere(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
+    for k in range(first, live):
+        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        standing = b.sheet[k] == sheet
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, b.start[k], standing)
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        nearer = (t < math.inf) & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
     return live
 
 

@@ -1,0 +1,133 @@
+"""Inverse square: a point source over six decades of distance, and how far away a disk must be to count as a point.
+
+Derivation.  An isotropic point of power P has the intensity I = P/4π, and spreads P evenly over spheres of area 4π r²,
+so that E = P cosθ/(4π r²) (Lambert 1760; Bala 2009, Cornell CS 6620, lecture 2, "Irradiance example").  Over a disk of
+radius a that faces it the mean is P/(2π h (h + r)), h² = r² + a²: at a = r/2 the same share of P at every r.
+
+The five-times rule (Lambert 1760; Akenine-Möller, Haines, Hoffman 2008, 7.1).  A Lambert disk of radius R has on its
+axis E = π L R²/(R² + d²), its inverse-square law is π L R²/d²: the ratio 1/(1 + R²/d²) is 1/1.01 from five diameters.
+A Lambert sphere has E = π L R²/d² at any distance d > R of its centre, so that its ratio is exactly 1.
+
+Scene.  Seven disks around one point, each half as large as it is far and each in a direction of its own; or a disk or
+sphere of one metre, with a small meter at which directions are aimed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import emitters
+
+law = "E = P cosθ/4πr²; a disk from five diameters: 1/1.01 of it, a sphere: 1 (Lambert 1760; Akenine-Möller et al. 2008)"
+question = "Does irradiance fall with the square of the distance, and from where on for sources that are no points?"
+particles = 2_000_000
+
+DISTANCES = {
+    "1 mm": 1e-3, "1 cm": 1e-2, "10 cm": 0.1, "1 m": 1.0, "10 m": 10.0, "100 m": 100.0, "1 km": 1000.0
+}  # fmt: skip
+DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 2, 0), (0, -1, 2), (2, 0, -1), (-1, -1, -1))
+WIDTH = 1.0  # m, diameter of the disk and of the sphere
+METER = 1e-3  # m, radius of the meter that looks at them
+
+
+def cases() -> list[dict[str, object]]:
+    extended = [{"emitter": emitter, "widths": widths} for emitter in ("disk", "sphere") for widths in (1.0, 5.0)]
+    return [{"emitter": "point"}, *extended]
+
+
+def scene(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> tp.Scene:
+    """Meters around a point; or one meter as many `widths` away from the middle of a disk or sphere.  power [W]."""
+    if emitter == "point":
+        detectors = [_facing(n, r, name) for (name, r), n in zip(DISTANCES.items(), DIRECTIONS, strict=True)]
+        return tp.Scene(sources=tp.Source(tp.Point(), tp.Isotropic(power=power)), detectors=detectors)
+    shapes = {"disk": tp.Disk(radius=WIDTH / 2), "sphere": tp.Sphere(radius=WIDTH / 2)}
+    if emitter not in shapes:
+        raise tp.SceneError(f"inverse_square: emitter must be 'point', 'disk' or 'sphere', got {emitter!r}")
+    meter = tp.Disk(center=(0, 0, widths * WIDTH), normal=(0, 0, -1), radius=METER)
+    source = tp.Source(shapes[emitter], tp.Lambertian(power=power), aim=meter)
+    return tp.Scene(sources=source, detectors=tp.Detector(meter, name="meter"))
+
+
+def _facing(direction: tuple[float, ...], distance: float, name: str) -> tp.Detector:
+    """A disk in that direction from the origin which looks back at it."""
+    length = math.hypot(*direction)
+    center = [distance * x / length for x in direction]
+    return tp.Detector(tp.Disk(center=center, normal=[-x for x in direction], radius=distance / 2), name=name)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    source = result.scene.sources[0]
+    if isinstance(source.shape, tp.Point):
+        rows = {f"irradiance at {name}": result[name].irradiance for name in DISTANCES}
+        return rows | {"E(1 mm) / E(1 km)": result["1 mm"].irradiance / result["1 km"].irradiance}
+    distance = result.scene.detectors[0].shape.center[2]
+    point = constant(result, _intensity(source.shape, source.emission.power) / distance**2, "W m^-2")
+    irradiance = result["meter"].irradiance
+    return {"irradiance": irradiance, "irradiance / inverse square": irradiance / point}
+
+
+def _intensity(shape: tp.Disk | tp.Sphere, power: float) -> float:
+    """Towards the meter [W/sr]: L times the area that is seen, L = P/(π A)."""
+    seen = math.pi * shape.radius**2
+    return power / (math.pi * shape.area) * seen
+
+
+def exact(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> dict[str, float]:
+    if emitter == "point":
+        means = {n: float(emitters.mean_point_irradiance(power, r / 2, r)) for n, r in DISTANCES.items()}
+        return {f"irradiance at {name}": mean for name, mean in means.items()} | {"E(1 mm) / E(1 km)": 1e12}
+    distance, radius = widths * WIDTH, WIDTH / 2
+    if emitter == "sphere":
+        point = emitters.point_irradiance(power, distance)
+        return {"irradiance": emitters.mean_point_irradiance(power, METER, distance), "irradiance / inverse square": 1.0}
+    radiance = power / (math.pi * math.pi * radius**2)
+    return {
+        "irradiance": float(emitters.mean_disk_irradiance(radiance, radius, METER, distance)),
+        "irradiance / inverse square": float(emitters.disk_over_inverse_square(widths)),
+    }
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = []
+    for outcome in outcomes:
+        kind = outcome.parameters.get("emitter", "point")
+        if kind == "point":
+            said.append(f"Over six decades of distance a point's irradiance falls {outcome.rows[-1].estimate}-fold")
+        else:
+            ratio = outcome["irradiance / inverse square"].estimate
+            said.append(f"a {kind} from {outcome.parameters.get('widths', 5.0):g} widths gives {ratio} of its inverse square")
+    return "; ".join(said) + "."
+
+
+def draw(outcomes: list[Outcome], path: str) -> None:
+    from viz import comparison, profile
+
+    points = [o for o in outcomes if o.parameters.get("emitter", "point") == "point"]
+    if not points:
+        table = {o.title: (o.rows[-1].estimate, o.rows[-1].exact) for o in outcomes}
+        comparison(table, path, title="Irradiance over inverse square", note=provenance(outcomes))
+        return
+    result = points[0].result
+    power = result.scene.sources[0].emission.power
+    profile(
+        list(DISTANCES.values()),
+        [result[name].irradiance for name in DISTANCES],
+        path,
+        exact=lambda r: emitters.mean_point_irradiance(power, r / 2, r),
+        guides={"1/r": lambda r: emitters.mean_point_irradiance(power, 0.5, 1.0) / r},
+        xlabel="distance r  [m]",
+        ylabel="irradiance of a disk of radius r/2",
+        title="A point source: inverse square over six decades",
+        log_x=True,
+        log_y=True,
+        note=provenance(points),
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)
