@@ -108,7 +108,7 @@ def draw(outcomes: list[Outcome], path: str) -> None:
     from viz import comparison
 
     table = {
-        f"{row.name}\nρ = {o.result.scene.surfaces[0].material.albedo:g}": (row.estimate, row.exact)
+        f"{row.name}\n{_setting(o.result.scene)}": (row.estimate, row.exact)
         for o in outcomes
         for row in o.rows
         if not row.estimate.exact
@@ -116,6 +116,11 @@ def draw(outcomes: list[Outcome], path: str) -> None:
     if not table:
         table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
     comparison(table, path, title="A closed diffuse box", note=provenance(outcomes))
+
+
+def _setting(scene: tp.Scene) -> str:
+    lit = "all walls emit" if len(scene.sources) > 1 else "ceiling emits"
+    return f"ρ = {scene.surfaces[0].material.albedo:g}, {lit}"
 
 
 if __name__ == "__main__":

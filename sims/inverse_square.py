@@ -81,8 +81,8 @@ def exact(emitter: str = "point", power: float = 100.0, widths: float = 5.0) -> 
         return {f"irradiance at {name}": mean for name, mean in means.items()} | {"E(1 mm) / E(1 km)": 1e12}
     distance, radius = widths * WIDTH, WIDTH / 2
     if emitter == "sphere":
-        point = emitters.point_irradiance(power, distance)
-        return {"irradiance": emitters.mean_point_irradiance(power, METER, distance), "irradiance / inverse square": 1.0}
+        mean = float(emitters.mean_point_irradiance(power, METER, distance))
+        return {"irradiance": mean, "irradiance / inverse square": 1.0}
     radiance = power / (math.pi * math.pi * radius**2)
     return {
         "irradiance": float(emitters.mean_disk_irradiance(radiance, radius, METER, distance)),
@@ -98,7 +98,8 @@ def verdict(outcomes: list[Outcome]) -> str:
             said.append(f"Over six decades of distance a point's irradiance falls {outcome.rows[-1].estimate}-fold")
         else:
             ratio = outcome["irradiance / inverse square"].estimate
-            said.append(f"a {kind} from {outcome.parameters.get('widths', 5.0):g} widths gives {ratio} of its inverse square")
+            widths = outcome.parameters.get("widths", 5.0)
+            said.append(f"a {kind} at a distance of {widths:g} diameters gives {ratio} of its inverse square")
     return "; ".join(said) + "."
 
 
@@ -119,7 +120,7 @@ def draw(outcomes: list[Outcome], path: str) -> None:
         exact=lambda r: emitters.mean_point_irradiance(power, r / 2, r),
         guides={"1/r": lambda r: emitters.mean_point_irradiance(power, 0.5, 1.0) / r},
         xlabel="distance r  [m]",
-        ylabel="irradiance of a disk of radius r/2",
+        ylabel="mean irradiance E",
         title="A point source: inverse square over six decades",
         log_x=True,
         log_y=True,

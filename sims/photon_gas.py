@@ -57,7 +57,7 @@ def scene(
     tilt: float = 0.0,
     stuff: str = "photons",
 ) -> tp.Scene:
-    """A disk in a gas.  density [m^-3] (the default is that of sunlight);  tilt: of a stream on the disk [rad]."""
+    """A disk in a gas.  density [m^-3], by default about that of sunlight;  tilt: of a stream on the disk [rad]."""
     _check(motion, stuff)
     patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
     detectors = [

@@ -28,14 +28,14 @@ from transport.theory import emitters, sun
 
 law = "L = P/(π A) = 2.05e7 W m^-2 sr^-1, power on 1 m²: L π (R/d)² cosθ (Bala 2009, Cornell CS 6620, lecture 2)"
 question = "What power of the sun falls on a square metre at the Earth and on Mars, and is its radiance the same there?"
-particles = 1_000_000
+particles = 10_000_000
 
 RADIUS = float(sun.sphere_radius(sun.AREA))  # m
 DISTANCES = {  # m
     ("Earth", "solid angle"): float(sun.distance_of_projected_area(RADIUS, sun.SOLID_ANGLE_EARTH)),
     ("Mars", "solid angle"): float(sun.distance_of_projected_area(RADIUS, sun.SOLID_ANGLE_MARS)),
-    ("Earth", "distance"): 1.496e11,  # IAU 2012, rounded
-    ("Mars", "distance"): 2.279e11,  # 1.523 au, its mean distance
+    ("Earth", "distance"): 1.496e11,  # one astronomical unit (IAU 2012), rounded
+    ("Mars", "distance"): 2.279e11,  # 1.5237 au, its semi-major axis (Standish, JPL: elements of the planets)
 }
 POWER, RADIANCE = "power on 1 m^2", "radiance"
 
@@ -75,7 +75,7 @@ def exact(planet: str = "Earth", given: str = "distance", zenith_angle: float = 
 
 def verdict(outcomes: list[Outcome]) -> str:
     found = {(o.parameters["planet"], o.parameters["given"]): o for o in outcomes}
-    powers = [f"{o[POWER].estimate.value:.0f} W ({planet}, by {given})" for (planet, given), o in found.items()]
+    powers = [f"{o[POWER].estimate} ({planet}, by {given})" for (planet, given), o in found.items()]
     said = f"A square metre receives {', '.join(powers)}."
     if {("Earth", "solid angle"), ("Earth", "distance")} <= found.keys():
         said += (

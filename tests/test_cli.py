@@ -169,7 +169,7 @@ def test_run_stops_at_the_error_asked_for(call):
         (["run", "disk.py", "--set", "distnace=3"], "did you mean 'distance'?"),
         (["run", "disk.py", "--set", "radius=-1"], "radius must be positive"),
         (["run", "disk.py", "--set", "radius=wide"], "radius must be a number"),
-        (["run", "disk.py", "--set", "distance=(1, 2)"], "distance"),
+        (["run", "disk.py", "--set", "distance=(1, 2)"], "center must be three finite numbers"),
         (["run", "disk.py", "--set", "radius"], "--set must be name=value"),
         (["run", "disk.py", "--set", "radius=1", "--set", "radius=2"], "given twice"),
         (["run", "disk.py", "--particles", "1.5"], "--particles must be a whole number"),
@@ -247,7 +247,7 @@ def test_interruption_before_the_first_batch_has_status_130(call, monkeypatch):
 def test_verify_has_one_row_a_law_with_formula_source_and_smallest_bias(call):
     answer = call("verify", "disks.py")
     assert answer.exit_code == 0, answer.output
-    assert "E = π L sin²θ on the axis of a diffuse disk   Foote 1915" in answer.output
+    assert "E = π L sin²θ on the axis of a diffuse disk (Foote 1915)" in answer.output
     assert sum(line.rstrip().endswith("holds") for line in answer.output.splitlines()) == 2
     rows = json.loads(call("verify", "disks.py", "--json").output)
     assert [row["quantity"] for row in rows] == ["distance=2.0: irradiance", "distance=4.0: irradiance"]
@@ -266,6 +266,12 @@ def test_verify_fails_where_pi_is_forgotten(call):
 def test_a_law_without_a_known_error_does_not_hold():
     run = Batches(np.array([100]))
     assert not Law("", "", "", "", Estimate(np.array([1.0]), run, "W"), 1.0).holds(1e-3)
+    assert not Law("", "", "", "", Estimate(np.array([0.0]), run, "W"), 1.0).holds(1e-3)
+
+
+def test_nothing_where_nothing_can_come_holds():
+    run = Batches(np.array([100, 100]))
+    assert Law("", "", "", "", Estimate(np.zeros(2), run, "W", counts=0), 0.0).holds(1e-3)
 
 
 def test_smallest_bias_is_the_judges_own_and_is_caught_as_often_as_promised():

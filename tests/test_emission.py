@@ -30,7 +30,7 @@ from transport.theory.view_factors import coaxial_disks, opposed_rectangles, per
 
 FALSE_ALARM = 1e-6
 BATCHES = 24
-AIMED, NEAR, FAR = 20_000, 60_000, 400_000  # histories of a batch
+AIMED, NEAR, FAR = 12_000, 40_000, 200_000  # histories of a batch
 ONE = 1 << 63  # the weight 1 in units of the sums
 ROUNDING = 1 << 13  # in the same units: four times the spacing of floats above 1
 POWER = 2.0

@@ -149,7 +149,7 @@ def verify(
     else:
         from transport.tables import law_tables
 
-        say(*law_tables(laws, rate, console().width))
+        say(*law_tables(laws, rate))
         say(
             f"{len(laws) - failed} of {len(laws)} rows hold", style="bold green" if not failed else "bold red"
         )
@@ -220,10 +220,11 @@ def _print_menu(with_commands: bool = True) -> None:
             style="bold",
         )
         say("")
+    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
     for question, sims in groups.items():
-        say(question or "(no question)", style="bold")
+        say(question, style="bold")
         for name, law in sims:
-            say_labelled(f"  {name:14s}", law, style="cyan")
+            say_labelled(f"  {name:{width}}  ", law, style="cyan")
     if with_commands:
         example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
         say("")

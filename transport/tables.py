@@ -15,9 +15,7 @@ from transport.notation import measured
 from transport.results import Result
 from transport.verify import Law
 
-ROOM_FOR_LAWS = 170  # characters of a console that has columns for formula and source
-IN_WORDS = ("law", "source", "quantity")  # columns that fold where the console is too narrow
-LAW_COLUMNS = ("quantity", "estimate ± error>", "exact>", "z>", "smallest bias>", "")
+IN_WORDS = ("quantity",)  # columns that fold where the console is too narrow
 
 
 def case_table(outcome: Outcome) -> Table:
@@ -29,27 +27,15 @@ def case_table(outcome: Outcome) -> Table:
     return table
 
 
-def law_tables(laws: list[Law], false_alarm: float, width: int) -> Iterator[Table | str]:
-    """One row a law: formula, source, estimate, exact, z, smallest bias; formulas as headings where space is short.
-
-    width: of the console in characters.  Formula and source are told once for each experiment.
-    """
-    groups = [list(group) for _, group in groupby(laws, key=lambda law: law.sim)]
-    if width < ROOM_FOR_LAWS:
-        for group in groups:
-            table = _table(*LAW_COLUMNS)
-            for law in group:
-                table.add_row(*_judged(law, false_alarm))
-            yield f"{group[0].sim}: {group[0].law} ({group[0].source})"
-            yield table
-        return
-    table = _table("law", "source", "sim", *LAW_COLUMNS)
-    for group in groups:
-        for law in group:
-            told = (law.law, law.source, law.sim) if law is group[0] else ("", "", "")
-            table.add_row(*told, *_judged(law, false_alarm))
-        table.add_section()
-    yield table
+def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
+    """For each law its formula, source and experiment; then estimate, exact, z, smallest bias of each row that shows it."""
+    for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
+        yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
+        table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
+        for row in group:
+            table.add_row(*_judged(row, false_alarm))
+        yield table
+        yield Text()
 
 
 def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
@@ -122,12 +108,19 @@ def bias_text(bias: float, exact: float, unit: str) -> str:
 
 
 def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
-    """The cells of LAW_COLUMNS."""
+    """The cells of a law's row."""
     unit = unit_cell(law.estimate)
-    value = f"{estimate_cell(law.estimate)} {unit}".strip()
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
     state = Text("holds", "green") if law.holds(false_alarm) else Text("FAILS", "bold red")
-    return law.quantity, value, exact_number(law.exact, law.estimate), z_cell(law.z), bias, state
+    return (
+        law.quantity,
+        estimate_cell(law.estimate),
+        unit,
+        exact_number(law.exact, law.estimate),
+        z_cell(law.z),
+        bias,
+        state,
+    )
 
 
 def _table(*columns: str) -> Table:

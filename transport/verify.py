@@ -35,9 +35,14 @@ class Law:
         return self.estimate.z(self.exact)
 
     def holds(self, false_alarm: float) -> bool:
-        """Whether the estimate agrees, two-sided, at this rate of false alarms; an unknown error does not."""
+        """Whether the estimate agrees, two-sided, at this rate of false alarms.
+
+        One of unknown error does not, but for 0 where 0 is exact: nothing came where nothing can.
+        """
         from scipy.special import ndtri
 
+        if self.exact == 0 and self.estimate.value == 0:
+            return True
         return bool(abs(self.z) <= -ndtri(false_alarm / 2))
 
     def smallest_bias(self, false_alarm: float) -> float:
