@@ -122,7 +122,7 @@ def is_certain(estimate):
 def assert_is(estimate, exact, relative=1e-9):
     """Agreement within the errors, or to rounding where all histories are alike."""
     if is_certain(estimate):
-        assert estimate.value == pytest.approx(exact, rel=relative)
+        assert estimate.value == pytest.approx(exact, rel=relative, abs=0)
     else:
         assert_agrees(estimate, exact, FALSE_ALARM)
 

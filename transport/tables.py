@@ -102,6 +102,8 @@ def bias_text(bias: float, exact: float, unit: str) -> str:
     """A relative bias in percent or less; with its unit where the exact value is 0."""
     if math.isnan(bias):
         return "unknown"
+    if bias == 0:
+        return "any"
     if exact == 0:
         return f"{bias:.1e} {unit}".strip()
     return f"{100 * bias:.2g} %" if 1e-5 <= bias < 10 else f"{bias:.1e}"

@@ -48,7 +48,7 @@ class Law:
     def smallest_bias(self, false_alarm: float) -> float:
         """The relative bias that `holds` rejects with the probability POWER; in the unit where exact is 0.
 
-        From the noncentral t distribution; 1e-12 where the estimate has no spread, nan where its error is unknown.
+        From the noncentral t distribution; 1e-12 where the estimate has no spread (0, any bias, where exact is 0), nan where its error is unknown.
         """
         return smallest_bias(self.estimate, self.exact, false_alarm)
 
@@ -58,7 +58,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
     from scipy.special import nctdtrinc
 
     if estimate.exact:
-        return ROUNDING
+        return ROUNDING if exact != 0 else 0.0
     if math.isnan(estimate.error):
         return math.nan
     limit = student_quantile(1 - false_alarm / 2, estimate.dof)

@@ -5,13 +5,27 @@ exact points of its edges and corners.  What breaks the naive ways is shown by p
 their rounding leak where a ray misses both, points left on an edge leak at the next flight.
 """
 
+import sys
+
 import numpy as np
 import pytest
 
 import transport as tp
 from transport import compile as compiling
 
+simulating = sys.modules[tp.simulate.__module__]
+
 BEAMS, HISTORIES = 60, 100
+
+
+@pytest.fixture(autouse=True)
+def compiled_anew():
+    """Scenes are compiled once; a planted fault must not meet or leave a plan of before."""
+    for step in ("before", "after"):
+        compiling.compile_scene.cache_clear()
+        simulating._program.cache_clear()
+        if step == "before":
+            yield
 
 
 def boxes():
