@@ -48,7 +48,8 @@ class Law:
     def smallest_bias(self, false_alarm: float) -> float:
         """The relative bias that `holds` rejects with the probability POWER; in the unit where exact is 0.
 
-        From the noncentral t distribution; 1e-12 where the estimate has no spread (0, any bias, where exact is 0), nan where its error is unknown.
+        From the noncentral t distribution; nan where the error is unknown.  Where the estimate has no spread it is
+        1e-12, and 0 (any bias) where exact is 0.
         """
         return smallest_bias(self.estimate, self.exact, false_alarm)
 

@@ -25,13 +25,11 @@ def born_on_rectangle(b, table, first, live):
     """Uniform over a rectangle."""
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
-    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
         u, v = (2.0 * uniform(w0, w1) - 1.0) * half_u, (2.0 * uniform(w2, w3) - 1.0) * half_v
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
-        b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
     return live
 
 
@@ -40,7 +38,6 @@ def born_on_disk(b, table, first, live):
     """Uniform over a disk or annulus."""
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
-    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
@@ -48,7 +45,6 @@ def born_on_disk(b, table, first, live):
         c, s = cos_sin_turn(uniform(w2, w3))
         u, v = r * c, r * s
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
-        b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
     return live
 
 
@@ -76,6 +72,14 @@ def born_on_lit_sphere(b, table, first, live):
         nx, ny, nz, mu = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
         r = side * radius
         b.x[k], b.y[k], b.z[k] = cx + r * nx, cy + r * ny, cz + r * nz
+    return live
+
+
+@lane_pass(PATCH)
+def take_normal(b, table, first, live):
+    """The normal of the emitting side, for an aim to weigh directions by; 0 where all directions are alike."""
+    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
+    for k in range(first, live):
         b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
     return live
 
@@ -86,7 +90,6 @@ def born_at_point(b, table, first, live):
     cx, cy, cz = table.cx, table.cy, table.cz
     for k in range(first, live):
         b.x[k], b.y[k], b.z[k] = cx, cy, cz
-        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
     return live
 
 
@@ -101,7 +104,6 @@ def born_in_box(b, table, first, live):
         b.x[k] = cx + (2.0 * uniform(w0, w1) - 1.0) * half_u
         b.y[k] = cy + (2.0 * uniform(w2, w3) - 1.0) * half_v
         b.z[k] = cz + (2.0 * uniform(d0, d1) - 1.0) * half_w
-        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
     return live
 
 
@@ -117,7 +119,6 @@ def born_in_sphere(b, table, first, live):
         ux, uy, uz = sample_isotropic(uniform(w0, w1), uniform(w2, w3))
         r = radius * max(max(uniform(d0, d1), uniform(d2, d3)), uniform(e0, e1))
         b.x[k], b.y[k], b.z[k] = cx + r * ux, cy + r * uy, cz + r * uz
-        b.nx[k], b.ny[k], b.nz[k] = 0.0, 0.0, 0.0
     return live
 
 

@@ -24,6 +24,7 @@ HEADER = (
     "crossings",
     "stop",  # set by another thread: end before the batch is complete
 )
+HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one
 
 # What a particle takes along.  Order matters: `carried` counts how many of them a program moves.
 CARRIED = (
@@ -68,9 +69,12 @@ SCRATCH = (
 )
 
 Bundle = np.dtype(
-    [(name, "i8") for name in HEADER] + [(name, kind, (PITCH,)) for name, kind in CARRIED + SCRATCH], align=True
+    [(name, "i8") for name in HEADER]
+    + [("idle", "i8", (HEADER_WORDS - len(HEADER),))]
+    + [(name, kind, (PITCH,)) for name, kind in CARRIED + SCRATCH],
+    align=True,
 )
-CARRIED_WORDS = len(HEADER)  # where the carried fields begin, in words of 8 bytes
+CARRIED_WORDS = HEADER_WORDS  # where the carried fields begin, in words of 8 bytes
 
 
 def empty_bundle() -> np.ndarray:

@@ -46,6 +46,8 @@ def _births(plan, emitter):
         is_gas = plan.scene.measured_in == "particles"
         yield _step(births.start_at_zero if is_gas else births.start_any_time, emitter.birth)
     if emitter.target is not None:
+        if emitter.place[0] != "born_on_sphere":
+            yield _step(births.take_normal, emitter.place[1])
         yield _named(aims, emitter.target)
         yield _step(aims.account_born)
     metered = [row for _, row in plan.members if row["sheet"] == emitter.birth["sheet"] and row["code"] & METERS]
