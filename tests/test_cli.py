@@ -1,5 +1,7 @@
 """The command line: what it prints, its JSON, its refusals and exit statuses, and what it does not import."""
 
+import contextlib
+import io
 import json
 import math
 import os
@@ -16,7 +18,7 @@ from scipy.special import bdtr, bdtrc
 from typer.testing import CliRunner
 
 from tests import agreement
-from transport import bench, cli, effects
+from transport import bench, cli, printout
 from transport.estimates import Batches, Estimate
 from transport.verify import Law, split_law
 
@@ -200,6 +202,16 @@ def test_a_file_that_is_no_experiment_is_refused(call):
     assert "no function scene and measure and exact" in answer.output
 
 
+def test_an_experiment_needs_no_more_than_scene_measure_and_exact(call):
+    lines = [*EXPERIMENT.split("\ndef verdict")[0].splitlines(), "PI = math.pi"]
+    text = "\n".join(line for line in lines if not line.startswith(("law", "question", "particles")))
+    Path("least.py").write_text(text, encoding="utf-8")
+    answer = call("run", "least.py", "--particles", "1e4")
+    assert answer.exit_code == 0, answer.output
+    assert not any(word in answer.output for word in ("law", "question", "verdict"))
+    assert call("verify", "least.py").exit_code == 0
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_refusal_is_red_on_a_terminal(call):
     import pty
@@ -308,7 +320,8 @@ def test_a_law_is_split_into_formula_and_source(text, formula, source):
 
 
 def test_effects_tell_passes_in_order_fields_and_what_is_absent(call, monkeypatch):
-    monkeypatch.setattr(effects, "costs_of", lambda scene: {"begin": 0.5})
+    for module in (cli, printout):
+        monkeypatch.setattr(module, "costs_of", lambda scene: {"begin": 0.5})
     record = json.loads(call("effects", "disk.py", "--json").output)
     assert list(record) == ["passes", "fields", "absent", "ns"]
     passes = record["passes"]
@@ -328,7 +341,7 @@ def test_effects_are_told_before_anything_runs(call, monkeypatch):
     def forbidden(*_, **__):
         raise AssertionError("compiled or ran something")
 
-    monkeypatch.setattr(effects, "costs_of", lambda scene: {})
+    monkeypatch.setattr(printout, "costs_of", lambda scene: {})
     monkeypatch.setattr("transport.engine.driver.machine_of", forbidden)
     monkeypatch.setattr("transport.running.simulate", forbidden)
     assert call("effects", "disk.py").exit_code == 0
@@ -356,8 +369,9 @@ def test_bench_prints_its_rows_and_json(call, monkeypatch):
 def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeypatch):
     asked = {"a": ("Why?", "A = 1"), "b": ("How?", "B = 2"), "c": ("Why?", "C = 3")}
     modules = {name: SimpleNamespace(question=question, law=law) for name, (question, law) in asked.items()}
-    monkeypatch.setattr(cli, "experiment_names", lambda: list(modules))
-    monkeypatch.setattr(cli, "experiment", modules.__getitem__)
+    for module in (cli, printout):
+        monkeypatch.setattr(module, "experiment_names", lambda: list(modules))
+        monkeypatch.setattr(module, "experiment", modules.__getitem__)
     lines = [line.split() for line in call().output.splitlines()]
     order = [lines.index(words.split()) for words in ("Why?", "a A = 1", "c C = 3", "How?", "b B = 2")]
     assert order == sorted(order)
@@ -371,3 +385,20 @@ def test_list_loads_no_compiler_and_no_plotting(call):
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment, stdout=subprocess.DEVNULL)
+
+
+def test_the_readmes_first_experiment_is_short_and_prints_what_it_says(call):
+    blocks = (ROOT / "README.md").read_text(encoding="utf-8").split("```")
+    place = next(i for i, block in enumerate(blocks) if block.startswith("python\n"))
+    code, said = blocks[place].removeprefix("python\n"), blocks[place + 2].removeprefix("text\n")
+    assert len([line for line in code.splitlines() if line.strip()]) <= 12
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(code, "README.md", "exec"), {})
+    assert _without_times(printed.getvalue()) == _without_times(said)
+
+
+def _without_times(text):
+    return [
+        line.rstrip() for line in text.strip().splitlines() if not line.startswith(("cost:", "next digit:"))
+    ]

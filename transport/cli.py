@@ -2,16 +2,20 @@
 
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated
 
 import typer
 from typer.core import TyperGroup
 
-from transport.console import INTERRUPTED, console, refusals, say, say_json, say_labelled
-from transport.experiment import Outcome, cases_of, experiment, experiment_names
+from transport.console import INTERRUPTED, console, refusals, say, say_json
+from transport.effects import costs_of, effects_of, record_of_effects
+from transport.experiment import cases_of, experiment, experiment_names
+from transport.printout import draw_picture, print_effects, print_menu, print_run, text_of
+from transport.running import asked, checked, is_complete, outcomes_of, record_of
 from transport.settings import named_errors, named_values, number, whole_number
+from transport.tables import law_tables
 from transport.validation import SceneError
+from transport.verify import FALSE_ALARM, POWER, Law, laws_of
 
 
 class Commands(TyperGroup):
@@ -56,7 +60,7 @@ def main() -> None:
 def menu(context: typer.Context) -> None:
     """Print the menu where no command is given."""
     if context.invoked_subcommand is None:
-        _print_menu()
+        print_menu()
 
 
 @app.command()
@@ -82,8 +86,6 @@ def run(
     json: Json = False,
 ) -> None:
     """Run an experiment: estimates beside exact values, verdict, ledger, cost, picture."""
-    from transport.running import checked, is_complete, outcomes_of, record_of
-
     limits = {
         "particles": whole_number("--particles", particles),
         "error": named_errors(error or ()),
@@ -98,10 +100,10 @@ def run(
         say_json(record_of(module, outcomes))
         wants_picture = out is not None
     else:
-        outcomes = _print_run(module, pending)
+        outcomes = print_run(module, pending)
         wants_picture = True
     if wants_picture and not no_picture and is_complete(outcomes):
-        _draw(module, outcomes, Path("out") if out is None else out, quiet=json)
+        draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
 
@@ -111,10 +113,10 @@ def list_(json: Json = False) -> None:
     """List the experiments with their questions."""
     if json:
         say_json(
-            [{"sim": name, "question": _text(experiment(name), "question")} for name in experiment_names()]
+            [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
         )
     else:
-        _print_menu(with_commands=False)
+        print_menu(with_commands=False)
 
 
 @app.command()
@@ -128,9 +130,6 @@ def verify(
     json: Json = False,
 ) -> None:
     """Judge every law against its exact value; status 1 if one fails."""
-    from transport.running import checked, is_complete, outcomes_of
-    from transport.verify import FALSE_ALARM, POWER, laws_of
-
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
     laws, complete = [], True
     for name in sims or experiment_names():
@@ -147,8 +146,6 @@ def verify(
     if json:
         say_json([_law_record(law, rate) for law in laws])
     else:
-        from transport.tables import law_tables
-
         say(*law_tables(laws, rate))
         say(
             f"{len(laws) - failed} of {len(laws)} rows hold", style="bold green" if not failed else "bold red"
@@ -166,9 +163,6 @@ def verify(
 @app.command()
 def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
     """Tell which passes and fields an experiment's scenes call for, and which are absent."""
-    from transport.effects import costs_of, effects_of, record_of
-    from transport.running import asked, checked
-
     module, settings = checked(experiment(sim)), named_values(set_ or ())
     found = {}
     for parameters in cases_of(module, settings):
@@ -176,7 +170,7 @@ def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
         told = effects_of(scene)
         found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
     if json:
-        say_json(record_of([(told, costs_of(scene)) for told, scene, _ in found.values()]))
+        say_json(record_of_effects([(told, costs_of(scene)) for told, scene, _ in found.values()]))
         return
     for told, scene, cases in found.values():
         if len(found) > 1:
@@ -184,7 +178,7 @@ def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
                 "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
                 style="bold cyan",
             )
-        _print_effects(told, scene)
+        print_effects(told, scene)
 
 
 @app.command()
@@ -197,96 +191,16 @@ def bench(
     json: Json = False,
 ) -> None:
     """Measure the engine against a straightforward kernel: ratios first, then absolute figures."""
-    try:
-        from transport.bench import bench as measure
-        from transport.bench import render
-    except ImportError as error:
-        raise SceneError(f"bench: {error}") from None
+    from transport.bench import bench as measure
+    from transport.bench import render
+
     if repeats < 5:
         raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
     rows = measure(repeats=repeats, quick=quick, long=long)
     say_json(rows) if json else say(render(rows))
 
 
-def _print_menu(with_commands: bool = True) -> None:
-    """The experiments grouped by the question that they answer."""
-    groups: dict[str, list[tuple[str, str]]] = {}
-    for name in experiment_names():
-        module = experiment(name)
-        groups.setdefault(_text(module, "question"), []).append((name, _text(module, "law")))
-    if with_commands:
-        say(
-            "transport: particles fly, crossings are counted, radiance comes out with error bars",
-            style="bold",
-        )
-        say("")
-    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
-    for question, sims in groups.items():
-        say(question, style="bold")
-        for name, law in sims:
-            say_labelled(f"  {name:{width}}  ", law, style="cyan")
-    if with_commands:
-        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
-        say("")
-        say(f"transport run {example}     and: list, verify, effects SIM, bench; --help tells their options")
-
-
-def _print_run(module: ModuleType, pending) -> list[Outcome]:
-    from types import SimpleNamespace
-
-    from transport.report import cost_lines
-    from transport.running import is_complete, name_of, total_cost, verdict_on
-    from transport.tables import case_table, ledger_line
-
-    outcomes, warnings = [], {}
-    for outcome in pending:
-        if not outcomes:
-            say(name_of(module), style="bold")
-            for label in ("law", "question"):
-                say_labelled(label, _text(module, label))
-        outcomes.append(outcome)
-        say("")
-        if outcome.title:
-            say(outcome.title, style="bold cyan")
-        say(case_table(outcome))
-        say_labelled("ledger", ledger_line(outcome.result))
-        warnings |= dict.fromkeys(outcome.result.warnings)
-    say("")
-    is_whole = is_complete(outcomes)
-    say_labelled("verdict", verdict_on(module, outcomes), style="bold" if is_whole else "bold red")
-    for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
-        label, _, text = line.partition(": ")
-        say_labelled(label, text)
-    for warning in warnings:
-        say_labelled("warning", warning, style="bold yellow")
-    return outcomes
-
-
-def _draw(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
-    from transport.running import picture_of
-
-    path, why = picture_of(module, outcomes, folder)
-    if path is None:
-        console(stderr=True).print(f"no picture: {why}", style="yellow")
-    elif not quiet:
-        say_labelled("picture", str(path))
-
-
-def _print_effects(told, scene) -> None:
-    from transport.effects import costs_of
-    from transport.tables import effects_lines, pass_table
-
-    for label, names in effects_lines(told):
-        say_labelled(label, names)
-    costs = costs_of(scene)
-    for number_, births in enumerate(told.births):
-        say(f"\nborn from source {number_}", style="bold")
-        say(pass_table(births, costs))
-    say("\nevery step", style="bold")
-    say(pass_table(told.steps, costs))
-
-
-def _law_record(law, rate: float) -> dict[str, object]:
+def _law_record(law: Law, rate: float) -> dict[str, object]:
     return {
         "law": law.law,
         "source": law.source,
@@ -298,7 +212,3 @@ def _law_record(law, rate: float) -> dict[str, object]:
         "z": law.z,
         "smallest_bias": law.smallest_bias(rate),
     }
-
-
-def _text(module: ModuleType, name: str) -> str:
-    return " ".join(str(getattr(module, name, "")).split())

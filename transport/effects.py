@@ -75,7 +75,7 @@ def costs_of(scene: Scene) -> dict[str, float]:
     return pass_costs(scene)
 
 
-def record_of(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
+def record_of_effects(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
     """{passes, fields, absent, ns} for machines: all that the scenes use between them, and what none of them does.
 
     found: the effects of each scene with the costs of its passes.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport import layout
+from transport.distances import least_distance
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
 from transport.sheets import pieces
@@ -113,13 +114,14 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[st
     lambertian = isinstance(source.emission, Lambertian)
     values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
     peak = max(values.values())  # per steradian
-    gap = (math.dist(shape.middle, aim.middle) - shape.extent - aim.extent) / space.size
+    is_volume = shape.is_closed and not lambertian
+    distance = least_distance(shape, aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
     if isinstance(aim, Sphere):
         radius = aim.radius / space.size
-        weight = peak * 2.0 * math.pi * _one_minus_cosine(radius, gap + radius)
+        weight = peak * 2.0 * math.pi * _one_minus_cosine(radius, distance)
         return weight, ("aim_at_sphere", layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight))
-    area = aim.area / space.size**2
+    area, gap = aim.area / space.size**2, distance - aim.extent / space.size
     far = gap > 0 and peak * area / gap**2 < CLOSE
     weight = peak * area / gap**2 if far else CLOSE
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from transport.detectors import Detector
+from transport.distances import in_plane_distances
 from transport.materials import Surface, Transparent
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
@@ -100,7 +101,7 @@ def overlap(a: Shape, b: Shape) -> bool:
     if isinstance(a, Rectangle) and isinstance(b, Rectangle):
         return all(_gap_along(axis, a, b) < -tolerance for shape in (a, b) for axis in shape.frame[:2])
     disk, other = (a, b) if isinstance(a, Disk) else (b, a)
-    nearest, farthest = _distances(disk.center, other)
+    nearest, farthest = in_plane_distances(other, disk.center)
     return nearest < disk.radius - tolerance and farthest > disk.inner_radius + tolerance
 
 
@@ -138,17 +139,6 @@ def _gap_along(axis: tuple[float, ...], a: Rectangle, b: Rectangle) -> float:
 def _reach_along(axis: tuple[float, ...], shape: Rectangle) -> float:
     e_u, e_v, _ = shape.frame
     return abs(dot(axis, e_u)) * shape.width / 2 + abs(dot(axis, e_v)) * shape.height / 2
-
-
-def _distances(point: tuple[float, ...], shape: Rectangle | Disk) -> tuple[float, float]:
-    """The least and the greatest distance from a point of the plane to the points of a shape in it."""
-    offset = tuple(p - q for p, q in zip(point, shape.center, strict=True))
-    if isinstance(shape, Disk):
-        apart = math.hypot(*offset)
-        return max(0.0, apart - shape.radius, shape.inner_radius - apart), apart + shape.radius
-    u, v = (abs(dot(offset, axis)) for axis in shape.frame[:2])
-    half_u, half_v = shape.width / 2, shape.height / 2
-    return math.hypot(max(0.0, u - half_u), max(0.0, v - half_v)), math.hypot(u + half_u, v + half_v)
 
 
 def _title(scene: Scene, surface: Surface) -> str:

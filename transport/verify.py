@@ -70,7 +70,7 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
 def laws_of(module: ModuleType, outcomes: list[Outcome]) -> Iterator[Law]:
     """One law a row of each case's table."""
     name = module.__name__.removeprefix("sims.")
-    law, source = split_law(module.law)
+    law, source = split_law(getattr(module, "law", ""))
     for outcome in outcomes:
         for row in outcome.rows:
             yield Law(law, source, name, row_name(outcome, row.name, len(outcomes)), row.estimate, row.exact)

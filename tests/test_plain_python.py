@@ -1,0 +1,199 @@
+"""Every pass runs as plain Python too (NUMBA_DISABLE_JIT=1) and counts what the compiled one counts.
+
+The same few hundred histories are followed by both.  Counts are equal; weights agree to rounding, as compiled code
+contracts a product and a sum into one operation and plain Python does not.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from transport import engine
+from transport.compile import compile_scene
+from transport.detectors import Detector, Directions, Positions
+from transport.engine.driver import machine_of, run_batch
+from transport.engine.passes import Pass
+from transport.engine.program import program_of
+from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.scene import Scene
+from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+
+ROOT = Path(__file__).resolve().parents[1]
+HISTORIES = 200
+LIGHT, GLOW = Lambertian(power=1.0), Isotropic(power=1.0)
+
+
+def room():
+    """Diffuse, mirror and black walls round a mirror ball and a black disk; meters with every kind of bins."""
+    kinds = dict(
+        zip(
+            ("-x", "+x", "-y", "+y", "-z", "+z"),
+            [Diffuse(0.5), Mirror(0.8), Mirror(), Diffuse(0.9), Black(), Diffuse(0.3)],
+            strict=True,
+        )
+    )
+    walls = [Surface(face, kinds[name], name) for name, face in Box(size=(2.0, 2.2, 2.4)).faces().items()]
+    ball = Surface(Sphere(center=(0.3, 0.2, -0.4), radius=0.3), Mirror(), "ball")
+    lump = Surface(Sphere(center=(-0.5, -0.3, 0.2), radius=0.2), Diffuse(0.6), "lump")
+    plate = Surface(Disk(center=(-0.2, 0.5, 0.1), normal=(0.3, 1, 0.2), radius=0.25), Black(), "plate")
+    meters = [
+        Detector("-z", side="back", directions=Directions(mu=4, phi=3), positions=Positions(u=3, v=2)),
+        Detector("-x", side="back", directions=Directions(mu=(0.0, 0.2, 0.7, 1.0))),
+        Detector("+x", side="back", directions=Directions(mu=3, phi=4, frame="world")),
+        Detector("+y", side="back", directions=Directions.cone((0.2, -1, 0.1), 0.6)),
+        Detector("ball", directions=Directions(phi=5), positions=Positions(u=2, v=3)),
+        Detector("lump", directions=Directions(mu=5)),
+        Detector("plate", directions=Directions(theta=(0.0, 0.5, 1.2)), positions=Positions(u=2, v=2)),
+        Detector(
+            Rectangle(width=0.8, height=0.6, center=(0.1, 0, 0.3)),
+            "pane",
+            positions=Positions(v=(-0.3, 0.1, 0.3)),
+        ),
+    ]
+    sources = [Source("+z", LIGHT, side="back"), Source("lump", LIGHT), Source("plate", LIGHT)]
+    return Scene(sources, [*walls, ball, lump, plate], meters)
+
+
+def furnace():
+    """One material and one meter a wall, all alike."""
+    walls = [Surface(face, Diffuse(0.7), name) for name, face in Box(size=1.0).faces().items()]
+    return Scene(
+        [Source(Point(), GLOW)],
+        walls,
+        [Detector(w.name, side="back", directions=Directions(mu=4)) for w in walls],
+    )
+
+
+def gas():
+    """Particles against a clock, meters only; some are still flying at its end."""
+    meters = [
+        Detector(
+            Rectangle(width=0.8, height=0.5, normal=(1, 0, 0)), "pane", directions=Directions(mu=4, phi=2)
+        ),
+        Detector(Disk(radius=0.4, center=(0, 0, 0.2)), "disk", positions=Positions(u=(0.0, 0.2, 0.3), v=3)),
+        Detector(Sphere(radius=0.3, center=(0.1, 0, 0)), "ball", positions=Positions(u=3)),
+    ]
+    still, wind = Box(size=1.0), Box(size=1.0, center=(0.5, 0, 0))
+    return Scene(
+        [Source(still, Gas(100.0, 1.0)), Source(wind, Gas(50.0, 2.0, (-1, 0.1, 0)))], [], meters, duration=0.4
+    )
+
+
+def flash():
+    """Steady emitters against a clock, within a black box."""
+    speed = {"power": 1.0, "speed": 1.0}
+    walls = [Surface(face, Black(), name) for name, face in Box(size=2.0).faces().items()]
+    sources = [
+        Source(Disk(radius=0.3), Lambertian(**speed)),
+        Source(Point(position=(0, 0, 0.5)), Isotropic(**speed)),
+    ]
+    return Scene(sources, walls, [Detector("+z", side="back")], duration=2.0)
+
+
+def beams():
+    """Parallel rays from all shapes on meters."""
+    down = Beam((0.1, 0.2, -1), power=1.0)
+    shapes = [
+        Point(),
+        Sphere(radius=0.3),
+        Box(size=0.5),
+        Disk(radius=0.2, normal=(0, 0, -1)),
+        Rectangle(width=0.3, height=0.2, normal=(0.1, 0, -1)),
+    ]
+    return Scene(
+        [Source(shape, down) for shape in shapes],
+        [],
+        [Detector(Disk(center=(0, 0, -1), radius=0.5), "meter", directions=Directions(mu=3))],
+    )
+
+
+def aims():
+    """Every kind of source towards every kind of target, near and far; sources that are metered themselves."""
+    targets = [
+        Disk(center=(0, 0, 1), radius=0.5, normal=(0, 0.2, -1)),
+        Rectangle(center=(0, 0.3, 3), width=1.0, height=0.5),
+        Sphere(center=(0.2, 0, 1.5), radius=0.4),
+        Box(center=(0, 0.4, 2), size=(0.5, 0.6, 0.7)),
+    ]
+    floor, tile, globe = (
+        Disk(radius=0.4),
+        Rectangle(center=(0.8, 0, 0), width=0.5, height=0.4),
+        Sphere(center=(-1, 0, 0), radius=0.3),
+    )
+    places = [
+        (floor, LIGHT),
+        (tile, LIGHT),
+        (globe, LIGHT),
+        (Box(center=(0, -1, 0), size=0.4), LIGHT),
+        (Point(position=(0, 0, -0.5)), GLOW),
+    ]
+    places += [(Sphere(center=(0, 0, -1), radius=0.2), GLOW), (Box(center=(0, 1, -1), size=0.3), GLOW)]
+    sources = [Source(place, emission, targets[k % 4]) for k, (place, emission) in enumerate(places * 2)]
+    meters = [Detector(shape, f"meter {k}") for k, shape in enumerate([*targets, floor, tile, globe])]
+    return Scene([*sources, Source(floor, LIGHT)], [], meters)
+
+
+SCENES = {scene.__name__: scene for scene in (room, furnace, gas, flash, beams, aims)}
+
+
+def sums_of(names):
+    """What these scenes count, as lists; their passes by name."""
+    results, passes = {}, set()
+    for name in names:
+        machine = machine_of(program_of(compile_scene(SCENES[name]())))
+        raw = run_batch(machine, seed=12345678901, batch=1, histories=HISTORIES)
+        passes |= {lane_pass.name for lane_pass in machine.program.passes}
+        results[name] = {
+            "meters": raw.meters.tolist(),
+            "ledger": raw.ledger.tolist(),
+            "crossings": raw.crossings,
+        }
+    return {"sums": results, "passes": sorted(passes)}
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """The same in a new interpreter without compilation."""
+    code = "import json, numba; from tests import test_plain_python as t; assert numba.config.DISABLE_JIT; "
+    code += "print(json.dumps(t.sums_of(t.SCENES)))"
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_plain_python_counts_what_compiled_code_counts(plain, name):
+    compiled = sums_of([name])["sums"][name]
+    interpreted = plain["sums"][name]
+    assert interpreted["crossings"] == compiled["crossings"] > HISTORIES // 20
+    for table in ("meters", "ledger"):
+        one, other = (np.array(sums[table]) for sums in (interpreted, compiled))
+        assert (one[:, 2] == other[:, 2]).all()
+        weights, others = (w[:, 0] * 2.0**-32 + w[:, 1] * 2.0**-63 for w in (one, other))
+        assert np.abs(weights - others).max() <= 1e-12 * HISTORIES
+        assert (
+            np.abs(one[:, 3] - other[:, 3]).max() <= 2 * other[:, 2].max()
+        )  # slants, each rounded to its unit
+    assert np.array(compiled["meters"])[:, 2].sum() > HISTORIES // 20
+
+
+def test_every_pass_is_run(plain):
+    """A new pass must be called for by one of these scenes."""
+    modules = [
+        importlib.import_module(f"{engine.__name__}.{m.name}") for m in pkgutil.iter_modules(engine.__path__)
+    ]
+    passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
+    assert passes == set(plain["passes"])

@@ -1,0 +1,90 @@
+"""What the commands print: the menu, an experiment's run as it goes, and the effects of its scenes."""
+
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+from transport.console import console, say, say_labelled
+from transport.effects import Effects, costs_of
+from transport.experiment import Outcome, experiment, experiment_names
+from transport.report import cost_lines
+from transport.running import is_complete, name_of, picture_of, total_cost, verdict_on
+from transport.scene import Scene
+from transport.tables import case_table, effects_lines, ledger_line, pass_table
+
+
+def print_menu(with_commands: bool = True) -> None:
+    """The experiments grouped by the question that they answer."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name in experiment_names():
+        module = experiment(name)
+        groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
+    if with_commands:
+        say(
+            "transport: particles fly, crossings are counted, radiance comes out with error bars",
+            style="bold",
+        )
+        say("")
+    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
+    for question, sims in groups.items():
+        say(question, style="bold")
+        for name, law in sims:
+            say_labelled(f"  {name:{width}}  ", law, style="cyan")
+    if with_commands:
+        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
+        say("")
+        say(f"transport run {example}     and: list, verify, effects SIM, bench; --help tells their options")
+
+
+def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
+    """Law and question, each case's table and ledger as soon as it is done, then verdict, cost and warnings."""
+    outcomes, warnings = [], {}
+    for outcome in pending:
+        if not outcomes:
+            say(name_of(module), style="bold")
+            for label in filter(partial(text_of, module), ("law", "question")):
+                say_labelled(label, text_of(module, label))
+        outcomes.append(outcome)
+        say("")
+        if outcome.title:
+            say(outcome.title, style="bold cyan")
+        say(case_table(outcome))
+        say_labelled("ledger", ledger_line(outcome.result))
+        warnings |= dict.fromkeys(outcome.result.warnings)
+    say("")
+    is_whole = is_complete(outcomes)
+    if verdict := verdict_on(module, outcomes):
+        say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
+    for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
+        label, _, text = line.partition(": ")
+        say_labelled(label, text)
+    for warning in warnings:
+        say_labelled("warning", warning, style="bold yellow")
+    return outcomes
+
+
+def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
+    """Draw the experiment's figure and print its path unless quiet, or say on standard error why there is none."""
+    path, why = picture_of(module, outcomes, folder)
+    if path is None:
+        console(stderr=True).print(f"no picture: {why}", style="yellow")
+    elif not quiet:
+        say_labelled("picture", str(path))
+
+
+def print_effects(told: Effects, scene: Scene) -> None:
+    """What a scene calls for and what is absent; then, measured now, what each of its passes costs."""
+    for label, names in effects_lines(told):
+        say_labelled(label, names)
+    costs = costs_of(scene)
+    for number, births in enumerate(told.births):
+        say(f"\nborn from source {number}", style="bold")
+        say(pass_table(births, costs))
+    say("\nevery step", style="bold")
+    say(pass_table(told.steps, costs))
+
+
+def text_of(module: ModuleType, name: str) -> str:
+    """A text of the experiment's on one line; empty where it has none."""
+    return " ".join(str(getattr(module, name, "")).split())
