@@ -61,10 +61,17 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     ends = sum(entry for name, entry in result.ledger.items() if name != "emitted")
     absorbed = sum((1 - albedo) * wall.flux_in for wall in walls.values())
     rows = {"ledger: sum of all ends": sharp(ends, of=emitted), "Σ (1 - ρ) Φ_in": sharp(absorbed, of=emitted)}
-    own = {name: sharp(wall.exitance - albedo * wall.irradiance, of=wall.exitance) for name, wall in walls.items()}
+    own = {
+        name: sharp(wall.exitance - albedo * wall.irradiance, of=wall.exitance)
+        for name, wall in walls.items()
+    }
     if len(result.scene.sources) > 1:
         total = sum(constant(result, wall.area, "m^2") * own[name] for name, wall in walls.items())
-        return rows | {"Σ (M - ρE) A": sharp(total, of=emitted)} | _each("E", {n: w.irradiance for n, w in walls.items()})
+        return (
+            rows
+            | {"Σ (M - ρE) A": sharp(total, of=emitted)}
+            | _each("E", {n: w.irradiance for n, w in walls.items()})
+        )
     rows |= _each("M - ρE", own)
     if albedo == 0:
         rows |= _each("E", {name: walls[name].irradiance for name in list(WALLS)[:-1]})
@@ -82,7 +89,9 @@ def exact(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling
     rows |= _each("M - ρE", own)
     if albedo == 0:
         shares = box_view_factors(ROOM.size)[-1]  # from the ceiling to each wall, in the order of WALLS
-        rows |= _each("E", {n: power * s / areas[n] for n, s in zip(WALLS, shares, strict=True) if n != "ceiling"})
+        rows |= _each(
+            "E", {n: power * s / areas[n] for n, s in zip(WALLS, shares, strict=True) if n != "ceiling"}
+        )
     return rows
 
 
@@ -95,7 +104,9 @@ def verdict(outcomes: list[Outcome]) -> str:
     said = f"All that is emitted is absorbed ({min(shares):.4f} to {max(shares):.4f}; the rest is roulette's noise)"
     sharpest = [o for o in outcomes if "M - ρE, ceiling" in [row.name for row in o.rows]]
     if sharpest:
-        off = np.max([abs(o["M - ρE, ceiling"].estimate.value / o["M - ρE, ceiling"].exact - 1) for o in sharpest])
+        off = np.max(
+            [abs(o["M - ρE, ceiling"].estimate.value / o["M - ρE, ceiling"].exact - 1) for o in sharpest]
+        )
         said += f"; on the ceiling M - ρE is what it emits to {off:.0e}"
     for outcome in outcomes:
         if "Σ (M - ρE) A" in [row.name for row in outcome.rows]:

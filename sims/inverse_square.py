@@ -22,7 +22,9 @@ from transport.experiment import Outcome
 from transport.theory import emitters
 
 law = "E = P cosθ/4πr²; a disk from five diameters: 1/1.01 of it, a sphere: 1 (Lambert 1760; Akenine-Möller et al. 2008)"
-question = "Does irradiance fall with the square of the distance, and from where on for sources that are no points?"
+question = (
+    "Does irradiance fall with the square of the distance, and from where on for sources that are no points?"
+)
 particles = 2_000_000
 
 DISTANCES = {
@@ -34,7 +36,9 @@ METER = 1e-3  # m, radius of the meter that looks at them
 
 
 def cases() -> list[dict[str, object]]:
-    extended = [{"emitter": emitter, "widths": widths} for emitter in ("disk", "sphere") for widths in (1.0, 5.0)]
+    extended = [
+        {"emitter": emitter, "widths": widths} for emitter in ("disk", "sphere") for widths in (1.0, 5.0)
+    ]
     return [{"emitter": "point"}, *extended]
 
 
@@ -95,7 +99,9 @@ def verdict(outcomes: list[Outcome]) -> str:
     for outcome in outcomes:
         kind = outcome.parameters.get("emitter", "point")
         if kind == "point":
-            said.append(f"Over six decades of distance a point's irradiance falls {outcome.rows[-1].estimate}-fold")
+            said.append(
+                f"Over six decades of distance a point's irradiance falls {outcome.rows[-1].estimate}-fold"
+            )
         else:
             ratio = outcome["irradiance / inverse square"].estimate
             widths = outcome.parameters.get("widths", 5.0)

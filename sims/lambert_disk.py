@@ -40,10 +40,12 @@ INSIDE = 4  # bins within the disk's cone
 
 def cases() -> list[dict[str, float]]:
     on_axis = [{"distance": distance} for distance in (0.0, 0.1, 0.5, 2.0, 20.0)]
-    return on_axis + [{"distance": 0.5, "offset": 0.5}, {"distance": 2.0, "offset": 1.5}]
+    return [*on_axis, {"distance": 0.5, "offset": 0.5}, {"distance": 2.0, "offset": 1.5}]
 
 
-def scene(radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0) -> tp.Scene:
+def scene(
+    radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0
+) -> tp.Scene:
     """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk."""
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
     if distance == 0:
@@ -72,7 +74,9 @@ def theta_edges(radius: float, distance: float) -> np.ndarray:
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     meter = result["meter"]
     if result.scene.sources[0].aim is None:
-        leaving = {_bin("radiance leaving", LEAVING, i): meter.radiance_out[i] for i in range(len(LEAVING) - 1)}
+        leaving = {
+            _bin("radiance leaving", LEAVING, i): meter.radiance_out[i] for i in range(len(LEAVING) - 1)
+        }
         return {"power": meter.flux_out, "exitance": meter.exitance} | leaving
     rows = {"irradiance": meter.irradiance}
     if len(meter.radiance) == 1:
@@ -82,7 +86,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     return rows | inside | {"radiance beside it": meter.radiance[-1], "fluence rate": meter.fluence_rate}
 
 
-def exact(radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0) -> dict[str, float]:
+def exact(
+    radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0
+) -> dict[str, float]:
     if distance == 0:
         area = math.pi * radius**2
         power = emitters.lambert_power(radiance, area)
@@ -108,7 +114,11 @@ def _bin(quantity: str, edges: np.ndarray, index: int) -> str:
 def verdict(outcomes: list[Outcome]) -> str:
     scores = [row.z for o in outcomes for row in o.rows if "radiance" in row.name and row.exact]
     irradiances = [o["irradiance"].estimate.value for o in outcomes if o.rows[0].name == "irradiance"]
-    fall = f" while the irradiance falls {max(irradiances) / min(irradiances):.3g}-fold" if len(irradiances) > 1 else ""
+    fall = (
+        f" while the irradiance falls {max(irradiances) / min(irradiances):.3g}-fold"
+        if len(irradiances) > 1
+        else ""
+    )
     return f"Radiance stays L in all {len(scores)} bins, the furthest {np.abs(scores).max():.1f} standard errors off{fall}."
 
 

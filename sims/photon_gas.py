@@ -33,7 +33,7 @@ question = "How many particles of a gas cross a patch, and from which directions
 particles = 4_000_000
 
 RADIUS = 1.0  # m, of the patch
-REACH = 0.25  # m that a particle flies within the duration, where the gas is isotropic
+REACH = {"isotropic": 0.25, "stream": 2.0}  # m that a particle flies within the duration
 MARGIN = 0.01  # m of gas beyond what can matter
 CELLS = 8  # bins of equal cosine
 STUFF = {  # what one particle carries
@@ -58,35 +58,23 @@ def scene(
     stuff: str = "photons",
 ) -> tp.Scene:
     """A disk in a gas.  density [m^-3], by default about that of sunlight;  tilt: of a stream on the disk [rad]."""
-    _check(motion, stuff)
-    patch = tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS)
-    detectors = [
-        tp.Detector(patch, name=f"{stuff} on the {side}", side=side, directions=tp.Directions(mu=CELLS))
-        for side in ("front", "back")
-    ]
-    reach = 2 * RADIUS if motion == "stream" else REACH
-    source = _stream(density, speed, tilt, reach) if motion == "stream" else _isotropic(density, speed, tilt)
-    return tp.Scene(sources=source, detectors=detectors, duration=reach / speed)
-
-
-def _check(motion: str, stuff: str) -> None:
     if motion not in ("isotropic", "stream"):
         raise tp.SceneError(f"photon_gas: motion must be 'isotropic' or 'stream', got {motion!r}")
     if stuff not in STUFF:
         raise tp.SceneError(f"photon_gas: stuff must be one of {', '.join(STUFF)}, got {stuff!r}")
-
-
-def _isotropic(density: float, speed: float, tilt: float) -> tp.Source:
-    """Gas as far around the disk as a particle flies."""
-    sides = (RADIUS * abs(math.cos(tilt)), RADIUS, RADIUS * abs(math.sin(tilt)))
-    return tp.Source(tp.Box(size=[2 * (side + REACH + MARGIN) for side in sides]), tp.Gas(density, speed))
-
-
-def _stream(density: float, speed: float, tilt: float, reach: float) -> tp.Source:
-    """Gas that flies along +z, as far behind the disk as it flies."""
-    width, depth = RADIUS * abs(math.cos(tilt)), RADIUS * abs(math.sin(tilt))
-    size = (2 * (width + MARGIN), 2 * (RADIUS + MARGIN), 2 * (depth + MARGIN) + reach)
-    return tp.Source(tp.Box(center=(0, 0, -reach / 2), size=size), tp.Gas(density, speed, direction=(0, 0, 1)))
+    patch, directions = (
+        tp.Disk(normal=(math.sin(tilt), 0, math.cos(tilt)), radius=RADIUS),
+        tp.Directions(mu=CELLS),
+    )
+    detectors = [tp.Detector(patch, f"{stuff} on the {side}", side, directions) for side in ("front", "back")]
+    reach = REACH[motion]
+    sides = RADIUS * abs(math.cos(tilt)) + MARGIN, RADIUS + MARGIN, RADIUS * abs(math.sin(tilt)) + MARGIN
+    if motion == "stream":  # along +z, from as far behind the disk as it flies
+        box = tp.Box(center=(0, 0, -reach / 2), size=(2 * sides[0], 2 * sides[1], 2 * sides[2] + reach))
+        source = tp.Source(box, tp.Gas(density, speed, direction=(0, 0, 1)))
+    else:
+        source = tp.Source(tp.Box(size=[2 * (side + reach) for side in sides]), tp.Gas(density, speed))
+    return tp.Scene(sources=source, detectors=detectors, duration=reach / speed)
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -131,7 +119,8 @@ def exact(
 def flux_densities(density: float, speed: float) -> np.ndarray:
     """Flux density a steradian in each bin of an isotropic gas [m^-2 s^-1 sr^-1]: n v/4π times its mean cosine."""
     bins = np.linspace(0, 1, CELLS + 1), (0.0, 2 * math.pi)
-    return gas.flux_in_bin(density, speed, bin_projected_solid_angles(*bins)[:, 0]) / bin_solid_angles(*bins)[:, 0]
+    flux = gas.flux_in_bin(density, speed, bin_projected_solid_angles(*bins))
+    return (flux / bin_solid_angles(*bins))[:, 0]
 
 
 def verdict(outcomes: list[Outcome]) -> str:

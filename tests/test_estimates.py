@@ -37,7 +37,7 @@ def test_the_error_decides_how_many_digits_are_printed(value, error, printed):
 
 def test_what_is_exact_or_unknown_is_said():
     exact = Estimate(np.full(32, 2 * np.pi), RUN, "W", exact=True)
-    assert str(exact) == "6.283 W (exact)"
+    assert str(exact) == "6.283185 W (exact)"
     assert (exact.error, exact.exact, exact.reason) == (0.0, True, None)
     unknown = {
         "no score": Estimate(np.zeros(32), RUN, "W"),

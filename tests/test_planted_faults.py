@@ -63,7 +63,7 @@ def test_a_disk_taken_for_a_point_at_five_diameters_is_rejected():
     assert_rejected(row.estimate, 1.0)
 
 
-@pytest.mark.parametrize("distance, name", [(0.0, "power"), (0.0, "exitance"), (2.0, "irradiance")])
+@pytest.mark.parametrize(("distance", "name"), [(0.0, "power"), (0.0, "exitance"), (2.0, "irradiance")])
 def test_a_forgotten_pi_is_rejected(distance, name):
     row = run(lambert_disk, distance=distance)[name]
     assert_agrees(row.estimate, row.exact, FALSE_ALARM)

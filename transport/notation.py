@@ -31,5 +31,5 @@ def measured(value: float, error: float, unit: str, exact: bool, reason: str | N
     if reason is not None:
         return f"{value:.4g}{unit} (error unknown: {reason})"
     if exact:
-        return f"{value:.4g}{unit} (exact)"
+        return f"{value:.7g}{unit} (exact)"
     return plus_minus(value, error) + unit

@@ -22,7 +22,8 @@ class Progress:
 class Bar(Progress):
     """One line of rich that shows what is going on."""
 
-    def __init__(self) -> None:
+    def __init__(self, is_forced: bool = False) -> None:
+        self.is_forced = is_forced
         self.begun, self.bar, self.task, self.stage = time.perf_counter(), None, None, ""
 
     def compiling(self, done: int, of: int, name: str) -> None:
@@ -48,7 +49,8 @@ class Bar(Progress):
         from rich.progress import Progress as Rich
 
         columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-        self.bar = Rich(*columns, console=Console(stderr=True), transient=True)
+        console = Console(stderr=True, force_terminal=self.is_forced or None)
+        self.bar = Rich(*columns, console=console, transient=True)
         self.bar.start()
         self.task = self.bar.add_task("", total=1.0)
 
@@ -63,7 +65,7 @@ def progress_on(wanted: bool | None) -> Iterator[Progress]:
     if not (sys.stderr.isatty() if wanted is None else wanted):
         yield Progress()
         return
-    bar = Bar()
+    bar = Bar(is_forced=bool(wanted))
     try:
         yield bar
     finally:

@@ -15,7 +15,7 @@ from transport.results import Cost, Result
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 
-LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^31 crossings a batch
+LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
 FIRST_BATCH = 512  # histories of a batch where their number is not known beforehand; doubled as the run goes on
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
@@ -129,7 +129,11 @@ class _Run:
                     taken += 1
                     if self._is_enough():
                         return
+            if limits_unmet := self._unmet():
+                self.warnings.append(limits_unmet)
         except KeyboardInterrupt:
+            for which in sorted(done):  # complete as they are; only their order is not
+                self._take(done[which])
             self.is_complete = False
             self.warnings.append(f"interrupted after {len(self.batches)} batches")
         finally:
@@ -181,6 +185,13 @@ class _Run:
         if limits.error and len(self.batches) >= limits.batches:
             return all(ratio <= 1 for ratio in self._error_ratios())
         return False
+
+    def _unmet(self) -> str | None:
+        """What to say when the particles ran out before the error asked for was reached."""
+        if not self.limits.error or self._is_enough():
+            return None
+        worst = max(self._error_ratios())
+        return f"stopped at {self.limits.particles or MOST_PARTICLES} particles, {worst:.3g} times the error asked for"
 
     def _error_ratios(self) -> list[float]:
         """Each relative error asked for, as it is over as it should be; infinite while it is not known."""

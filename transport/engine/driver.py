@@ -16,7 +16,7 @@ from transport.engine.program import Program
 from transport.layout import ABSORBED
 from transport.physics.streams import SHARES, random_words, uniform
 
-MOST_CROSSINGS = 1 << 31  # of a batch: below it no sum can leave its limbs, whose scores are at most 1
+MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def run_batch(machine: Machine, seed: int, batch: int, histories: int, bundle: n
         raise Stopped
     if bundle["crossings"][0] >= MOST_CROSSINGS:
         raise OverflowError(
-            f"a batch of {histories} histories made over 2^31 crossings, more than its exact sums hold; ask for more"
+            f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
             " batches, and see that some surface absorbs"
         )
     return RawSums(histories, tallies, ledger, int(bundle["crossings"][0]))

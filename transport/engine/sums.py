@@ -1,5 +1,7 @@
 """Exact sums: a weight becomes two integers, and integers add up to the same total in any order."""
 
+import math
+
 from numba import float64, int64
 
 from transport.layout import GRAZING_CUT
@@ -19,7 +21,12 @@ def limbs(weight):
 
 @device
 def slant(weight, mu):
-    """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut."""
+    """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
+
+    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean; chance is
+    the far digits of mu.  A score is at most 2^33 units.
+    """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
-    return int64(weight * inverse * 4194304.0 + 0.5)
+    digits = m * 1073741824.0
+    return int64(math.floor(weight * inverse * 4194304.0 + (digits - math.floor(digits))))
