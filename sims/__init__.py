@@ -46,5 +46,5 @@ def print_table(path: str) -> None:
     for outcome in outcomes:
         print(f"\n{outcome.title}")
         for row in outcome.rows:
-            print(f"  {row.name:38s} {row.estimate!s:46s} exact {row.exact:<12.6g} z {row.z:+.2f}")
+            print(f"  {row.name:42s} {row.estimate!s:46s} exact {row.exact:<12.6g} z {row.z:+.2f}")
     print(f"\n{module.verdict(outcomes)}")

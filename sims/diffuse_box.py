@@ -39,6 +39,8 @@ def cases() -> list[dict[str, object]]:
 
 def scene(albedo: float = 0.5, exitance: float = 100.0, emitting: str = "ceiling") -> tp.Scene:
     """Six diffuse walls seen from inside.  exitance: of the emitting walls [W m^-2];  emitting: "ceiling" or "all walls"."""
+    if albedo == 1:
+        raise tp.SceneError("diffuse_box: albedo must be below 1, got 1: nothing would ever be absorbed")
     faces, emission = ROOM.faces(), tp.Lambertian(exitance=exitance)
     return tp.Scene(
         sources=[tp.Source(name, emission, side="back") for name in _emitting(emitting)],

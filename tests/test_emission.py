@@ -136,7 +136,10 @@ def assert_same(aimed, blind):
 
 
 def assert_weights_are_within_one(source):
-    machine, bundle, weights = ready(source), empty_bundle(), []
+    grey = Surface(
+        Disk(center=(0, 0, -30), radius=0.1), Diffuse(0.5)
+    )  # has birth weights remembered for roulette
+    machine, bundle, weights = ready(source, surfaces=[grey]), empty_bundle(), []
     for batch in range(8):
         run_batch(machine, 3, batch, LANES, bundle)
         weights.extend(bundle["birth"][0])

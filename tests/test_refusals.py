@@ -265,7 +265,7 @@ REFUSALS = {
 }
 
 
-@pytest.mark.parametrize("make, words", REFUSALS.values(), ids=REFUSALS)
+@pytest.mark.parametrize(("make", "words"), REFUSALS.values(), ids=REFUSALS)
 def test_wrong_input_is_refused_with_object_parameter_value_and_cure(make, words):
     with pytest.raises(SceneError) as caught:
         make()

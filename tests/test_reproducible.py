@@ -11,23 +11,28 @@ import pytest
 import transport as tp
 from transport.compile import compile_scene
 
-MIXED = """
-import transport as tp
-meter = tp.Disk(center=(0.2, 0.1, 0.3), radius=0.3)
-def scene():
-    walls = [tp.Surface(face, material, name=name) for (name, face), material in zip(
-        tp.Box(size=2.0).faces().items(),
-        [tp.Diffuse(0.7), tp.Diffuse(0.2), tp.Mirror(0.9), tp.Black(), tp.Diffuse(0.5), tp.Mirror()])]
+MATERIALS = tp.Diffuse(0.7), tp.Diffuse(0.2), tp.Mirror(0.9), tp.Black(), tp.Diffuse(0.5), tp.Mirror()
+
+
+def scene() -> tp.Scene:
+    """A bit of everything: three materials, a ball, two sources of which one aims, bins of all kinds."""
+    meter = tp.Disk(center=(0.2, 0.1, 0.3), radius=0.3)
+    faces = tp.Box(size=2.0).faces()
+    walls = [
+        tp.Surface(faces[name], material, name=name) for name, material in zip(faces, MATERIALS, strict=True)
+    ]
     walls.append(tp.Surface(tp.Sphere(center=(-0.4, 0, 0), radius=0.3), tp.Diffuse(0.8), name="ball"))
+    lamp = tp.Source(tp.Point(position=(0.5, 0, 0)), tp.Isotropic(power=2.0), aim=meter)
+    bins = {"directions": tp.Directions(mu=4, phi=3), "positions": tp.Positions(u=2)}
     return tp.Scene(
-        sources=[tp.Source("+z", tp.Lambertian(radiance=3.0), side="back"),
-                 tp.Source(tp.Point(position=(0.5, 0, 0)), tp.Isotropic(power=2.0), aim=meter)],
+        sources=[tp.Source("+z", tp.Lambertian(radiance=3.0), side="back"), lamp],
         surfaces=walls,
-        detectors=[tp.Detector(meter, name="meter", directions=tp.Directions(mu=4, phi=3), positions=tp.Positions(u=2)),
-                   tp.Detector("-z", side="back", directions=tp.Directions(mu=[0, 0.1, 1])),
-                   tp.Detector("ball", positions=tp.Positions(u=4, v=2))])
-"""
-exec(MIXED)  # the same scene here and in other processes
+        detectors=[
+            tp.Detector(meter, name="meter", **bins),
+            tp.Detector("-z", side="back", directions=tp.Directions(mu=[0, 0.1, 1])),
+            tp.Detector("ball", positions=tp.Positions(u=4, v=2)),
+        ],
+    )
 
 
 def digest(scene, **options) -> str:
@@ -35,7 +40,13 @@ def digest(scene, **options) -> str:
     result = tp.simulate(scene, particles=20_000, seed=7, batches=8, **options)
     sums = hashlib.sha256()
     for batch in result.batches:
-        for part in (batch.weights, batch.counts, batch.slants, batch.absorbed, np.array(list(batch.ledger.values()))):
+        for part in (
+            batch.weights,
+            batch.counts,
+            batch.slants,
+            batch.absorbed,
+            np.array(list(batch.ledger.values())),
+        ):
             sums.update(np.ascontiguousarray(part).tobytes())
     return sums.hexdigest()
 
@@ -47,7 +58,10 @@ def test_one_thread_and_more_threads_count_the_same():
 def test_running_twice_gives_the_same_and_another_seed_does_not():
     assert digest(scene()) == digest(scene())
     other = tp.simulate(scene(), particles=20_000, seed=8, batches=8)
-    assert other["meter"].flux_in.value != tp.simulate(scene(), particles=20_000, seed=7, batches=8)["meter"].flux_in.value
+    assert (
+        other["meter"].flux_in.value
+        != tp.simulate(scene(), particles=20_000, seed=7, batches=8)["meter"].flux_in.value
+    )
 
 
 def test_batches_are_pure_functions_of_their_number():
@@ -76,7 +90,9 @@ def test_a_history_does_not_depend_on_the_histories_beside_it():
 
 @pytest.mark.parametrize("lanes", [64, 256])
 def test_bundles_of_any_size_count_the_same(lanes):
-    code = MIXED + "\nimport sys; sys.path.insert(0, 'tests')\nfrom test_reproducible import digest\nprint(digest(scene()))"
+    code = "from tests.test_reproducible import digest, scene; print(digest(scene()))"
     environment = os.environ | {"TRANSPORT_LANES": str(lanes), "PYTHONPATH": "."}
-    found = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
     assert found.stdout.split()[-1] == digest(scene())

@@ -40,7 +40,9 @@ def test_a_meter_of_a_walls_own_shape_counts_what_the_wall_counts():
     result = run(furnace([on_wall, over_wall]))
     for side in (0, 1):
         for kind in ("weights", "counts", "slants"):
-            np.testing.assert_array_equal(result["ceiling"]._rows(kind, side), result["meter"]._rows(kind, side))
+            np.testing.assert_array_equal(
+                result["ceiling"]._rows(kind, side), result["meter"]._rows(kind, side)
+            )
     assert result["ceiling"].counts.value.sum() > 10_000
 
 
@@ -77,7 +79,9 @@ def test_meters_side_by_side_and_within_each_other_add_up():
         tp.Detector(tp.Rectangle(center=(0.5, 0, 1), **half), name="right"),
         tp.Detector(tp.Disk(center=(0.1, 0.2, 1), normal=(0, 0, -1), radius=0.7), name="disk"),
         tp.Detector(tp.Disk(center=(0.1, 0.2, 1), normal=(0, 0, 1), radius=0.3), name="core", side="back"),
-        tp.Detector(tp.Disk(center=(0.1, 0.2, 1), normal=(0, 0, -1), radius=0.7, inner_radius=0.3), name="ring"),
+        tp.Detector(
+            tp.Disk(center=(0.1, 0.2, 1), normal=(0, 0, -1), radius=0.7, inner_radius=0.3), name="ring"
+        ),
     ]
     result = run(furnace(detectors))
     np.testing.assert_array_equal(
@@ -111,17 +115,26 @@ def test_a_disk_in_a_floor_with_a_hole_of_its_size():
         detectors=[tp.Detector("core"), tp.Detector("ring"), tp.Detector(tp.Disk(radius=1.5), name="both")],
     )
     result = run(scene)
-    np.testing.assert_array_equal(counted(result["core"])[0, 1] + counted(result["ring"])[0, 1], counted(result["both"])[0, 1])
+    np.testing.assert_array_equal(
+        counted(result["core"])[0, 1] + counted(result["ring"])[0, 1], counted(result["both"])[0, 1]
+    )
     assert counted(result["core"])[1].sum() == 0
-    np.testing.assert_allclose(result.ledger.absorbed_by["core"].value, result["core"].flux_in.value, rtol=1e-12)
+    np.testing.assert_allclose(
+        result.ledger.absorbed_by["core"].value, result["core"].flux_in.value, rtol=1e-12
+    )
 
 
 def test_a_source_on_a_floor_leaves_it():
     """A patch that lies on an opaque floor: nothing that is born there is stopped by the floor at birth."""
     floor = tp.Surface(tp.Rectangle(width=4.0, height=4.0), tp.Black(), name="floor")
     patch = tp.Disk(center=(0.3, 0, 0), radius=0.5)
-    detectors = [tp.Detector("floor"), tp.Detector(tp.Disk(center=(0.3, 0, 1e-9), radius=0.5), name="just above", side="back")]
-    result = run(tp.Scene(sources=[tp.Source(patch, tp.Lambertian(power=7.0))], surfaces=[floor], detectors=detectors))
+    detectors = [
+        tp.Detector("floor"),
+        tp.Detector(tp.Disk(center=(0.3, 0, 1e-9), radius=0.5), name="just above", side="back"),
+    ]
+    result = run(
+        tp.Scene(sources=[tp.Source(patch, tp.Lambertian(power=7.0))], surfaces=[floor], detectors=detectors)
+    )
     assert result["floor"].flux_in.value == 0
     np.testing.assert_allclose(result["floor"].flux_out.value, 7.0, rtol=1e-12)
     np.testing.assert_allclose(result.ledger["escaped"].value, 7.0, rtol=1e-12)
@@ -161,14 +174,19 @@ def test_a_ray_crosses_a_sphere_meter_twice():
 
 def test_two_acting_surfaces_over_one_point_are_refused():
     floor = tp.Surface(tp.Rectangle(width=2.0, height=2.0), tp.Black(), name="floor")
-    for shape in (tp.Disk(center=(0.9, 0, 0), radius=0.5), tp.Rectangle(center=(1.5, 0, 0), width=1.1, height=1.0)):
+    for shape in (
+        tp.Disk(center=(0.9, 0, 0), radius=0.5),
+        tp.Rectangle(center=(1.5, 0, 0), width=1.1, height=1.0),
+    ):
         with pytest.raises(tp.SceneError, match="'floor' and Surface 'rug' overlap"):
             tp.Scene(
                 sources=[tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))],
                 surfaces=[floor, tp.Surface(shape, tp.Diffuse(0.5), name="rug")],
             )
     rug = tp.Surface(tp.Rectangle(center=(1.5, 0, 0), width=1.0, height=1.0), tp.Diffuse(0.5), name="rug")
-    tp.Scene(sources=[tp.Source("rug", tp.Lambertian(power=1.0))], surfaces=[floor, rug])  # they share an edge
+    tp.Scene(
+        sources=[tp.Source("rug", tp.Lambertian(power=1.0))], surfaces=[floor, rug]
+    )  # they share an edge
 
 
 def test_a_corner_of_three_mirrors_sends_light_back():
@@ -182,18 +200,27 @@ def test_a_corner_of_three_mirrors_sends_light_back():
         start = tuple(t + s for t, s in zip(target, (0.5, 0.4, 0.45), strict=True))
         direction = tuple(t - s for t, s in zip(target, start, strict=True))
         beam = tp.Source(tp.Point(position=start), tp.Beam(direction, power=1.0))
-        result = run(tp.Scene(sources=[beam], surfaces=walls, detectors=[tp.Detector(back, name="back", side="back")]), 64)
+        result = run(
+            tp.Scene(sources=[beam], surfaces=walls, detectors=[tp.Detector(back, name="back", side="back")]),
+            64,
+        )
         assert result.ledger["lost"].value == 0
         np.testing.assert_allclose(result["back"].flux_in.value, 1.0, rtol=1e-12)
 
 
 def test_closed_boxes_of_any_proportion_keep_everything():
     """Thin, tiny, huge and far from the origin: nothing escapes through an edge."""
-    for size, center in (((1, 1, 1e-6), (0, 0, 0)), ((1e-9, 2e-9, 3e-9), (0, 0, 0)), ((3, 2, 1), (1e6, -2e6, 7e5))):
+    for size, center in (
+        ((1, 1, 1e-6), (0, 0, 0)),
+        ((1e-9, 2e-9, 3e-9), (0, 0, 0)),
+        ((3, 2, 1), (1e6, -2e6, 7e5)),
+    ):
         box = tp.Box(size=size, center=center)
         walls = [tp.Surface(face, tp.Diffuse(0.9), name=name) for name, face in box.faces().items()]
         scene = tp.Scene(sources=[tp.Source("-x", tp.Lambertian(power=1.0), side="back")], surfaces=walls)
         result = run(scene, 50_000)
         assert result.ledger["escaped"].value == 0
         assert result.ledger["lost"].value == 0
-        assert math.isclose(result.ledger["absorbed"].value + result.ledger["roulette"].value, 1.0, rel_tol=1e-12)
+        assert math.isclose(
+            result.ledger["absorbed"].value + result.ledger["roulette"].value, 1.0, rel_tol=1e-12
+        )

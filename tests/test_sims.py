@@ -127,6 +127,8 @@ def test_unknown_choices_are_refused_with_the_possible_ones():
     }.items():
         with pytest.raises(tp.SceneError, match=next(iter(wrong.values()))):
             experiment(name).scene(**wrong)
+    with pytest.raises(tp.SceneError, match="albedo must be below 1"):
+        experiment("diffuse_box").scene(albedo=1)
     with pytest.raises(tp.SceneError, match="zenith_angle"):
         cases_of(sun, {"zenith_angel": 0.1})
 

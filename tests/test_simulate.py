@@ -13,7 +13,9 @@ from transport import SceneError
 
 def scene(**bins):
     meter = tp.Detector(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5), name="meter", **bins)
-    return tp.Scene(sources=[tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))], detectors=[meter])
+    return tp.Scene(
+        sources=[tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))], detectors=[meter]
+    )
 
 
 @pytest.mark.parametrize("particles", [1, 31, 32, 1000, 100_003])
@@ -78,7 +80,9 @@ def test_ctrl_c_returns_what_is_done():
 
 
 def test_ctrl_c_within_the_first_batch_stops_at_once():
-    walls = [tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in tp.Box(size=2.0).faces().items()]
+    walls = [
+        tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in tp.Box(size=2.0).faces().items()
+    ]
     bright = tp.Scene(sources=[tp.Source("+z", tp.Lambertian(power=1.0), side="back")], surfaces=walls)
     tp.simulate(bright, particles=10)
     threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()

@@ -55,7 +55,12 @@ def batch_of(plan: Plan, raw) -> Batch:
         raise LedgerError(
             f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r}, ended {ended / 2**63!r}"
         )
-    rows = {"escaped": layout.ESCAPED, "in_flight": layout.IN_FLIGHT, "roulette": layout.ROULETTE, "lost": layout.LOST}
+    rows = {
+        "escaped": layout.ESCAPED,
+        "in_flight": layout.IN_FLIGHT,
+        "roulette": layout.ROULETTE,
+        "lost": layout.LOST,
+    }
     return Batch(
         raw.histories,
         raw.meters[:, 0] * HIGH + raw.meters[:, 1] * LOW,

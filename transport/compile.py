@@ -17,7 +17,9 @@ from transport.sheets import Member, Sheet, sheet_of_source, sheets_of
 from transport.space import Space, space_of
 from transport.validation import SceneError
 
-SETBACK = 2.0**-48  # [scene lengths] from an edge within which a point is drawn back: 32 roundings of a coordinate
+SETBACK = (
+    2.0**-48
+)  # [scene lengths] from an edge within which a point is drawn back: 32 roundings of a coordinate
 
 
 @dataclass
@@ -62,6 +64,10 @@ class Plan:
     @property
     def absorbs(self) -> bool:
         return bool((self.surfaces["albedo"] < 1).any())
+
+    @property
+    def reflects(self) -> bool:
+        return bool((self.surfaces["albedo"][1:] > 0).any())
 
     @property
     def has_roulette(self) -> bool:
@@ -186,7 +192,9 @@ def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarr
         inner, outer = shape.inner_radius / space.size, shape.radius / space.size
         inner, outer = max(inner - slack, 0.0), outer + slack
         values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True))
-        return layout.row(layout.DISK, **values, inner2=inner * inner, outer2=outer * outer, breadth=2 * outer)
+        return layout.row(
+            layout.DISK, **values, inner2=inner * inner, outer2=outer * outer, breadth=2 * outer
+        )
     values |= layout.frame_columns(shape.frame)
     for axis, length in (("u", shape.width), ("v", shape.height)):
         half = 0.5 * length / space.size
@@ -221,21 +229,25 @@ def _meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
     elif detector.is_back:  # seen from behind e_u changes its sign, and with it the frame stays right-handed
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
     counts = bin_counts(detector, scene_shape)
-    strides = dict(zip(("mu", "turn", "v", "u"), np.cumprod([1, counts["mu"], counts["turn"], counts["v"]]), strict=True))
+    strides = dict(
+        zip(("mu", "turn", "v", "u"), np.cumprod([1, counts["mu"], counts["turn"], counts["v"]]), strict=True)
+    )
     values |= _direction_axes(plan, detector, shape, strides)
     if detector.positions is not None:
         values |= _position_axes(plan, detector, shape, strides)
     return layout.row(layout.METER, **values)
 
 
-def _direction_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
+def _direction_axes(
+    plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]
+) -> dict[str, float]:
     directions, values = detector.directions, {}
     if directions is None:
         return values
     if isinstance(directions, DirectionCone):
         plan.axes.add("cosine")
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
-        edges = np.array([-math.sin(directions.half_angle) ** 2, 1.0])
+        edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
         return values | {"mu_kind": layout.CONE} | _axis(plan, "mu", edges, strides["mu"])
     edges = directions.edges()
     is_world = directions.frame == "world"

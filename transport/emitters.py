@@ -82,10 +82,14 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
         case Disk():
             values |= layout.frame_columns(shape.frame)
             inner, outer = shape.inner_radius / size, shape.radius / size
-            return "born_on_disk", layout.row(layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer)
+            return "born_on_disk", layout.row(
+                layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer
+            )
         case Box():
             half_u, half_v, half_w = (0.5 * length / size for length in shape.size)
-            return "born_in_box", layout.row(layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w)
+            return "born_in_box", layout.row(
+                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
+            )
     values |= {"half_u": shape.radius / size}
     match source.emission:
         case Isotropic():
@@ -100,10 +104,16 @@ def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarr
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
         case Lambertian():
-            return ("emit_lambertian", nothing) if isinstance(shape, Sphere) else ("emit_lambertian_from_plane", patch)
+            return (
+                ("emit_lambertian", nothing)
+                if isinstance(shape, Sphere)
+                else ("emit_lambertian_from_plane", patch)
+            )
         case Isotropic() | Gas(direction=None):
             return "emit_isotropic", nothing
-    return "emit_along", layout.row(layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True)))
+    return "emit_along", layout.row(
+        layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
+    )
 
 
 def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[str, np.ndarray] | None]:
@@ -120,7 +130,10 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[st
     if isinstance(aim, Sphere):
         radius = aim.radius / space.size
         weight = peak * 2.0 * math.pi * _one_minus_cosine(radius, distance)
-        return weight, ("aim_at_sphere", layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight))
+        return weight, (
+            "aim_at_sphere",
+            layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight),
+        )
     area, gap = aim.area / space.size**2, distance - aim.extent / space.size
     far = gap > 0 and peak * area / gap**2 < CLOSE
     weight = peak * area / gap**2 if far else CLOSE
@@ -147,4 +160,3 @@ def _one_minus_cosine(radius: float, distance: float) -> float:
         return 2.0
     sine2 = (radius / distance) ** 2
     return sine2 / (1.0 + math.sqrt(1.0 - sine2))
-

@@ -21,14 +21,18 @@ TRANSPARENT, BLACK, DIFFUSE, MIRROR = 0, 1, 2, 3  # materials
 
 ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: eight units in the last place
 
-GRAZING_CUT = 1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
+GRAZING_CUT = (
+    1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
+)
 
 # The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 LEDGER_WORDS = 4 * ABSORBED
 
 NO_TABLE = np.dtype([("unused", "f8")])
-ROWS = np.dtype([("rows", "i8"), ("count", "i8")])  # address and length of an array of one of the row types below
+ROWS = np.dtype(
+    [("rows", "i8"), ("count", "i8")]
+)  # address and length of an array of one of the row types below
 MOVED = np.dtype([("fields", "i8")])
 
 
@@ -55,7 +59,9 @@ STAND = np.dtype([("rows", "i8"), ("count", "i8"), ("surfaces", "i8")])
 #   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
 LAYER = np.dtype(_integers("look meter"))
 LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
-LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))  # half: rows from arrivals to departures
+LAYERS = np.dtype(
+    _integers("rows count layer half meters meter_count")
+)  # half: rows from arrivals to departures
 # A meter's axes beyond plain cosine bins: kind of coordinate (0: none), low edge, cells per unit, number of cells,
 # address of the edges where they are not uniform, distance in rows from one cell to the next.
 AXIS_KINDS = WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
@@ -98,4 +104,8 @@ def center_columns(point: tuple[float, float, float]) -> dict[str, float]:
 
 def frame_columns(frame: tuple[tuple[float, ...], ...]) -> dict[str, float]:
     """A local frame (e_u, e_v, n) as columns of a table."""
-    return {f"{e}{x}": value for e, v in zip(("eu", "ev", "n"), frame, strict=True) for x, value in zip("xyz", v, strict=True)}
+    return {
+        f"{e}{x}": value
+        for e, v in zip(("eu", "ev", "n"), frame, strict=True)
+        for x, value in zip("xyz", v, strict=True)
+    }

@@ -41,7 +41,12 @@ class Bar(Progress):
             self.bar.reset(self.task)
             self.stage = stage
         known = not math.isnan(share)
-        self.bar.update(self.task, description=text, total=1.0 if known else None, completed=min(share, 1.0) if known else 0)
+        self.bar.update(
+            self.task,
+            description=text,
+            total=1.0 if known else None,
+            completed=min(share, 1.0) if known else 0,
+        )
 
     def _start(self) -> None:
         from rich.console import Console

@@ -156,7 +156,9 @@ class Reading:
     def _rows(self, kind: str, side: int) -> np.ndarray:
         """Sums of the batches, (B, 1 + bins); the first column fell outside all bins."""
         first = self._first + side * self._half
-        return np.array([getattr(b, kind)[first : first + 1 + math.prod(self._cells.values())] for b in self._batches])
+        return np.array(
+            [getattr(b, kind)[first : first + 1 + math.prod(self._cells.values())] for b in self._batches]
+        )
 
     def _total(self, kind: str, side: int) -> np.ndarray:
         return self._rows(kind, side).sum(axis=1)

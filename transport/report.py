@@ -6,7 +6,9 @@ from transport.estimates import Estimate
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [_head(result), "", "ledger"]
-    lines += [f"  {name:10s} {estimate}" for name, estimate in result.ledger.items() if _is_told(name, estimate)]
+    lines += [
+        f"  {name:10s} {estimate}" for name, estimate in result.ledger.items() if _is_told(name, estimate)
+    ]
     for name, estimate in result.ledger.absorbed_by.items():
         lines.append(f"    by {name}: {estimate}")
     for detector in result.scene.detectors:

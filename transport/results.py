@@ -41,8 +41,22 @@ class Cost:
 class Result:
     """A finished run: `result["meter"]` is a detector's reading, `ledger` where all that was emitted went."""
 
-    def __init__(self, plan: Plan, batches: list[Batch], seed: int, cost: Cost | None, is_complete: bool, warnings: list[str]):
-        self.scene, self.plan, self.seed, self.cost, self.is_complete = plan.scene, plan, seed, cost, is_complete
+    def __init__(
+        self,
+        plan: Plan,
+        batches: list[Batch],
+        seed: int,
+        cost: Cost | None,
+        is_complete: bool,
+        warnings: list[str],
+    ):
+        self.scene, self.plan, self.seed, self.cost, self.is_complete = (
+            plan.scene,
+            plan,
+            seed,
+            cost,
+            is_complete,
+        )
         self.batches = batches
         self.run = Batches(np.array([batch.histories for batch in batches]))
         self._readings: dict[str, Reading] = {}
@@ -81,7 +95,9 @@ class Result:
         aims = [source for source in self.scene.sources if source.aim is not None]
         for detector in self.scene.detectors if aims else ():
             if any(self.scene.shape_of(detector) != source.aim for source in aims):
-                found.append(f"detector {detector.name!r} sees an aimed source only in the directions of its aim")
+                found.append(
+                    f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
+                )
         return found
 
     def report(self) -> str:
@@ -125,10 +141,14 @@ class Ledger(Mapping):
         self._entries = {
             "emitted": Estimate(np.full(len(run), power * duration), run, unit, exact=True),
             "absorbed": entry([b.absorbed.sum() for b in batches], not plan.absorbs),
-            "escaped": entry([b.ledger["escaped"] for b in batches], plan.has_clock or not (plan.acts or aimed)),
+            "escaped": entry(
+                [b.ledger["escaped"] for b in batches], plan.has_clock or not (plan.acts or aimed)
+            ),
             "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock),
             "roulette": entry([b.ledger["roulette"] for b in batches], not plan.has_roulette),
-            "unsampled": entry([b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed),
+            "unsampled": entry(
+                [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
+            ),
             "lost": entry([b.ledger["lost"] for b in batches], not any(b.lost for b in batches)),
         }
 

@@ -90,7 +90,9 @@ def is_on_support(position: tuple[float, ...], shape: Shape) -> bool:
     tolerance = ROUNDING * (_magnitude(shape) + sum(map(abs, position)))
     if isinstance(shape, Sphere):
         return abs(math.dist(position, shape.center) - shape.radius) <= tolerance
-    return abs(dot(tuple(p - q for p, q in zip(position, shape.center, strict=True)), shape.normal)) <= tolerance
+    return (
+        abs(dot(tuple(p - q for p, q in zip(position, shape.center, strict=True)), shape.normal)) <= tolerance
+    )
 
 
 def overlap(a: Shape, b: Shape) -> bool:

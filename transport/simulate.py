@@ -2,9 +2,10 @@
 
 import math
 import os
+import queue
+import threading
 import time
 from collections.abc import Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -16,7 +17,10 @@ from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 
 LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
-FIRST_BATCH = 512  # histories of a batch where their number is not known beforehand; doubled as the run goes on
+FIRST_BATCH = (
+    512  # histories of a batch where their number is not known beforehand; doubled as the run goes on
+)
+GLANCE = 0.1  # [s] between looks at the progress
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
 
@@ -91,7 +95,7 @@ def _machine(scene: Scene, bar: Progress):
 
 @dataclass
 class _Run:
-    """Batches on a pool of threads, taken in order, so that when a run stops does not depend on their timing."""
+    """Batches on threads, taken in order, so that when a run stops does not depend on their timing."""
 
     scene: Scene
     machine: object
@@ -106,52 +110,77 @@ class _Run:
     def go(self) -> None:
         from transport.engine.bundle import empty_bundle
 
-        self.begun = time.perf_counter()
-        idle = [empty_bundle() for _ in range(self.threads)]
-        self.bundles = list(idle)
-        sizes, pending, done, number, taken = self._sizes(), {}, {}, 0, 0
-        pool = ThreadPoolExecutor(self.threads)
+        self.begun = self.shown = time.perf_counter()
+        self.is_over = False
+        self.bundles = [empty_bundle() for _ in range(self.threads)]
+        self.tasks, self.lock, self.finished = enumerate(self._sizes()), threading.Lock(), queue.SimpleQueue()
+        workers = [
+            threading.Thread(target=self._work, args=(bundle,), daemon=True) for bundle in self.bundles
+        ]
+        done: dict[int, Batch] = {}
         try:
-            while True:
-                while idle and (size := next(sizes, None)) is not None:
-                    bundle = idle.pop()
-                    pending[pool.submit(self._one, number, size, bundle)] = (number, bundle)
-                    number += 1
-                if not pending:
-                    break
-                ready = self._wait(pending)
-                for future in ready:
-                    which, bundle = pending.pop(future)
-                    done[which] = future.result()
-                    idle.append(bundle)
-                while taken in done:
-                    self._take(done.pop(taken))
-                    taken += 1
-                    if self._is_enough():
-                        return
-            if limits_unmet := self._unmet():
-                self.warnings.append(limits_unmet)
+            for worker in workers:
+                worker.start()
+            self._collect(done)
+            if not_reached := self._not_reached():
+                self.warnings.append(not_reached)
         except KeyboardInterrupt:
-            for which in sorted(done):  # complete as they are; only their order is not
-                self._take(done[which])
+            for number in sorted(done):  # complete as they are; only their order is not
+                self._take(done[number])
             self.is_complete = False
             self.warnings.append(f"interrupted after {len(self.batches)} batches")
         finally:
+            self.is_over = True
             for bundle in self.bundles:
                 bundle["stop"] = 1
-            pool.shutdown(wait=True, cancel_futures=True)
+            for worker in workers:
+                worker.join()
 
-    def _one(self, number: int, size: int, bundle) -> Batch:
-        from transport.engine.driver import run_batch
+    def _work(self, bundle) -> None:
+        """What a thread does: batch after batch, in its own bundle."""
+        from transport.engine.driver import Stopped, run_batch
 
-        return batch_of(self.machine.program.plan, run_batch(self.machine, self.seed, number, size, bundle))
+        plan = self.machine.program.plan
+        try:
+            while not self.is_over:
+                with self.lock:
+                    number, size = next(self.tasks, (None, 0))
+                if number is None:
+                    break
+                self.finished.put(
+                    (number, batch_of(plan, run_batch(self.machine, self.seed, number, size, bundle)))
+                )
+        except Stopped:
+            pass
+        except Exception as error:  # handed to the caller's thread
+            self.finished.put((None, error))
+        self.finished.put((None, None))
 
-    def _wait(self, pending: dict[Future, tuple]) -> set[Future]:
+    def _collect(self, done: dict[int, Batch]) -> None:
+        """Take batches in the order of their numbers until all are there or enough is known."""
+        working, taken = self.threads, 0
+        while working:
+            number, batch = self._next_finished()
+            if number is not None:
+                done[number] = batch
+            elif batch is not None:
+                raise batch
+            else:
+                working -= 1
+            while taken in done:
+                self._take(done.pop(taken))
+                taken += 1
+                if self._is_enough():
+                    return
+
+    def _next_finished(self) -> tuple[int | None, Batch | Exception | None]:
         while True:
-            ready, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
-            self._show(sum(int(bundle["started"][0]) for _, bundle in pending.values()))
-            if ready:
-                return ready
+            if time.perf_counter() - self.shown > GLANCE:
+                self._show(sum(int(bundle["started"][0]) for bundle in self.bundles))
+            try:
+                return self.finished.get(timeout=GLANCE)
+            except queue.Empty:
+                continue
 
     def _sizes(self) -> Iterator[int]:
         """Histories of the next batches.  With `particles` alone all are known; else they double as the run goes on."""
@@ -186,7 +215,7 @@ class _Run:
             return all(ratio <= 1 for ratio in self._error_ratios())
         return False
 
-    def _unmet(self) -> str | None:
+    def _not_reached(self) -> str | None:
         """What to say when the particles ran out before the error asked for was reached."""
         if not self.limits.error or self._is_enough():
             return None
@@ -203,6 +232,7 @@ class _Run:
         return ratios
 
     def _show(self, started: int) -> None:
+        self.shown = time.perf_counter()
         taken = sum(batch.histories for batch in self.batches)
         elapsed = time.perf_counter() - self.begun
         if self.limits.particles is not None:
@@ -218,7 +248,9 @@ class _Run:
 
 def _checked_limits(scene, particles, error, seconds, batches) -> Limits:
     if particles is None and error is None and seconds is None:
-        raise SceneError("simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10")
+        raise SceneError(
+            "simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
+        )
     if particles is not None:
         particles = _checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
     if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
@@ -242,7 +274,9 @@ def _check_quantity(scene: Scene, name: str) -> None:
     if detector not in names:
         raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
     if quantity not in QUANTITIES:
-        raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}")
+        raise SceneError(
+            f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}"
+        )
 
 
 def _checked_whole(name: str, value: object, least: int, most: int) -> int:
@@ -255,7 +289,9 @@ def _checked_whole(name: str, value: object, least: int, most: int) -> int:
 def _is_number(value: object) -> bool:
     import numpy as np
 
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, (bool, np.bool_))
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
+        value, (bool, np.bool_)
+    )
 
 
 def _checked_threads(threads: object) -> int:

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 
 speed_of_light = 299792458.0  # m s^-1, exact by the definition of the metre (SI Brochure 2019, 2.2)
 
@@ -42,6 +43,7 @@ class Unit:
         object.__setattr__(self, "powers", tuple(powers))
 
     @classmethod
+    @cache
     def parse(cls, text: str) -> Unit:
         """The unit written as "W m^-2 sr^-1", "W/m^2" or "1"; a "/" holds for the one symbol after it.
 

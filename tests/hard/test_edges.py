@@ -43,7 +43,9 @@ def boxes():
 def wall(axis, sign, turn, lengths, offset):
     along, up = [i for i in range(3) if i != axis]
     center, normal = offset + sign * turn[:, axis] * lengths[axis] / 2, sign * turn[:, axis]
-    shape = tp.Rectangle(center=center, normal=normal, up=turn[:, up], width=lengths[along], height=lengths[up])
+    shape = tp.Rectangle(
+        center=center, normal=normal, up=turn[:, up], width=lengths[along], height=lengths[up]
+    )
     return tp.Surface(shape, tp.Diffuse(0.7))
 
 
@@ -70,7 +72,10 @@ def test_walls_without_a_bound_on_rounding_leak(monkeypatch):
 
     def exact_walls(member, space, code, sheet):
         row = fill(member, space, code, sheet)
-        row["half_u"], row["half_v"] = member.shape.width / 2 / space.size, member.shape.height / 2 / space.size
+        row["half_u"], row["half_v"] = (
+            member.shape.width / 2 / space.size,
+            member.shape.height / 2 / space.size,
+        )
         return row
 
     monkeypatch.setattr(compiling, "_member_row", exact_walls)

@@ -36,7 +36,10 @@ def aim_at_flat(b, table, first, live):
         u0, u1 = uniform(w0, w1), uniform(w2, w3)
         c, s = cos_sin_turn(u1)
         r = math.sqrt(inner2 + u0 * (outer2 - inner2))
-        u, v = r * c if is_disk else (2.0 * u0 - 1.0) * half_u, r * s if is_disk else (2.0 * u1 - 1.0) * half_v
+        u, v = (
+            r * c if is_disk else (2.0 * u0 - 1.0) * half_u,
+            r * s if is_disk else (2.0 * u1 - 1.0) * half_v,
+        )
         px, py, pz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
         vx, vy, vz = rx + px, ry + py, rz + pz
@@ -45,7 +48,9 @@ def aim_at_flat(b, table, first, live):
         t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
         q2 = qx * qx + qy * qy + qz * qz
         on_disk = (q2 <= outer2) & (q2 >= inner2)
-        on_rectangle = (abs(qx * eux + qy * euy + qz * euz) <= half_u) & (abs(qx * evx + qy * evy + qz * evz) <= half_v)
+        on_rectangle = (abs(qx * eux + qy * euy + qz * euz) <= half_u) & (
+            abs(qx * evx + qy * evy + qz * evz) <= half_v
+        )
         keeps = uniform(d0, d1) < natural
         meets = (not keeps) | ((t > 0.0) & (on_disk if is_disk else on_rectangle))
         ux = b.ux[k] if keeps else vx * inverse
@@ -61,7 +66,6 @@ def aim_at_flat(b, table, first, live):
         b.z[k] = b.z[k] if keeps else cz + pz
         b.start[k] = 0.0 if keeps else -distance
         b.weight[k] *= w * scale if meets else 0.0
-        b.birth[k] = b.weight[k]
     return live
 
 
@@ -93,7 +97,6 @@ def aim_at_sphere(b, table, first, live):
         b.start[k] = -d * cosine
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
         b.weight[k] *= f * solid_angle * scale
-        b.birth[k] = b.weight[k]
     return live
 
 
@@ -134,7 +137,6 @@ def aim_at_box(b, table, first, live):
         b.z[k] = b.z[k] if keeps else cz + pz
         b.start[k] = 0.0 if keeps else -distance
         b.weight[k] *= w * scale if meets & (f > 0.0) & (w > 0.0) else 0.0
-        b.birth[k] = b.weight[k]
     return live
 
 

@@ -15,8 +15,23 @@ def begin(b, table, first, live):
     """A new history at full weight, standing on its source's sheet."""
     weight, sheet = table.weight, table.sheet
     for k in range(first, live):
-        b.weight[k], b.birth[k] = weight, weight
-        b.event[k], b.sheet[k], b.start[k] = 0, sheet, 0.0
+        b.weight[k], b.sheet[k], b.start[k] = weight, sheet, 0.0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def begin_events(b, table, first, live):
+    """No reflection yet; the count numbers the draws to come."""
+    for k in range(first, live):
+        b.event[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def remember_birth_weight(b, table, first, live):
+    """What roulette compares with, and gives back."""
+    for k in range(first, live):
+        b.birth[k] = b.weight[k]
     return live
 
 
@@ -69,7 +84,7 @@ def born_on_lit_sphere(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        nx, ny, nz, mu = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
+        nx, ny, nz, _ = sample_cosine_law(ux, uy, uz, uniform(w0, w1), uniform(w2, w3))
         r = side * radius
         b.x[k], b.y[k], b.z[k] = cx + r * nx, cy + r * ny, cz + r * nz
     return live
@@ -96,7 +111,14 @@ def born_at_point(b, table, first, live):
 @lane_pass(PATCH)
 def born_in_box(b, table, first, live):
     """Uniform in a box."""
-    cx, cy, cz, half_u, half_v, half_w = table.cx, table.cy, table.cz, table.half_u, table.half_v, table.half_w
+    cx, cy, cz, half_u, half_v, half_w = (
+        table.cx,
+        table.cy,
+        table.cz,
+        table.half_u,
+        table.half_v,
+        table.half_w,
+    )
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)

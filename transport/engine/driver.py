@@ -73,7 +73,6 @@ def _fill_line(b, live):
     full = (live + 7) // 8 * 8
     for k in range(live, full):
         b.weight[k] = 0.0
-        b.event[k] = 0
     return full
 
 
@@ -126,7 +125,9 @@ def _wired(steps):
     return np.array(entries, np.int64), np.array([table.ctypes.data for _, table in steps], np.int64)
 
 
-def run_batch(machine: Machine, seed: int, batch: int, histories: int, bundle: np.ndarray | None = None) -> RawSums:
+def run_batch(
+    machine: Machine, seed: int, batch: int, histories: int, bundle: np.ndarray | None = None
+) -> RawSums:
     """The sums of one batch: a pure function of the program, the seed, the batch's number and its size.
 
     bundle: memory to work in; another thread may read its `started` and set its `stop`.

@@ -11,11 +11,20 @@ import numpy as np
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.layout import CLOCK, DISK, EDGE, ESCAPED, IN_FLIGHT, LOST, NO_TABLE, RECTANGLE
-from transport.layout import ROUNDING, SHEET_SHIFT, SPHERE
+from transport.layout import (
+    CLOCK,
+    DISK,
+    EDGE,
+    ESCAPED,
+    IN_FLIGHT,
+    LOST,
+    NO_TABLE,
+    RECTANGLE,
+    ROUNDING,
+    SHEET_SHIFT,
+    SPHERE,
+)
 from transport.physics.rays import plane_crossing, sphere_crossing
-
-MOST_EVENTS = 1 << 24  # a history that is still going then is lost: its scene holds light and nothing absorbs it
 
 
 @lane_pass(NO_TABLE)
@@ -152,7 +161,6 @@ def leave(b, table, first, live):
     for k in range(first, live):
         w = b.weight[k]
         is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
-        is_sane &= b.event[k] < MOST_EVENTS
         gone = b.hit[k] == 0
         w_high, w_low = limbs(w if gone & is_sane else 0.0)
         high += w_high
@@ -168,7 +176,7 @@ def leave(b, table, first, live):
         for k in range(first, live):
             w = b.weight[k]
             is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
-            if w != 0.0 and not (is_sane and b.event[k] < MOST_EVENTS):
+            if w != 0.0 and not is_sane:
                 w_high, w_low = limbs(w if w == w else 0.0)
                 ledger[4 * LOST] += w_high
                 ledger[4 * LOST + 1] += w_low

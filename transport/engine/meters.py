@@ -9,8 +9,16 @@ from numba import float64, int64
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs, slant
-from transport.layout import LAYER, LAYERS, LOOK_BACK, LOOK_BASE, LOOK_CELLS, LOOK_CELLS_SHIFT, NO_TABLE
-from transport.layout import SHEET_SHIFT
+from transport.layout import (
+    LAYER,
+    LAYERS,
+    LOOK_BACK,
+    LOOK_BASE,
+    LOOK_CELLS,
+    LOOK_CELLS_SHIFT,
+    NO_TABLE,
+    SHEET_SHIFT,
+)
 from transport.physics.device import device
 
 

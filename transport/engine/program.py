@@ -6,7 +6,17 @@ import numpy as np
 
 from transport import layout
 from transport.compile import Plan
-from transport.engine import aims, birthplaces, births, flights, landings, lanes, meters, refinements, surfaces
+from transport.engine import (
+    aims,
+    birthplaces,
+    births,
+    flights,
+    landings,
+    lanes,
+    meters,
+    refinements,
+    surfaces,
+)
 from transport.engine.bundle import CLOCKED, STEADY
 from transport.engine.passes import Pass
 
@@ -50,7 +60,13 @@ def _births(plan, emitter):
             yield _step(births.take_normal, emitter.place[1])
         yield _named(aims, emitter.target)
         yield _step(aims.account_born)
-    metered = [row for _, row in plan.members if row["sheet"] == emitter.birth["sheet"] and row["code"] & METERS]
+    if plan.reflects:
+        yield _step(births.begin_events)
+    if plan.has_roulette:
+        yield _step(births.remember_birth_weight)
+    metered = [
+        row for _, row in plan.members if row["sheet"] == emitter.birth["sheet"] and row["code"] & METERS
+    ]
     if metered and emitter.place[0] != "born_at_point":
         yield from _birth_counted(plan, emitter, metered)
 
@@ -110,7 +126,9 @@ def _crossing(plan):
     yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     if plan.has_roulette:
         yield _step(surfaces.play_roulette)
-    if plan.absorbs:
+    if plan.reflects:
+        yield _step(surfaces.give_up)
+    if plan.absorbs or plan.reflects:
         yield _step(lanes.fill_gaps, _moved(plan))
 
 

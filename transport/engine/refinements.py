@@ -10,8 +10,18 @@ import numpy as np
 
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
-from transport.layout import CONE, DISK_PLACE, LAYER, LAYERS, METER, RECTANGLE_PLACE, SHEET_SHIFT
-from transport.layout import SPHERE_AZIMUTH, WORLD_AZIMUTH, WORLD_COSINE
+from transport.layout import (
+    CONE,
+    DISK_PLACE,
+    LAYER,
+    LAYERS,
+    METER,
+    RECTANGLE_PLACE,
+    SHEET_SHIFT,
+    SPHERE_AZIMUTH,
+    WORLD_AZIMUTH,
+    WORLD_COSINE,
+)
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
@@ -73,7 +83,9 @@ def refine_by_cosine(b, table, first, live):
                 if m.mu_kind == WORLD_COSINE:
                     value = toward * b.uz[k]
                 if m.mu_kind == CONE:
-                    value = -sine_squared(toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z)
+                    value = -sine_squared(
+                        toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
+                    )
                 found = cell(value, m.mu_low, m.mu_scale, m.mu_cells, m.mu_edges)
                 b.bin[k] = shifted(b.bin[k], b.base[k], found, m.mu_stride)
     return live
@@ -90,7 +102,9 @@ def refine_by_azimuth(b, table, first, live):
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
                 ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
                 eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
-                if m.turn_kind == SPHERE_AZIMUTH:  # e_v = axis projected; e_u = e_v x n; lengths do not matter
+                if (
+                    m.turn_kind == SPHERE_AZIMUTH
+                ):  # e_v = axis projected; e_u = e_v x n; lengths do not matter
                     nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
                     a = m.axis_x * nx + m.axis_y * ny + m.axis_z * nz
                     evx, evy, evz = m.axis_x - a * nx, m.axis_y - a * ny, m.axis_z - a * nz

@@ -5,11 +5,25 @@ import numpy as np
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.layout import ABSORBED, DIFFUSE, MATERIAL_MASK, MATERIAL_SHIFT, MIRROR, NO_TABLE, ROULETTE, ROWS
-from transport.layout import SURFACE, SURFACE_MASK, SURFACE_SHIFT
+from transport.layout import (
+    ABSORBED,
+    DIFFUSE,
+    LOST,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    MIRROR,
+    NO_TABLE,
+    ROULETTE,
+    ROWS,
+    SURFACE,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+)
 from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, random_words, short_uniform, uniform
+
+MOST_EVENTS = 1 << 24
 
 
 @lane_pass(ROWS)
@@ -105,4 +119,22 @@ def play_roulette(b, table, first, live):
     ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * ROULETTE] += total_high
     ledger[4 * ROULETTE + 1] += total_low
+    return live
+
+
+@lane_pass(NO_TABLE)
+def give_up(b, table, first, live):
+    """A history of MOST_EVENTS reflections is lost, and counted as such: its scene keeps light and absorbs none."""
+    any_endless = 0
+    for k in range(first, live):
+        any_endless |= 1 if (b.event[k] >= MOST_EVENTS) & (b.weight[k] != 0.0) else 0
+    if any_endless != 0:
+        ledger = view(b.ledger, b.ledger_words, np.int64)
+        for k in range(first, live):
+            if b.event[k] >= MOST_EVENTS and b.weight[k] != 0.0:
+                high, low = limbs(b.weight[k])
+                ledger[4 * LOST] += high
+                ledger[4 * LOST + 1] += low
+                ledger[4 * LOST + 2] += 1
+                b.weight[k] = 0.0
     return live

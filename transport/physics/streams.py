@@ -34,7 +34,9 @@ def philox(c0, c1, c2, c3, key0, key1):
 @device
 def random_words(history, batch, event, purpose, seed_low, seed_high):
     """The block of four 32-bit words that serves all draws of one event of one history."""
-    return philox(uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high))
+    return philox(
+        uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high)
+    )
 
 
 @device
