@@ -21,6 +21,7 @@ At the distance 0 the meter is the disk itself, which tells what leaves it, to 8
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 
@@ -35,6 +36,7 @@ particles = 2_000_000
 
 METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
+MAP = tp.Directions(theta=30, phi=48)  # of the hemisphere, for the picture
 INSIDE = 4  # bins within the disk's cone
 
 
@@ -52,8 +54,10 @@ def scene(
         detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))
         return tp.Scene(sources=tp.Source(disk, emission), detectors=detector)
     meter = tp.Disk(center=(offset, 0, distance), normal=(0, 0, -1), radius=METER)
-    detector = tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset))
-    return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detector)
+    detectors = [tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset))]
+    if offset != 0:
+        detectors.append(tp.Detector(meter, name="map", directions=MAP))
+    return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detectors)
 
 
 def _directions(radius: float, distance: float, offset: float) -> tp.Directions:
@@ -122,14 +126,21 @@ def verdict(outcomes: list[Outcome]) -> str:
     return f"Radiance stays L in all {len(scores)} bins, the furthest {np.abs(scores).max():.1f} standard errors off{fall}."
 
 
-def draw(outcomes: list[Outcome], path: str) -> None:
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Radiance at several distances; beside it, as <name>_map, the hemisphere above a meter off the axis."""
     from viz import comparison, radiance_cuts
 
+    path = Path(path)
+    paths = [path]
+    oblique = [o for o in outcomes if len(o.result.scene.detectors) > 1]
+    if oblique:
+        paths.append(path.with_stem(path.stem + "_map"))
+        draw_map(oblique[0], paths[-1])
     shown = [o for o in outcomes if "radiance beside it" in [row.name for row in o.rows]]
     if not shown:
         table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
         comparison(table, path, title="A Lambert disk", note=provenance(outcomes))
-        return
+        return paths
     curves, laws = {}, {}
     for outcome in shown:
         source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
@@ -139,6 +150,23 @@ def draw(outcomes: list[Outcome], path: str) -> None:
         laws[label] = lambda theta, rim=rim, level=source.emission.radiance: np.where(theta < rim, level, 0.0)
     title = "A Lambert disk seen from several distances: the same radiance"
     radiance_cuts(curves, path, exact=laws, title=title, log_x=True, note=provenance(shown))
+    return paths
+
+
+def draw_map(outcome: Outcome, path: Path) -> None:
+    """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
+    from viz import radiance_map
+
+    source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[1].shape
+    offset, _, distance = meter.center
+
+    def seen(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """The radiance of the disk's plane where the direction meets it; e_u is -x, e_v is +y."""
+        x, y = offset - distance * np.tan(theta) * np.cos(phi), distance * np.tan(theta) * np.sin(phi)
+        return np.where(np.hypot(x, y) < source.shape.radius, source.emission.radiance, 0.0)
+
+    title = f"A Lambert disk seen from {distance:g} m above it and {offset:g} m off its axis"
+    radiance_map(outcome.result["map"].radiance, path, exact=seen, title=title, note=provenance([outcome]))
 
 
 if __name__ == "__main__":

@@ -239,8 +239,13 @@ def scalar(loop):
 
 
 def is_vectorised(text, scalar_share):
-    """Whether one loop does the work in wide registers; the loop over the last lanes may be scalar."""
+    """Whether one loop does the work in wide registers; the loop over the last lanes may be scalar.
+
+    Without a loop the pass is a plain fill, for which LLVM calls memset.
+    """
     loops = innermost_loops(text)
+    if not loops:
+        return True
     rest = max(map(scalar, loops), default=0)
     return any(
         wide(loop) > 0 and scalar(loop) <= scalar_share * wide(loop) and 2 * wide(loop) >= rest

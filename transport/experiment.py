@@ -8,7 +8,7 @@
     measure(result) -> {name: Estimate}
     exact(**parameters) -> {name: float}
     verdict(outcomes) -> str                  the answer, in a sentence
-    draw(outcomes, path) -> None              the figure, a PNG
+    draw(outcomes, path)                      the figure, a PNG; returns the paths where there are more than one
 
 The modules of the package `sims` are experiments; so is any file of the user's.
 """
@@ -55,7 +55,10 @@ class Outcome:
     @property
     def title(self) -> str:
         """Its parameters in a line."""
-        return ", ".join(f"{name}={value}" for name, value in self.parameters.items())
+        return ", ".join(
+            f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in self.parameters.items()
+        )
 
 
 def experiment_names() -> list[str]:

@@ -65,12 +65,12 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
-    """Draw the experiment's figure and print its path unless quiet, or say on standard error why there is none."""
-    path, why = picture_of(module, outcomes, folder)
-    if path is None:
+    """Draw the experiment's figures and print their paths unless quiet, or say on standard error why there is none."""
+    paths, why = picture_of(module, outcomes, folder)
+    if not paths:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
-        say_labelled("picture", str(path))
+        say_labelled("picture", ", ".join(map(str, paths)))
 
 
 def print_effects(told: Effects, scene: Scene) -> None:

@@ -80,23 +80,23 @@ def total_cost(outcomes: list[Outcome]) -> Cost:
     )
 
 
-def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[Path | None, str]:
-    """Draw the experiment's figure into the folder: its path, or None and the reason why there is none."""
+def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
+    """Draw the experiment's figures into the folder: their paths, or none and the reason why."""
     if not hasattr(module, "draw"):
-        return None, "the experiment draws none"
+        return [], "the experiment draws none"
     path = folder / f"{name_of(module)}.png"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        module.draw(outcomes, path)
+        paths = module.draw(outcomes, path) or [path]
     except ImportError as error:
         wanted = (error.name or "").partition(".")[0]
         if wanted not in ("matplotlib", "pyvista"):
             raise
         extra = {"matplotlib": "plot", "pyvista": "viz"}[wanted]
-        return None, f"{wanted} is not installed; pip install 'transport[{extra}]'"
+        return [], f"{wanted} is not installed; pip install 'transport[{extra}]'"
     except OSError as error:
-        return None, f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
-    return path, ""
+        return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
+    return paths, ""
 
 
 def name_of(module: ModuleType) -> str:
