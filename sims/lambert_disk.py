@@ -32,7 +32,7 @@ from transport.theory import emitters, solid_angles
 
 law = "P = π L A, E = π L sin²θ, radiance invariant along a ray (Bala 2009, Cornell CS 6620; Foote 1915)"
 question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
-particles = 2_000_000
+particles = 1_000_000
 
 METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins

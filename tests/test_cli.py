@@ -33,7 +33,7 @@ law = "E = π L sin²θ on the axis of a diffuse disk (Foote 1915)"
 question = "How much does a diffuse disk send to a meter on its axis?"
 particles = 20_000
 
-def scene(distance=2.0, radius=0.5):
+def scene(distance=2, radius=0.5):
     meter = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=1e-4)
     source = tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=100.0), aim=meter)
     return tp.Scene(sources=[source], detectors=[tp.Detector(meter, name="meter")])
@@ -41,7 +41,7 @@ def scene(distance=2.0, radius=0.5):
 def measure(result):
     return {"irradiance": result["meter"].irradiance}
 
-def exact(distance=2.0, radius=0.5):
+def exact(distance=2, radius=0.5):
     return {"irradiance": PI * 100 * radius**2 / (radius**2 + distance**2)}
 
 def verdict(outcomes):
@@ -134,8 +134,8 @@ def test_run_json_of_several_cases_lists_them_in_order(call):
     record = json.loads(call("run", "disks.py", "--json").output)
     assert record["parameters"] == {"distance": [2.0, 4.0]}
     assert [q["name"] for q in record["quantities"]] == [
-        "distance=2.0: irradiance",
-        "distance=4.0: irradiance",
+        "distance=2: irradiance",
+        "distance=4: irradiance",
     ]
     assert record["ledger"]["lost"] == {"value": [0.0, 0.0], "error": [0.0, 0.0], "unit": "W"}
     assert record["cost"]["particles"] == 40_000
@@ -262,7 +262,7 @@ def test_verify_has_one_row_a_law_with_formula_source_and_smallest_bias(call):
     assert "E = π L sin²θ on the axis of a diffuse disk (Foote 1915)" in answer.output
     assert sum(line.rstrip().endswith("holds") for line in answer.output.splitlines()) == 2
     rows = json.loads(call("verify", "disks.py", "--json").output)
-    assert [row["quantity"] for row in rows] == ["distance=2.0: irradiance", "distance=4.0: irradiance"]
+    assert [row["quantity"] for row in rows] == ["distance=2: irradiance", "distance=4: irradiance"]
     keys = ["law", "source", "sim", "quantity", "value", "error", "exact", "z", "smallest_bias"]
     assert all(list(row) == keys for row in rows)
     assert all(0 < row["smallest_bias"] < 0.01 for row in rows)

@@ -157,4 +157,4 @@ def test_sims_are_silent_and_light_to_import():
 def test_a_sim_runs_itself():
     done = run_python("-m", "sims.inverse_square")
     assert "E(1 mm) / E(1 km)" in done.stdout
-    assert "emitter=sphere, widths=5.0" in done.stdout
+    assert "emitter=sphere, widths=5" in done.stdout

@@ -13,7 +13,7 @@ from transport.distances import in_plane_distances
 from transport.materials import Surface, Transparent
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
-from transport.validation import SceneError
+from transport.validation import SceneError, refuse, shown
 from transport.vectors import dot
 
 ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the rounding of their coordinates only
@@ -70,6 +70,18 @@ def check_supports(scene: Scene) -> None:
                         f" {'sphere' if isinstance(one.shape, Sphere) else 'plane'}; make them share an edge at most,"
                         " or leave one out"
                     )
+
+
+def check_aims(scene: Scene) -> None:
+    """Refuse a flat source that aims into its own plane, where none of its directions lead."""
+    for source in scene.sources:
+        shape, aim = scene.shape_of(source), source.aim
+        if (
+            isinstance(aim, Rectangle | Disk)
+            and isinstance(shape, Rectangle | Disk)
+            and are_on_one_support(shape, aim)
+        ):
+            refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim above it")
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
 
@@ -28,8 +28,9 @@ def draw_map(axes: Axes, bins: DirectionBins, field: np.ndarray, norm: Normalize
     field = np.repeat(field, times, axis=1)
     known = np.isfinite(field)
     if not known.all():
-        blank = np.ma.masked_where(known, np.zeros(field.shape))
-        axes.pcolor(x, y, blank, cmap=ListedColormap([PALE]), hatch=HATCHING, edgecolor=MUTED, linewidth=0)
+        # One hatched face below all bins: hatching each of them takes seconds.
+        edge = [np.concatenate([side[-1], side[0, ::-1]]) for side in (x, y)]
+        axes.fill(*edge, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0)
     mesh = axes.pcolormesh(x, y, np.ma.masked_where(~known, field), norm=norm, cmap=colours, rasterized=True)
     _furnish(axes, radius.max(), spokes=not bins.is_round)
     return mesh

@@ -62,7 +62,7 @@ SCRATCH = (
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 32 bits
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
-    ("base", "i8"),  # first row of the meter on the side that is scored
+    ("home", "i8"),  # first row of the meter on the side that is scored
     ("meter", "i8"),  # index of the meter's row
     ("bin", "i8"),  # row to score in; 0: none
     ("high", "i8"),  # the weight to score in units of 2^-32 ...

@@ -8,6 +8,7 @@ import hashlib
 import os
 import shutil
 import tempfile
+import time
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -37,6 +38,7 @@ def kernel_folder() -> Path:
         with suppress(OSError):
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)
+            folder.touch()
             with tempfile.TemporaryFile(dir=folder):
                 pass
             _forget_others(root, keep=name.split("-")[0])
@@ -45,10 +47,11 @@ def kernel_folder() -> Path:
 
 
 def _forget_others(root: Path, keep: str) -> None:
-    """Remove machine code of sources that are no longer there."""
-    if root.parent == PACKAGE:
-        for folder in root.iterdir():
-            if not folder.name.startswith(keep):
+    """Remove machine code of other sources that nothing has used for a week."""
+    long_ago = time.time() - 7 * 86400
+    for folder in root.iterdir():
+        with suppress(OSError):
+            if not folder.name.startswith(keep) and folder.stat().st_mtime < long_ago:
                 shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -189,7 +189,7 @@ def leave(b, table, first, live):
 def move(b, table, first, live):
     """To the hit."""
     for k in range(first, live):
-        d = b.distance[k]
+        d = b.distance[k] if b.hit[k] != 0 else 0.0  # idle lanes stay where they are
         b.x[k] += d * b.ux[k]
         b.y[k] += d * b.uy[k]
         b.z[k] += d * b.uz[k]

@@ -53,7 +53,7 @@ def bin_arrivals(b, table, first, live):
         look, mu = b.look[k], b.mu[k]
         base = look & LOOK_BASE
         here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
-        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live
@@ -67,7 +67,7 @@ def bin_departures(b, table, first, live):
         look, mu = b.look[k], b.mu[k]
         base = (look & LOOK_BASE) + half
         here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
-        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live
@@ -81,7 +81,7 @@ def bin_crossings(b, table, first, live):
         look, mu = b.look[k], b.mu[k]
         side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
         base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
-        b.base[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
         b.slant[k] = slant(b.weight[k], mu)
     return live

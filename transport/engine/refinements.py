@@ -87,7 +87,7 @@ def refine_by_cosine(b, table, first, live):
                         toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
                     )
                 found = cell(value, m.mu_low, m.mu_scale, m.mu_cells, m.mu_edges)
-                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.mu_stride)
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.mu_stride)
     return live
 
 
@@ -96,7 +96,7 @@ def refine_by_azimuth(b, table, first, live):
     """Azimuth of the direction, from e_u towards e_v, or from the world's x towards y."""
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
-        if b.bin[k] > b.base[k]:
+        if b.bin[k] > b.home[k]:
             m = meters[b.meter[k]]
             if m.turn_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
@@ -114,7 +114,7 @@ def refine_by_azimuth(b, table, first, live):
                 else:
                     turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)
                 found = cell(turn * TWO_PI, m.turn_low, m.turn_scale, m.turn_cells, m.turn_edges)
-                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.turn_stride)
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.turn_stride)
     return live
 
 
@@ -123,7 +123,7 @@ def refine_by_place(b, table, first, live):
     """Position on the shape's own coordinates: width and height; radius and azimuth; polar angle and azimuth."""
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
-        if b.bin[k] > b.base[k]:
+        if b.bin[k] > b.home[k]:
             m = meters[b.meter[k]]
             if m.place != 0:
                 px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
@@ -138,8 +138,8 @@ def refine_by_place(b, table, first, live):
                     w = px * m.nx + py * m.ny + pz * m.nz
                     u, v = math.atan2(math.sqrt(u * u + v * v), w), azimuth_turn(u, v) * TWO_PI
                 found = cell(u, m.u_low, m.u_scale, m.u_cells, m.u_edges)
-                b.bin[k] = shifted(b.bin[k], b.base[k], found, m.u_stride)
-                if b.bin[k] > b.base[k]:
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)
+                if b.bin[k] > b.home[k]:
                     found = cell(v, m.v_low, m.v_scale, m.v_cells, m.v_edges)
-                    b.bin[k] = shifted(b.bin[k], b.base[k], found, m.v_stride)
+                    b.bin[k] = shifted(b.bin[k], b.home[k], found, m.v_stride)
     return live

@@ -44,18 +44,18 @@ def box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz):
 
     The ray misses the box where the entry lies beyond the exit.  Slabs: Kay and Kajiya (1986).
     """
+    sx, sy, sz = math.copysign(hx, ux), math.copysign(hy, uy), math.copysign(hz, uz)
     ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
-    ax, ay, az = abs(hx * ix), abs(hy * iy), abs(hz * iz)
-    mx, my, mz = -ox * ix, -oy * iy, -oz * iz
-    cx, cy, cz = abs(ux), abs(uy), abs(uz)
-    near, near_cosine = mx - ax, cx
-    near_cosine = cy if my - ay > near else near_cosine
-    near = max(near, my - ay)
-    near_cosine = cz if mz - az > near else near_cosine
-    near = max(near, mz - az)
-    far, far_cosine = mx + ax, cx
-    far_cosine = cy if my + ay < far else far_cosine
-    far = min(far, my + ay)
-    far_cosine = cz if mz + az < far else far_cosine
-    far = min(far, mz + az)
+    near_x, near_y, near_z = (-sx - ox) * ix, (-sy - oy) * iy, (-sz - oz) * iz
+    far_x, far_y, far_z = (sx - ox) * ix, (sy - oy) * iy, (sz - oz) * iz
+    near, near_cosine = near_x, abs(ux)
+    near_cosine = abs(uy) if near_y > near else near_cosine
+    near = near_y if near_y > near else near
+    near_cosine = abs(uz) if near_z > near else near_cosine
+    near = near_z if near_z > near else near
+    far, far_cosine = far_x, abs(ux)
+    far_cosine = abs(uy) if far_y < far else far_cosine
+    far = far_y if far_y < far else far
+    far_cosine = abs(uz) if far_z < far else far_cosine
+    far = far_z if far_z < far else far
     return near, near_cosine, far, far_cosine
