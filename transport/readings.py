@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile import bin_counts
 from transport.detectors import Detector
 from transport.estimates import Estimate, EstimateArray
+from transport.looks import bin_counts
 from transport.solid_angles import solid_angles_of
 from transport.units import Unit
 from transport.validation import SceneError

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from transport.batches import Batch
-from transport.compile import Plan
 from transport.estimates import Batches, Estimate
+from transport.plan import Plan
 from transport.readings import QUANTITIES, Reading
 from transport.units import Unit
 from transport.validation import SceneError, suggestion

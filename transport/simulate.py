@@ -1,7 +1,6 @@
 """The one entry point: run batches of a scene until enough is known, then reduce them to a result."""
 
 import math
-import os
 import queue
 import threading
 import time
@@ -11,27 +10,17 @@ from functools import lru_cache
 
 from transport.batches import Batch, batch_of
 from transport.compile import compile_scene
+from transport.limits import MOST_PARTICLES, Limits, checked_limits, checked_threads, checked_whole
 from transport.progress import Progress, progress_on
 from transport.results import Cost, Result
 from transport.scene import Scene
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError
 
 LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
 FIRST_BATCH = (
     512  # histories of a batch where their number is not known beforehand; doubled as the run goes on
 )
 GLANCE = 0.1  # [s] between looks at the progress
-MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When a run ends: at the first of these that is reached."""
-
-    particles: int | None
-    error: Mapping[str, float]
-    seconds: float | None
-    batches: int
 
 
 def simulate(
@@ -53,8 +42,8 @@ def simulate(
     threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """
-    limits = _checked_limits(scene, particles, error, seconds, batches)
-    seed, threads = _checked_whole("seed", seed, 0, 2**64 - 1), _checked_threads(threads)
+    limits = checked_limits(scene, particles, error, seconds, batches)
+    seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
     if estimator != "analog":
         raise SceneError(f"simulate: estimator must be 'analog', got {estimator!r}; others are not there yet")
     with progress_on(progress) as bar:
@@ -244,57 +233,3 @@ class _Run:
         if self.limits.seconds is not None:
             share = max(0.0 if share != share else share, elapsed / self.limits.seconds)
         self.bar.running(taken + started, share)
-
-
-def _checked_limits(scene, particles, error, seconds, batches) -> Limits:
-    if particles is None and error is None and seconds is None:
-        raise SceneError(
-            "simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
-        )
-    if particles is not None:
-        particles = _checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
-    if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
-        raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
-    batches = _checked_whole("batches", batches, 2, 4096)
-    error = {} if error is None else error
-    if not isinstance(error, Mapping):
-        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
-    for name, target in error.items():
-        _check_quantity(scene, name)
-        if not (_is_number(target) and 0 < target < 1):
-            raise SceneError(f"simulate: error of {name!r} must be relative, within (0, 1), got {target!r}")
-    return Limits(particles, dict(error), seconds, batches)
-
-
-def _check_quantity(scene: Scene, name: str) -> None:
-    from transport.results import QUANTITIES
-
-    detector, _, quantity = str(name).partition(".")
-    names = [d.name for d in scene.detectors]
-    if detector not in names:
-        raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
-    if quantity not in QUANTITIES:
-        raise SceneError(
-            f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}"
-        )
-
-
-def _checked_whole(name: str, value: object, least: int, most: int) -> int:
-    whole = _is_number(value) and value == int(value) if _is_number(value) and math.isfinite(value) else False
-    if not whole or not least <= value <= most:
-        raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
-    return int(value)
-
-
-def _is_number(value: object) -> bool:
-    import numpy as np
-
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
-        value, (bool, np.bool_)
-    )
-
-
-def _checked_threads(threads: object) -> int:
-    if threads is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return _checked_whole("threads", threads, 1, 1024)

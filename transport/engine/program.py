@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from transport import layout
-from transport.compile import Plan
 from transport.engine import (
     aims,
     birthplaces,
@@ -19,6 +18,7 @@ from transport.engine import (
 )
 from transport.engine.bundle import CLOCKED, STEADY
 from transport.engine.passes import Pass
+from transport.plan import Plan
 
 Step = tuple[Pass, np.ndarray]
 NOTHING = layout.row(layout.NO_TABLE)

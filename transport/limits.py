@@ -1,0 +1,74 @@
+"""When a run ends, and how it is told: input checked before anything runs."""
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.readings import QUANTITIES
+from transport.scene import Scene
+from transport.validation import SceneError, suggestion
+
+MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When a run ends: at the first of these that is reached."""
+
+    particles: int | None
+    error: Mapping[str, float]
+    seconds: float | None
+    batches: int
+
+
+def checked_limits(scene, particles, error, seconds, batches) -> Limits:
+    if particles is None and error is None and seconds is None:
+        raise SceneError(
+            "simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
+        )
+    if particles is not None:
+        particles = checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
+    if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
+        raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
+    batches = checked_whole("batches", batches, 2, 4096)
+    error = {} if error is None else error
+    if not isinstance(error, Mapping):
+        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
+    for name, target in error.items():
+        _check_quantity(scene, name)
+        if not (_is_number(target) and 0 < target < 1):
+            raise SceneError(f"simulate: error of {name!r} must be relative, within (0, 1), got {target!r}")
+    return Limits(particles, dict(error), seconds, batches)
+
+
+def _check_quantity(scene: Scene, name: str) -> None:
+    detector, _, quantity = str(name).partition(".")
+    names = [d.name for d in scene.detectors]
+    if detector not in names:
+        raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
+    if quantity not in QUANTITIES:
+        raise SceneError(
+            f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}"
+        )
+
+
+def checked_whole(name: str, value: object, least: int, most: int) -> int:
+    whole = _is_number(value) and value == int(value) if _is_number(value) and math.isfinite(value) else False
+    if not whole or not least <= value <= most:
+        raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
+    return int(value)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
+        value, (bool, np.bool_)
+    )
+
+
+def checked_threads(threads: object) -> int:
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return checked_whole("threads", threads, 1, 1024)
