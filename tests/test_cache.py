@@ -21,18 +21,19 @@ def unremembered():
 
 
 def test_kernels_lie_in_the_package(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "PACKAGE", tmp_path)
+    assert cache.KERNELS.parent == Path(cache.__file__).parents[1]
+    monkeypatch.setattr(cache, "KERNELS", tmp_path)
     assert cache.kernel_folder().is_relative_to(tmp_path)
 
 
 def test_a_read_only_package_keeps_them_in_the_users_cache(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "PACKAGE", NOWHERE)
+    monkeypatch.setattr(cache, "KERNELS", NOWHERE)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert cache.kernel_folder().is_relative_to(tmp_path)
 
 
 def test_a_read_only_home_keeps_them_in_a_temporary_folder(monkeypatch):
-    monkeypatch.setattr(cache, "PACKAGE", NOWHERE)
+    monkeypatch.setattr(cache, "KERNELS", NOWHERE)
     monkeypatch.setenv("XDG_CACHE_HOME", str(NOWHERE))
     assert cache.kernel_folder().is_dir()
 
@@ -51,8 +52,8 @@ def test_the_digest_follows_every_source(tmp_path, monkeypatch):
 
 
 def test_code_of_other_sources_is_forgotten_after_a_week(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "PACKAGE", tmp_path)
     kernels = tmp_path / "__kernels__"
+    monkeypatch.setattr(cache, "KERNELS", kernels)
     for name, age in (("0123456789abcdef-256", 8), ("fedcba9876543210-256", 1)):
         (kernels / name).mkdir(parents=True)
         os.utime(kernels / name, (time.time() - age * 86400,) * 2)
@@ -61,7 +62,7 @@ def test_code_of_other_sources_is_forgotten_after_a_week(tmp_path, monkeypatch):
 
 
 def test_numbas_own_setting_is_left_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "PACKAGE", tmp_path)
+    monkeypatch.setattr(cache, "KERNELS", tmp_path)
     before = numba.config.CACHE_DIR
     with cache.cached_kernels():
         assert str(tmp_path) in numba.config.CACHE_DIR

@@ -55,6 +55,7 @@ def batch_of(plan: Plan, raw) -> Batch:
         raise LedgerError(
             f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r}, ended {ended / 2**63!r}"
         )
+    raw.meters[0] = 0  # nobody's row: where lanes without a meter score
     rows = {
         "escaped": layout.ESCAPED,
         "in_flight": layout.IN_FLIGHT,

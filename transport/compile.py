@@ -26,6 +26,10 @@ def compile_scene(scene: Scene) -> Plan:
     sheets = sheets_of(scene)
     space = space_of(scene)
     plan = Plan(scene, space, emitters_of(scene, space, lambda shape: sheet_of_source(shape, sheets)))
+    if not 0 < sum(emitter.bound for emitter in plan.emitters) < math.inf:
+        raise SceneError(
+            "Scene: the power of all sources together must be a finite number; use a larger unit"
+        )
     if len(sheets) >= 1 << 15:
         raise SceneError(f"Scene: at most 32767 planes and spheres, got {len(sheets)}")
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
@@ -81,7 +85,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 layer += 1
             row = _member_row(member, plan.space, code, number)
             verb = "cover" if member.surface is None else "meet"
-            plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row))
+            plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
             if member.surface is not None:
                 walls.append(row if isinstance(member.shape, Rectangle) else walls[0])
     if len(surfaces) > layout.SURFACE_MASK:

@@ -13,8 +13,10 @@ from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
 from transport.sheets import pieces
 from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
 from transport.space import Space
+from transport.validation import refuse, shown
 from transport.vectors import dot
 
+FAINTEST = 1e-200  # [sr] that a target may fill
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
 
@@ -23,6 +25,7 @@ class Emitter:
     """Names of passes, with the rows of their tables."""
 
     source: Source
+    shape: Shape  # the piece of the source's shape that it lies on or fills
     power: float  # [W], or particles
     weight: float  # largest weight of a history, relative to one that is not aimed
     birth: np.ndarray
@@ -49,7 +52,9 @@ def emitters_of(scene: Scene, space: Space, sheet_of: Callable[[Shape], int]) ->
             speed = source.emission.speed / space.size * (scene.duration or 0.0)
             birth = layout.row(layout.BIRTH, weight=1.0, speed=speed, sheet=0 if volume else sheet_of(piece))
             power = source.power(shape) * share
-            emitters.append(Emitter(source, power, weight, birth, place, law, target))
+            if not math.isfinite(speed):
+                refuse(source, f"speed must cross the scene in a finite part of its duration, got {speed}")
+            emitters.append(Emitter(source, piece, power, weight, birth, place, law, target))
     return emitters
 
 
@@ -129,16 +134,26 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[st
     values |= layout.center_columns(space.place(aim.middle))
     if isinstance(aim, Sphere):
         radius = aim.radius / space.size
-        weight = peak * 2.0 * math.pi * _one_minus_cosine(radius, distance)
+        weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
         return weight, (
             "aim_at_sphere",
             layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight),
         )
-    area, gap = aim.area / space.size**2, distance - aim.extent / space.size
-    far = gap > 0 and peak * area / gap**2 < CLOSE
-    weight = peak * area / gap**2 if far else CLOSE
+    area, gap = aim.area / space.size / space.size, distance - aim.extent / space.size
+    weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
+    far = weight < CLOSE
+    weight = _seen(source, weight if far else CLOSE)
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
     return weight, (_aim_name(aim), layout.row(layout.TARGET, **values, **_aim_columns(aim, space.size)))
+
+
+def _seen(source: Source, weight: float) -> float:
+    """The largest weight, which must be a number that the sums can be scaled by."""
+    if not weight > FAINTEST:
+        refuse(
+            source, f"aim must be seen under more than {FAINTEST:g} sr, got {shown(source.aim)}; come closer"
+        )
+    return weight
 
 
 def _aim_name(aim: Shape) -> str:

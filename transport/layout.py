@@ -34,6 +34,7 @@ ROWS = np.dtype(
     [("rows", "i8"), ("count", "i8")]
 )  # address and length of an array of one of the row types below
 MOVED = np.dtype([("fields", "i8")])
+CODE = np.dtype([("code", "i8")])
 
 
 def _floats(names: str) -> list[tuple[str, str]]:

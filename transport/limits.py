@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.readings import QUANTITIES
+from transport.readings import BY_DIRECTION, CLOCKED, QUANTITIES
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 
+FEWEST_FOR_ERROR = 16  # batches
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
 
@@ -35,6 +36,11 @@ def checked_limits(scene, particles, error, seconds, batches) -> Limits:
         raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
     batches = checked_whole("batches", batches, 2, 4096)
     error = {} if error is None else error
+    if error and batches < FEWEST_FOR_ERROR:
+        raise SceneError(
+            f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches}; of fewer the run"
+            " would end when their error happens to look small"
+        )
     if not isinstance(error, Mapping):
         raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
     for name, target in error.items():
@@ -53,6 +59,11 @@ def _check_quantity(scene: Scene, name: str) -> None:
         raise SceneError(
             f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}"
         )
+    asked = scene.detectors[names.index(detector)]
+    if quantity in BY_DIRECTION and asked.directions is None:
+        raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...; add them")
+    if quantity in CLOCKED and scene.duration is None:
+        raise SceneError(f"simulate: error of {name!r} needs a clock; write Scene(..., duration=...)")
 
 
 def checked_whole(name: str, value: object, least: int, most: int) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from transport import layout
 from transport.emitters import Emitter
 from transport.scene import Scene
+from transport.shapes import Shape
 from transport.space import Space
 
 
@@ -18,7 +19,9 @@ class Plan:
     scene: Scene
     space: Space
     emitters: list[Emitter]
-    members: list[tuple[str, np.ndarray]] = field(default_factory=list)  # e.g. ("meet_rectangle", its row)
+    members: list[tuple[str, np.ndarray, Shape]] = field(
+        default_factory=list
+    )  # ("meet_disk", its row, its shape)
     sheets: np.ndarray = None
     surfaces: np.ndarray = None
     walls: np.ndarray = None
@@ -44,7 +47,7 @@ class Plan:
 
     @property
     def has_walls(self) -> bool:
-        return any(name == "meet_rectangle" for name, _ in self.members)
+        return any(name == "meet_rectangle" for name, *_ in self.members)
 
     @property
     def materials(self) -> set[int]:

@@ -23,6 +23,9 @@ QUANTITIES = (
     "intensity", "intensity_out", "fluence_rate", "counts", "energy_in", "energy_out", "fluence", "phase_density",
 )  # fmt: skip
 
+BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
+CLOCKED = ("energy_in", "energy_out", "fluence")
+
 
 class Reading:
     """One detector's quantities; see QUANTITIES.  Raises SceneError for one that it was not set up for."""

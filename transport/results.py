@@ -14,6 +14,8 @@ from transport.readings import QUANTITIES, Reading
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 
+FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
+
 __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
 
@@ -92,6 +94,12 @@ class Result:
         found = list(self._warnings)
         if lost:
             found.append(f"{lost} histories were lost; their weight is in the ledger")
+        carried = sum(batch.born for batch in self.batches)
+        if any(emitter.target is not None for emitter in self.plan.emitters) and carried < FEW:
+            found.append(
+                f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
+                " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
+            )
         aims = [source for source in self.scene.sources if source.aim is not None]
         for detector in self.scene.detectors if aims else ():
             if any(self.scene.shape_of(detector) != source.aim for source in aims):

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
+import numpy as np
+
 from transport.batches import Batch, batch_of
 from transport.compile import compile_scene
 from transport.limits import MOST_PARTICLES, Limits, checked_limits, checked_threads, checked_whole
@@ -216,8 +218,13 @@ class _Run:
         result = Result(compile_scene(self.scene), self.batches, self.seed, None, True, [])
         ratios = []
         for name, target in self.limits.error.items():
-            relative = result.quantity(name).relative_error
-            ratios.append(float(relative) / target if relative == relative else math.inf)
+            quantity = result.quantity(name)
+            relative = np.atleast_1d(quantity.relative_error)
+            known = relative[np.isfinite(relative)]  # bins without a score have no error to reach
+            if known.size:
+                ratios.append(float(known.max()) / target)
+            else:
+                ratios.append(math.inf if np.all(np.asarray(quantity.value) == 0) else 0.0)
         return ratios
 
     def _show(self, started: int) -> None:

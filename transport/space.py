@@ -14,6 +14,8 @@ from transport.shapes import Point
 from transport.validation import SceneError
 from transport.vectors import Vector
 
+SMALLEST, LARGEST = 1e-140, 1e140  # sizes whose squares are still normal numbers
+
 
 @dataclass(frozen=True)
 class Space:
@@ -34,6 +36,8 @@ def space_of(scene: Scene) -> Space:
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
     largest = float(np.abs(np.array([shape.bounds for shape in shapes]) - np.array(origin)).max())
-    if not math.isfinite(largest):
-        raise SceneError(f"Scene: its size must be finite, got {largest} m; move its shapes closer together")
+    if not SMALLEST < largest < LARGEST and largest != 0:
+        raise SceneError(
+            f"Scene: its size must be between {SMALLEST:g} and {LARGEST:g} m, got {largest:.3g}; use another unit of length"
+        )
     return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0 else 1.0)

@@ -126,7 +126,9 @@ def aim_at_box(b, table, first, live):
         uy = b.uy[k] if keeps else vy * inverse
         uz = b.uz[k] if keeps else vz * inverse
         near, near_cosine, far, far_cosine = box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz)
-        meets = (not keeps) | ((near <= far) & (far > 0.0))
+        # A face seen edge-on is drawn but never met: such directions are of measure zero.
+        slope = abs(ux) if on_x else (abs(uy) if on_y else abs(uz))
+        meets = ((near <= far) & (far > 0.0)) if keeps else slope > 0.0
         cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         density = (far * far / far_cosine + (near * near / near_cosine if near > 0.0 else 0.0)) / area

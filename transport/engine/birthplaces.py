@@ -4,7 +4,7 @@ Only for emitters whose sheet carries a meter.  An aimed particle's x is its tar
 """
 
 from transport.engine.passes import lane_pass
-from transport.layout import BIRTH, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, SPHERE
+from transport.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT
 
 
 @lane_pass(BIRTH)
@@ -56,9 +56,9 @@ def born_over_disk(b, table, first, live):
     return live
 
 
-@lane_pass(SPHERE)
-def born_over_sphere(b, table, first, live):
-    """Meters on this sphere look at all that is born on it."""
+@lane_pass(CODE)
+def born_all_over(b, table, first, live):
+    """Meters of the emitter's own shape look at all that is born on it, whatever rounding does at the rim."""
     code = table.code
     for k in range(first, live):
         b.hit[k] |= code

@@ -60,7 +60,7 @@ SCRATCH = (
     ("albedo", "f8"),
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
-    ("u2", "f8"),  # 32 bits
+    ("u2", "f8"),  # 52 bits, the low ones shared with u1
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
     ("home", "i8"),  # first row of the meter on the side that is scored
     ("meter", "i8"),  # index of the meter's row

@@ -18,6 +18,7 @@ from numba import config
 from transport.engine.bundle import LANES
 
 PACKAGE = Path(__file__).resolve().parents[1]
+KERNELS = PACKAGE / "__kernels__"
 
 
 def source_digest() -> str:
@@ -34,7 +35,7 @@ def kernel_folder() -> Path:
     """The folder for this build's machine code, made if need be."""
     name = f"{source_digest()}-{LANES}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    for root in (PACKAGE / "__kernels__", home / "transport" / "kernels"):
+    for root in (KERNELS, home / "transport" / "kernels"):
         with suppress(OSError):
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)

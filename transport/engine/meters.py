@@ -55,7 +55,7 @@ def bin_arrivals(b, table, first, live):
         here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu)
+        b.slant[k] = slant(b.weight[k], mu, b.history[k])
     return live
 
 
@@ -69,7 +69,7 @@ def bin_departures(b, table, first, live):
         here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu)
+        b.slant[k] = slant(b.weight[k], mu, b.history[k])
     return live
 
 
@@ -83,7 +83,7 @@ def bin_crossings(b, table, first, live):
         base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu)
+        b.slant[k] = slant(b.weight[k], mu, b.history[k])
     return live
 
 

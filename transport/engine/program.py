@@ -19,11 +19,11 @@ from transport.engine import (
 from transport.engine.bundle import CLOCKED, STEADY
 from transport.engine.passes import Pass
 from transport.plan import Plan
+from transport.shapes import Sphere
 
 Step = tuple[Pass, np.ndarray]
 NOTHING = layout.row(layout.NO_TABLE)
 METERS = (1 << layout.METERS_A_SHEET) - 1
-SHAPES = {layout.RECTANGLE: "rectangle", layout.DISK: "disk", layout.SPHERE: "sphere"}
 
 
 @dataclass
@@ -64,8 +64,9 @@ def _births(plan, emitter):
         yield _step(births.begin_events)
     if plan.has_roulette:
         yield _step(births.remember_birth_weight)
+    sheet = emitter.birth["sheet"]
     metered = [
-        row for _, row in plan.members if row["sheet"] == emitter.birth["sheet"] and row["code"] & METERS
+        (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
     ]
     if metered and emitter.place[0] != "born_at_point":
         yield from _birth_counted(plan, emitter, metered)
@@ -75,8 +76,11 @@ def _birth_counted(plan, emitter, metered):
     if emitter.target is not None:
         yield _step(birthplaces.visit_birthplace)
     yield _step(birthplaces.stand_at_birth, emitter.birth)
-    for row in metered:
-        yield _named(birthplaces, (f"born_over_{SHAPES[row.dtype]}", row))
+    for row, shape in metered:
+        if shape == emitter.shape or isinstance(shape, Sphere):
+            yield _step(birthplaces.born_all_over, layout.row(layout.CODE, code=row["code"]))
+        else:
+            yield _named(birthplaces, (f"born_over_{type(shape).__name__.lower()}", row))
     yield from _stand(plan)
     yield from _metering(plan, meters.bin_departures)
     if emitter.target is not None:
@@ -85,8 +89,8 @@ def _birth_counted(plan, emitter, metered):
 
 def _flight(plan):
     yield _step(flights.look_ahead)
-    for member in plan.members:
-        yield _named(flights, member)
+    for name, row, _ in plan.members:
+        yield _named(flights, (name, row))
     if plan.has_clock:
         yield _step(flights.stop_clock, layout.row(layout.CLOCK, duration=1.0))
     yield _step(flights.leave)

@@ -75,7 +75,7 @@ def refine_by_cosine(b, table, first, live):
     """Cosine bins with edges, in the world's frame, or one cone."""
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
-        if b.bin[k] != 0:
+        if b.bin[k] > b.home[k]:  # not yet outside of another axis
             m = meters[b.meter[k]]
             if m.mu_kind != 0:
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by where they come from

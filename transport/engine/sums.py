@@ -5,9 +5,12 @@ import math
 from numba import float64, int64
 
 from transport.layout import GRAZING_CUT
+from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 ROW = 4  # int64 words of a row: high, low, count, slant
+HASH = int64(-7046029254386353131)  # 2^64 over the golden ratio
+MANTISSA = (1 << 52) - 1
 HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # [largest birth weight]
 
 
@@ -20,13 +23,13 @@ def limbs(weight):
 
 
 @device
-def slant(weight, mu):
+def slant(weight, mu, history):
     """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
 
-    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean; chance is
-    the far digits of mu.  A score is at most 2^33 units.
+    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean; the chance
+    is a hash of the crossing's cosine and history (Fibonacci hashing).  A score is at most 2^33 units.
     """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
-    digits = m * 1073741824.0
-    return int64(math.floor(weight * inverse * 4194304.0 + (digits - math.floor(digits))))
+    chance = ((bits_of(m) ^ history) * HASH >> 12) & MANTISSA
+    return int64(math.floor(weight * inverse * 4194304.0 + float64(chance) * 2.220446049250313e-16))

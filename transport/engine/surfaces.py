@@ -64,7 +64,7 @@ def draw(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
-        b.u0[k], b.u1[k], b.u2[k] = uniform(w0, w1), short_uniform(w2), short_uniform(w3)
+        b.u0[k], b.u1[k], b.u2[k] = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
         b.event[k] += 1
     return live
 
