@@ -189,6 +189,16 @@ def test_two_acting_surfaces_over_one_point_are_refused():
     )  # they share an edge
 
 
+def test_light_shut_in_without_loss_is_refused():
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    for shape in (tp.Sphere(radius=1.0), tp.Box(size=2.0)):
+        wall = tp.Surface(shape, tp.Mirror(), name="wall")
+        with pytest.raises(tp.SceneError, match="nothing absorbs inside Surface 'wall'"):
+            tp.Scene(sources=[lamp], surfaces=[wall])
+        tp.Scene(sources=[lamp], surfaces=[wall], duration=1.0)
+        tp.Scene(sources=[tp.Source(tp.Point(position=(3, 0, 0)), tp.Isotropic(power=1.0))], surfaces=[wall])
+
+
 def test_a_corner_of_three_mirrors_sends_light_back():
     """A beam into the very corner, edge and face of a mirror corner: retroreflected, never lost between two walls."""
     walls = [

@@ -106,6 +106,11 @@ def test_ctrl_c_within_the_first_batch_stops_at_once():
         ({"seconds": 0}, "seconds must be"),
         ({"seconds": float("nan")}, "seconds must be"),
         ({"error": 0.01}, "error must be like"),
+        ({"error": {}}, "no limit given"),
+        ({"error": {"meter": 0.1}}, "write 'meter.flux_in'"),
+        ({"error": {"meter.radiance": 0.1}}, "needs a detector with directions"),
+        ({"error": {"meter.energy_in": 0.1}}, "needs a clock"),
+        ({"error": {"meter.flux_in": 0.1}, "batches": 4}, "at least 16"),
         ({"error": {"metre.flux_in": 0.1}}, "did you mean 'meter'"),
         ({"error": {"meter.flux": 0.1}}, "did you mean 'flux_in'"),
         ({"error": {"meter.flux_in": 2.0}}, r"within \(0, 1\)"),
@@ -146,3 +151,30 @@ def test_ratios_of_one_run_keep_their_correlation():
     share = reading.flux_in / result.ledger["emitted"]
     assert str(share.unit) == "1"
     np.testing.assert_allclose(share.relative_error, reading.flux_in.relative_error, rtol=1e-3)
+
+
+def test_a_run_for_an_error_that_is_not_reached_says_so():
+    result = tp.simulate(scene(), error={"meter.flux_in": 1e-9}, seconds=0.1)
+    assert any("times the error asked for" in warning for warning in result.warnings)
+    never = tp.simulate(scene(), error={"meter.flux_out": 0.1})
+    assert never.particles < 10**8
+    assert any("without a score" in warning for warning in never.warnings)
+
+
+def test_a_run_for_the_error_of_bins_looks_at_the_worst_that_has_scores():
+    result = tp.simulate(scene(directions=tp.Directions(mu=4)), error={"meter.radiance": 0.05}, seed=1)
+    assert np.nanmax(result["meter"].radiance.relative_error) <= 0.05
+
+
+def test_a_result_tells_its_detectors_and_its_ledger():
+    result = tp.simulate(scene(), particles=1000)
+    assert "meter" in result
+    assert list(result) == ["meter"]
+    assert "emitted" in str(result.ledger)
+    with pytest.raises(AttributeError, match="did you mean 'flux_in'"):
+        _ = result["meter"].flux
+
+
+def test_only_scenes_are_run():
+    with pytest.raises(SceneError, match="scene must be a Scene"):
+        tp.simulate(None, particles=10)

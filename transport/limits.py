@@ -12,6 +12,7 @@ from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 
 FEWEST_FOR_ERROR = 16  # batches
+HOPELESS = 10**7  # particles without a score, after which a run for an error ends
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
 
@@ -26,7 +27,10 @@ class Limits:
 
 
 def checked_limits(scene, particles, error, seconds, batches) -> Limits:
-    if particles is None and error is None and seconds is None:
+    error = {} if error is None else error
+    if not isinstance(error, Mapping):
+        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
+    if particles is None and not error and seconds is None:
         raise SceneError(
             "simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
         )
@@ -35,14 +39,11 @@ def checked_limits(scene, particles, error, seconds, batches) -> Limits:
     if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
         raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
     batches = checked_whole("batches", batches, 2, 4096)
-    error = {} if error is None else error
     if error and batches < FEWEST_FOR_ERROR:
         raise SceneError(
             f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches}; of fewer the run"
             " would end when their error happens to look small"
         )
-    if not isinstance(error, Mapping):
-        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
     for name, target in error.items():
         _check_quantity(scene, name)
         if not (_is_number(target) and 0 < target < 1):
@@ -53,6 +54,8 @@ def checked_limits(scene, particles, error, seconds, batches) -> Limits:
 def _check_quantity(scene: Scene, name: str) -> None:
     detector, _, quantity = str(name).partition(".")
     names = [d.name for d in scene.detectors]
+    if detector in names and not quantity:
+        raise SceneError(f"simulate: error must name a quantity of {detector!r}; write '{detector}.flux_in'")
     if detector not in names:
         raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
     if quantity not in QUANTITIES:

@@ -16,7 +16,7 @@ from transport.estimates import Estimate, EstimateArray
 from transport.looks import bin_counts
 from transport.solid_angles import solid_angles_of
 from transport.units import Unit
-from transport.validation import SceneError
+from transport.validation import SceneError, suggestion
 
 QUANTITIES = (
     "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density", "flux_density", "radiance", "radiance_out",
@@ -139,6 +139,13 @@ class Reading:
             self._refuse("phase_density", f"one speed of all sources, got {sorted(speeds)}", "take radiance")
         per_speed = Estimate(np.full(len(self._run), 1 / speeds.pop()), self._run, "s m^-1", exact=True)
         return self.radiance * per_speed
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(
+            f"detector {self.name!r} has no quantity {name!r}; {suggestion(name, QUANTITIES)}"
+        )
 
     @property
     def quantities(self) -> dict[str, Estimate | EstimateArray]:

@@ -5,12 +5,7 @@ from transport.estimates import Estimate
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
-    lines = [_head(result), "", "ledger"]
-    lines += [
-        f"  {name:10s} {estimate}" for name, estimate in result.ledger.items() if _is_told(name, estimate)
-    ]
-    for name, estimate in result.ledger.absorbed_by.items():
-        lines.append(f"    by {name}: {estimate}")
+    lines = [_head(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
     for detector in result.scene.detectors:
         lines += ["", f"detector {detector.name!r}, {detector.side}"]
         for name, quantity in result[detector.name].quantities.items():
@@ -18,6 +13,17 @@ def report_of(result) -> str:
     lines += ["", *cost_lines(result)]
     lines += [f"warning: {warning}" for warning in result.warnings]
     return "\n".join(lines)
+
+
+def ledger_lines(ledger) -> list[str]:
+    """Where all that was emitted went, a line an entry; what each surface absorbed, below `absorbed`."""
+    lines = []
+    for name, estimate in ledger.items():
+        if _is_told(name, estimate):
+            lines.append(f"{name:10s} {estimate}")
+            if name == "absorbed" and len(ledger.absorbed_by) > 1:
+                lines += [f"  by {surface:8s} {share}" for surface, share in ledger.absorbed_by.items()]
+    return lines
 
 
 def cost_lines(result) -> list[str]:

@@ -72,6 +72,13 @@ class Result:
             self._readings[name] = Reading(self, self.scene.detectors[names.index(name)])
         return self._readings[name]
 
+    def __contains__(self, name: object) -> bool:
+        return name in [detector.name for detector in self.scene.detectors]
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of the detectors."""
+        return iter([detector.name for detector in self.scene.detectors])
+
     def quantity(self, name: str):
         """The Estimate or EstimateArray called "detector.quantity"."""
         detector, _, quantity = name.partition(".")
@@ -95,7 +102,10 @@ class Result:
         if lost:
             found.append(f"{lost} histories were lost; their weight is in the ledger")
         carried = sum(batch.born for batch in self.batches)
-        if any(emitter.target is not None for emitter in self.plan.emitters) and carried < FEW:
+        is_aimed = any(emitter.target is not None for emitter in self.plan.emitters)
+        if is_aimed and carried == 0:
+            found.append("nothing is emitted towards the aim: it lies behind its source")
+        elif is_aimed and carried < FEW:
             found.append(
                 f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
@@ -167,6 +177,13 @@ class Ledger(Mapping):
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)
+
+    def __str__(self) -> str:
+        from transport.report import ledger_lines
+
+        return "\n".join(ledger_lines(self))
+
+    __repr__ = __str__
 
     def __len__(self) -> int:
         return len(self._entries)

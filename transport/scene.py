@@ -32,10 +32,15 @@ class Scene:
         self._check_emissions()
         for user in (*self.sources, *self.detectors):
             user.check_shape(self.shape_of(user))
-        from transport.sheets import check_aims, check_supports  # here, since sheets.py knows scenes
+        from transport.sheets import (  # here, since sheets.py knows scenes
+            check_aims,
+            check_endless,
+            check_supports,
+        )
 
         check_supports(self)
         check_aims(self)
+        check_endless(self)
 
     @property
     def measured_in(self) -> str:

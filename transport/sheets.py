@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from transport.detectors import Detector
 from transport.distances import in_plane_distances
-from transport.materials import Surface, Transparent
+from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
 from transport.validation import SceneError, refuse, shown
@@ -82,6 +82,40 @@ def check_aims(scene: Scene) -> None:
             and are_on_one_support(shape, aim)
         ):
             refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim above it")
+
+
+def check_endless(scene: Scene) -> None:
+    """Refuse light that is shut in where nothing absorbs it and no clock stops it, as far as one shape tells."""
+    if scene.duration is not None or any(_absorbs(surface) for surface in scene.surfaces):
+        return
+    for surface in scene.surfaces:
+        shape = surface.shape
+        if isinstance(surface.material, Transparent) or not shape.is_closed:
+            continue
+        for source in scene.sources:
+            origin = scene.shape_of(source)
+            is_inside = source.is_back if origin == shape else _holds(shape, origin.middle)
+            if is_inside:
+                raise SceneError(
+                    f"Scene: nothing absorbs inside {_title(scene, surface)} and nothing escapes from it; give it an"
+                    " albedo below 1, or the scene a duration"
+                )
+
+
+def _absorbs(surface: Surface) -> bool:
+    match surface.material:
+        case Diffuse(albedo=albedo):
+            return albedo < 1
+        case Mirror(reflectance=reflectance):
+            return reflectance < 1
+    return isinstance(surface.material, Black)
+
+
+def _holds(shape: Sphere | Box, point: tuple[float, ...]) -> bool:
+    """Whether a point lies inside a closed shape."""
+    if isinstance(shape, Sphere):
+        return math.dist(point, shape.center) < shape.radius
+    return all(low < x < high for low, x, high in zip(shape.bounds[0], point, shape.bounds[1], strict=True))
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:

@@ -12,11 +12,11 @@ import numpy as np
 
 from transport.batches import Batch, batch_of
 from transport.compile import compile_scene
-from transport.limits import MOST_PARTICLES, Limits, checked_limits, checked_threads, checked_whole
+from transport.limits import HOPELESS, MOST_PARTICLES, Limits, checked_limits, checked_threads, checked_whole
 from transport.progress import Progress, progress_on
 from transport.results import Cost, Result
 from transport.scene import Scene
-from transport.validation import SceneError
+from transport.validation import SceneError, shown
 
 LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
 FIRST_BATCH = (
@@ -44,6 +44,10 @@ def simulate(
     threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """
+    if not isinstance(scene, Scene):
+        raise SceneError(
+            f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
+        )
     limits = checked_limits(scene, particles, error, seconds, batches)
     seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
     if estimator != "analog":
@@ -203,15 +207,28 @@ class _Run:
         if limits.seconds is not None and time.perf_counter() - self.begun >= limits.seconds:
             return True
         if limits.error and len(self.batches) >= limits.batches:
-            return all(ratio <= 1 for ratio in self._error_ratios())
+            ratios = self._error_ratios()
+            is_hopeless = math.inf in ratios and self._particles() >= HOPELESS
+            return is_hopeless or max(ratios) <= 1
         return False
 
     def _not_reached(self) -> str | None:
-        """What to say when the particles ran out before the error asked for was reached."""
-        if not self.limits.error or self._is_enough():
+        """What to say when the run ended before the error asked for was reached."""
+        if not self.limits.error:
             return None
-        worst = max(self._error_ratios())
-        return f"stopped at {self.limits.particles or MOST_PARTICLES} particles, {worst:.3g} times the error asked for"
+        ratios = dict(zip(self.limits.error, self._error_ratios(), strict=True))
+        name = max(ratios, key=ratios.get)
+        if ratios[name] <= 1:
+            return None
+        times = (
+            "without a score for it"
+            if ratios[name] == math.inf
+            else f"at {ratios[name]:.3g} times the error asked for"
+        )
+        return f"{name}: stopped after {self._particles()} particles, {times}"
+
+    def _particles(self) -> int:
+        return sum(batch.histories for batch in self.batches)
 
     def _error_ratios(self) -> list[float]:
         """Each relative error asked for, as it is over as it should be; infinite while it is not known."""
