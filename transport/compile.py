@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from transport import layout
+from transport.crossings import crossings_of
 from transport.emitters import emitters_of
 from transport.looks import bin_counts, layer_row, meter_row
 from transport.materials import Black, Diffuse, Mirror
@@ -90,8 +91,32 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 walls.append(row if isinstance(member.shape, Rectangle) else walls[0])
     if len(surfaces) > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
+    _fill_crossings(plan, sheets)
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+
+
+def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
+    """Rows of the surfaces that cut or touch the inside of another one; acting members are numbered as `surfaces` are."""
+    acting = [
+        (number, m) for number, sheet in enumerate(sheets, 1) for m in sheet.members if m.surface is not None
+    ]
+    for hit, other in crossings_of([member for _, member in acting]):
+        (sheet_hit, _), (sheet, member) = acting[hit], acting[other]
+        if sheet_hit == sheet:
+            continue
+        shape, size = member.shape, plan.space.size
+        reach = SETBACK + 2.0**-50 * sum(map(abs, shape.center)) / size
+        values = layout.center_columns(plan.space.place(shape.center)) | {
+            "reach": reach,
+            "surface": hit + 1,
+            "sheet": sheet,
+        }
+        if isinstance(shape, Sphere):
+            values["radius"] = shape.radius / size
+        else:
+            values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True))
+        plan.crossings.append(layout.row(layout.CROSSING, **values))
 
 
 def _surface_row(member: Member) -> np.ndarray:

@@ -79,6 +79,10 @@ METER = np.dtype(
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )  # axis: of a sphere, or of a cone, whose mu_low is minus the squared sine of its half angle
 
+CROSSING = np.dtype(
+    _floats("cx cy cz nx ny nz radius reach") + _integers("surface sheet")
+)  # radius 0: a plane
+
 CLOCK = np.dtype(_floats("duration"))
 
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.

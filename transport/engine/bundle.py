@@ -58,6 +58,10 @@ SCRATCH = (
     ("nz", "f8"),
     ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
     ("albedo", "f8"),
+    ("ox", "f8"),  # where the flight began, in scenes whose surfaces cut one another
+    ("oy", "f8"),
+    ("oz", "f8"),
+    ("left", "i8"),  # the sheet that it began on
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1

@@ -4,7 +4,17 @@ import math
 
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
-from transport.layout import EDGE, NO_TABLE, RECTANGLE, ROWS, SHEET, SHEET_SHIFT, SURFACE_MASK, SURFACE_SHIFT
+from transport.layout import (
+    CROSSING,
+    EDGE,
+    NO_TABLE,
+    RECTANGLE,
+    ROWS,
+    SHEET,
+    SHEET_SHIFT,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+)
 
 
 @lane_pass(ROWS)
@@ -68,4 +78,47 @@ def draw_back_from_edge(b, table, first, live):
             b.x[k] += du * w.eux + dv * w.evx
             b.y[k] += du * w.euy + dv * w.evy
             b.z[k] += du * w.euz + dv * w.evz
+    return live
+
+
+@lane_pass(NO_TABLE)
+def remember_origin(b, table, first, live):
+    """Where the flight began, and on which sheet: that tells the side of every surface that it did not cross."""
+    for k in range(first, live):
+        start = b.start[k]
+        b.ox[k], b.oy[k], b.oz[k] = (
+            b.x[k] + start * b.ux[k],
+            b.y[k] + start * b.uy[k],
+            b.z[k] + start * b.uz[k],
+        )
+        b.left[k] = b.sheet[k]
+    return live
+
+
+@lane_pass(CROSSING)
+def keep_to_side(b, table, first, live):
+    """A point on one surface, within rounding of another that cuts or touches it, stays on the side it came from."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    radius, reach, surface, sheet = table.radius, table.reach, table.surface, table.sheet
+    is_plane = radius == 0.0
+    for k in range(first, live):
+        rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
+        r, o = math.sqrt(rx * rx + ry * ry + rz * rz), math.sqrt(ox * ox + oy * oy + oz * oz)
+        over_r, over_o = 1.0 / r if r > 0.0 else 0.0, 1.0 / o if o > 0.0 else 0.0
+        gx, gy, gz = (
+            nx if is_plane else rx * over_r,
+            ny if is_plane else ry * over_r,
+            nz if is_plane else rz * over_r,
+        )
+        height = rx * nx + ry * ny + rz * nz if is_plane else r - radius
+        before = ox * nx + oy * ny + oz * nz if is_plane else o - radius
+        away = b.ux[k] * (nx if is_plane else ox * over_o)
+        away += b.uy[k] * (ny if is_plane else oy * over_o) + b.uz[k] * (nz if is_plane else oz * over_o)
+        from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
+        here = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= reach)
+        shift = ((2.0 * reach if from_front else -2.0 * reach) - height) if here else 0.0
+        b.x[k] += shift * gx
+        b.y[k] += shift * gy
+        b.z[k] += shift * gz
     return live

@@ -95,6 +95,8 @@ def _flight(plan):
         yield _step(flights.stop_clock, layout.row(layout.CLOCK, duration=1.0))
     yield _step(flights.leave)
     yield _step(lanes.fill_gaps, _moved(plan))
+    if plan.crossings:
+        yield _step(landings.remember_origin)
     yield _step(flights.move)
 
 
@@ -103,6 +105,8 @@ def _landing(plan):
         yield from _stand(plan)
         if plan.has_walls:
             yield _step(landings.draw_back_from_edge, _rows(plan.walls))
+        for row in plan.crossings:
+            yield _step(landings.keep_to_side, row)
 
 
 def _stand(plan):
