@@ -3,24 +3,20 @@
 Ratios are what counts; absolute figures belong to the machine.  Numba is loaded when something is measured.
 """
 
-import itertools
 import math
-import statistics
 import subprocess
 import sys
 import time
-from collections import defaultdict, deque
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from transport.compile import compile_scene
 from transport.detectors import Detector, Directions
 from transport.emissions import Lambertian
-from transport.layout import ABSORBED
 from transport.materials import Diffuse, Surface
+from transport.pass_costs import pass_costs
 from transport.scene import Scene
 from transport.shapes import Box, Disk
 from transport.simulate import simulate
@@ -28,8 +24,6 @@ from transport.sources import Source
 
 LEAST_REPEATS = 5
 BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000  # particles a timing
-WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
-TIMED, TIMINGS = 1e-3, 15  # [s] of one timing of a pass, and how many: short ones slip between disturbances
 
 
 def box_scene(albedo: float = 0.5, cells: int = 16) -> Scene:
@@ -80,39 +74,34 @@ def render(rows: list[dict]) -> Table:
     return table
 
 
-def pass_costs(scene: Scene) -> dict[str, float]:
-    """Nanoseconds a lane of one call of each pass of the scene's program, by its name; passes of the newborn first.
-
-    Each is timed on states of a bundle taken before that pass in real steps: what it changes is put back before every
-    repetition, and the time of putting back is subtracted.  Calls of one pass with several tables are averaged.
-    A lane is one that comes to the pass: where few do, the call itself weighs; where none did, the cost is nan.
-    """
-    from transport.engine.driver import machine_of
-    from transport.engine.program import program_of
-
-    plan = compile_scene(scene)
-    program = machine_of(program_of(plan)).program
-    sums = np.zeros((plan.rows, 4), np.int64), np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
-    costs = defaultdict(list)
-    for (name, entry, table), visits in _visits(program, *sums).items():
-        costs[name] += [_cost(entry, table, visits)] if visits else []
-    return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
-
-
 def _box_rows(repeats: int, share: int) -> list[dict]:
     from transport.yardstick import run_box
 
     scene, histories, slow = box_scene(), BOX // share, BOX_ONE_BY_ONE // share
     first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
+    busy = []  # CPU time over wall time of each run on two threads
+
+    def run_two() -> int:
+        cpu, wall = time.process_time(), time.perf_counter()
+        crossings = simulate(scene, particles=histories, seed=1, threads=2, progress=False).cost.crossings
+        busy.append((time.process_time() - cpu) / (time.perf_counter() - wall))
+        return crossings
+
     one, two, by_one = _rates(
         repeats,
         lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings,
-        lambda: simulate(scene, particles=histories, seed=1, threads=2, progress=False).cost.crossings,
+        run_two,
         lambda: run_box(slow, 1)[0],
     )
     return [
         _row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
         _row("closed box, two threads against one", two, "crossings/s", two / one),
+        _row(
+            "closed box, two threads: CPU time over wall time",
+            np.array(busy[1:]),
+            "cores",
+            np.array(busy[1:]),
+        ),
         _row("closed box, one particle at a time", by_one, "crossings/s"),
         _row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
     ]
@@ -175,64 +164,3 @@ def _rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
             done = work()
             rates[number, turn] = done / (time.perf_counter() - begun)
     return rates[:, 1:]
-
-
-def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deque]:
-    """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
-    from transport.engine.bundle import LANES, empty_bundle
-    from transport.yardstick import replay
-
-    def key(lane_pass, table):
-        return lane_pass.name, lane_pass.entry, table.ctypes.data
-
-    bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
-    bundle["tallies"], bundle["tally_words"] = tallies.ctypes.data, tallies.size
-    bundle["ledger"], bundle["ledger_words"] = ledger.ctypes.data, ledger.size
-    words = bundle.view(np.int64)
-    visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}
-
-    def visit(step, first, live):
-        (name, entry, place), before = key(*step), words.copy()
-        left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
-        if first < live:
-            visits[name, entry, place].append((first, live, before, words.copy()))
-        return left
-
-    emitters, live, history = itertools.cycle(program.births), 0, 0
-    for turn in range(MOST_STEPS):
-        if live < LANES:
-            bundle["history"][0, live:LANES] = np.arange(history, history + LANES - live)
-            for step in next(emitters):
-                visit(step, live, LANES)
-        live, history = LANES, history + LANES - live
-        for step in program.steps:
-            live = visit(step, 0, live)
-        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
-            break
-    return visits
-
-
-def _cost(entry: int, table: int, visits: deque) -> float:
-    """Nanoseconds a lane of a pass on these states of a bundle."""
-    from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
-    from transport.engine.passes import LANE_FIELDS
-    from transport.yardstick import replay
-
-    first, live, before, after = (np.array(column) for column in zip(*visits, strict=True))
-    bundles = [empty_bundle() for _ in visits]
-    before[:, HEADER.index("address")] = handles = np.array([int(bundle["address"][0]) for bundle in bundles])
-    for bundle, words in zip(bundles, before, strict=True):
-        bundle.view(np.int64)[:] = words
-    changed, fields = (before != after).any(axis=0), [Bundle.fields[name][1] // 8 for name in LANE_FIELDS]
-    rows = np.array([row for row in fields if changed[row : row + LANES].any()], np.int64)
-    spans = np.stack([first, live], axis=1)
-
-    def seconds(which, repeats):
-        begun = time.perf_counter()
-        replay(which, table, handles, spans, before, rows, repeats)
-        return time.perf_counter() - begun
-
-    repeats = max(1, int(TIMED / min(seconds(entry, 1) for _ in range(TIMINGS))))
-    turns = [(seconds(entry, repeats), seconds(0, repeats)) for _ in range(TIMINGS)]
-    with_pass, without = (min(column) for column in zip(*turns, strict=True))  # the least disturbed ones
-    return max(0.0, with_pass - without) / repeats / int((live - first).sum()) * 1e9

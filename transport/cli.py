@@ -7,14 +7,15 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
+from transport import __version__
 from transport.console import INTERRUPTED, console, refusals, say, say_json
 from transport.effects import costs_of, effects_of, record_of_effects
-from transport.experiment import cases_of, experiment, experiment_names
+from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
 from transport.printout import draw_picture, print_effects, print_menu, print_run, text_of
-from transport.running import asked, checked, is_complete, outcomes_of, record_of
+from transport.running import checked, is_complete, record_of
 from transport.settings import named_errors, named_values, number, whole_number
 from transport.tables import law_tables
-from transport.validation import SceneError
+from transport.validation import SceneError, suggestion
 from transport.verify import FALSE_ALARM, POWER, Law, laws_of
 
 
@@ -22,8 +23,16 @@ class Commands(TyperGroup):
     """Commands whose refused input ends in one line and status 2."""
 
     def invoke(self, ctx: typer.Context) -> object:
-        with refusals():
+        with refusals(debug=ctx.params["debug"]):
             return super().invoke(ctx)
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple:
+        name = args[0]
+        if name not in self.commands and not name.startswith("-"):
+            if name.endswith(".py") or name in experiment_names():
+                raise SceneError(f"transport: no command {name!r}; did you mean 'transport run {name}'?")
+            raise SceneError(f"transport: no command {name!r}; {suggestion(name, self.commands)}")
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(
@@ -57,8 +66,15 @@ def main() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def menu(context: typer.Context) -> None:
+def menu(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show where refused input was refused.")] = False,
+) -> None:
     """Print the menu where no command is given."""
+    if version:
+        say(f"transport {__version__}")
+        raise typer.Exit
     if context.invoked_subcommand is None:
         print_menu()
 
@@ -140,7 +156,7 @@ def verify(
         if not complete:
             break
     if not laws:
-        raise SceneError("verify: no experiments are installed; give the path of a .py file")
+        raise SceneError("verify: nothing to judge; give an experiment, or a .py file, that has exact values")
     rate = FALSE_ALARM / len(laws)
     failed = sum(not law.holds(rate) for law in laws)
     if json:
@@ -166,7 +182,7 @@ def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
     module, settings = checked(experiment(sim)), named_values(set_ or ())
     found = {}
     for parameters in cases_of(module, settings):
-        scene, _ = asked(module, parameters, settings)
+        scene = scene_of(module, parameters, settings)
         told = effects_of(scene)
         found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
     if json:

@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -13,12 +14,14 @@ from rich.text import Text
 from transport.units import UnitError
 from transport.validation import SceneError
 
-PIPED_WIDTH = 4096  # characters: so wide that nothing is cut or folded where no terminal sets a width
+TEXT_WIDTH = 110  # characters, at which a labelled text is folded
+UNBROKEN = "\u00a0"  # a space at which it is not
+PIPED_WIDTH = 4096  # characters: so wide that no table is cut or folded where no terminal sets a width
 REFUSED, INTERRUPTED = 2, 130  # exit statuses
 
 
 def console(stderr: bool = False) -> Console:
-    """A console on standard output (or error) that folds to a terminal's width, and never in a pipe."""
+    """A console on standard output (or error) that folds to a terminal's width, and not in a pipe."""
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() else PIPED_WIDTH
     return Console(file=stream, width=width, markup=False, highlight=False, emoji=False)
@@ -34,8 +37,12 @@ def say(*parts: object, style: str | None = None) -> None:
 
 
 def say_labelled(label: str, text: str, style: str = "bold") -> None:
-    """Print "label     text" with the label in colour."""
-    console().print(Text.assemble((f"{label:12s}", style), text))
+    """Print "label     text" with the label in colour, and the text folded beside it."""
+    out, label = console(), f"{label:12s}"
+    width = max(40, min(out.width, TEXT_WIDTH) - len(label))
+    lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
+    folded = ("\n" + " " * len(label)).join(lines)
+    out.print(Text.assemble((label, style), folded.replace(UNBROKEN, " ")))
 
 
 def say_json(data: object) -> None:
@@ -59,11 +66,16 @@ def as_json(data: object) -> object:
 
 
 @contextmanager
-def refusals() -> Iterator[None]:
-    """Turn refused input into one red line on standard error and status 2, an interruption into status 130."""
+def refusals(debug: bool = False) -> Iterator[None]:
+    """Turn refused input into one red line on standard error and status 2, an interruption into status 130.
+
+    debug: let it through, with its traceback.
+    """
     try:
         yield
     except (SceneError, UnitError) as refusal:
+        if debug:
+            raise
         line = " ".join(str(refusal).split())
         console(stderr=True).print(Text(f"refused: {line}", style="bold red"), soft_wrap=True)
         raise typer.Exit(REFUSED) from None

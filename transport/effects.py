@@ -1,6 +1,7 @@
 """What a scene calls for, told before any run: its passes in order, the fields of its bundles, and what is absent."""
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -65,10 +66,10 @@ def known_passes() -> list[str]:
 
 
 def costs_of(scene: Scene) -> dict[str, float]:
-    """Nanoseconds a lane of each pass, measured now; a bar on the terminal names what is compiled for it."""
-    from transport.bench import pass_costs
+    """Nanoseconds a lane of each pass, measured now, nan for one that no lane reached; a bar names what is compiled."""
     from transport.engine.driver import machine_of
     from transport.engine.program import program_of
+    from transport.pass_costs import pass_costs
 
     with progress_on(None) as bar:
         machine_of(program_of(compile_scene(scene)), bar.compiling)
@@ -78,13 +79,13 @@ def costs_of(scene: Scene) -> dict[str, float]:
 def record_of_effects(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
     """{passes, fields, absent, ns} for machines: all that the scenes use between them, and what none of them does.
 
-    found: the effects of each scene with the costs of its passes.
+    found: the effects of each scene with the costs of its passes; the first scene in which one is reached tells its ns.
     """
     passes, fields, ns = {}, {}, {}
     for told, costs in found:
         passes |= dict.fromkeys(told.passes)
         fields |= {name: role for name, role in told.fields.items() if fields.get(name) != "carried"}
-        ns = {**costs, **ns}
+        ns |= {name: cost for name, cost in costs.items() if math.isnan(ns.get(name, math.nan))}
     absent = {
         name: kind for name, kind in found[0][0].absent.items() if name not in passes and name not in fields
     }

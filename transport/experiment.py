@@ -6,30 +6,39 @@
     cases() -> list of dict                   the parameter sets of its table; missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}
-    exact(**parameters) -> {name: float}
+    exact(**parameters) -> {name: float}      where there is a closed form; missing, or without a name: unknown
     verdict(outcomes) -> str                  the answer, in a sentence
     draw(outcomes, path)                      the figure, a PNG; returns the paths where there are more than one
 
-The modules of the package `sims` are experiments; so is any file of the user's.
+Only `scene` and `measure` are needed.  The modules of the package `sims` are experiments; so is any file of the user's.
 """
 
 import importlib
 import importlib.util
 import inspect
+import math
 import pkgutil
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 from transport.estimates import Estimate
+from transport.limits import checked_limits
 from transport.results import Result
+from transport.scene import Scene
 from transport.simulate import simulate
-from transport.validation import SceneError, suggestion
+from transport.units import UnitError
+from transport.validation import SceneError, shown, suggestion
+
+PARTICLES = 1_000_000  # histories of a case where neither the experiment nor the user says how many
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of an experiment's table."""
+    """One line of an experiment's table.  exact: nan where no closed form is known."""
 
     name: str
     estimate: Estimate
@@ -37,20 +46,26 @@ class Row:
 
     @property
     def z(self) -> float:
-        """How many standard errors the estimate is off, as a standard normal score."""
-        return self.estimate.z(self.exact)
+        """How many standard errors the estimate is off, as a standard normal score; nan where that is unknown."""
+        return math.nan if math.isnan(self.exact) else self.estimate.z(self.exact)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One case of an experiment: its parameters, the run, and its table."""
+    """One case of an experiment: its parameters, the run, and its table.  notes: warnings beside the run's own."""
 
     parameters: dict[str, object]
     result: Result
     rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Row:
         return next(row for row in self.rows if row.name == name)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader should know before trusting the numbers."""
+        return [*self.notes, *self.result.warnings]
 
     @property
     def title(self) -> str:
@@ -75,12 +90,42 @@ def experiment(name: str) -> ModuleType:
             raise SceneError(f"run: no file {name}")
         spec = importlib.util.spec_from_file_location(path.stem, path)
         module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+        with blamed(module):
+            spec.loader.exec_module(module)
         return module
     names = experiment_names()
     if name not in names:
         raise SceneError(f"run: no experiment {name!r}; {suggestion(name, names)}")
     return importlib.import_module(f"sims.{name}")
+
+
+def name_of(module: ModuleType) -> str:
+    """The experiment's name, as `run` takes it."""
+    return module.__name__.removeprefix("sims.")
+
+
+@contextmanager
+def blamed(module: ModuleType, settings: Mapping[str, object] | None = None) -> Iterator[None]:
+    """Turn what goes wrong in an experiment's own code into a SceneError that says which settings, or where."""
+    try:
+        yield
+    except Exception as error:
+        refused = isinstance(error, (SceneError, UnitError))
+        said = str(error) if refused else f"{type(error).__name__}: {getattr(error, 'msg', None) or error}"
+        if settings:
+            values = ", ".join(f"{name}={value!r}" for name, value in settings.items())
+            raise SceneError(f"{name_of(module)} with {values}: {said}") from error
+        raise SceneError(f"{_place(module, error)}: {said}") from error
+
+
+def _place(module: ModuleType, error: Exception) -> str:
+    """File and line where the experiment's code failed."""
+    if isinstance(error, SyntaxError):
+        return f"{Path(error.filename or '').name}, line {error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if frame.filename == module.__file__]
+    frame = own[-1] if own else frames[-1]
+    return f"{Path(frame.filename).name}, line {frame.lineno}"
 
 
 def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, object]]:
@@ -92,19 +137,79 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
     for name in settings:
         if name not in known:
             raise SceneError(f"{module.__name__}: no parameter {name!r}; {suggestion(name, known)}")
-    cases = module.cases() if hasattr(module, "cases") else [{}]
-    merged = [case | settings for case in cases]
+    with blamed(module):
+        cases = module.cases() if hasattr(module, "cases") else [{}]
+        merged = [case | settings for case in cases]
+    if not merged:
+        raise SceneError(f"{module.__name__}: cases() gives none; leave it out, or give [{{}}]")
     return [case for i, case in enumerate(merged) if case not in merged[:i]]
+
+
+def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:
+    """The scene of these parameters.  Raises SceneError where the experiment's code cannot make it."""
+    with blamed(module, settings):
+        return module.scene(**parameters)
 
 
 def run_experiment(module: ModuleType, settings: dict[str, object] | None = None, **limits) -> list[Outcome]:
     """Run each case of an experiment.  limits: as for `simulate`; `particles` is the module's own where none is given."""
-    if all(limits.get(name) is None for name in ("particles", "error", "seconds")):
-        limits["particles"] = module.particles
-    outcomes = []
-    for parameters in cases_of(module, settings or {}):
-        result = simulate(module.scene(**parameters), **limits)
-        exact = module.exact(**parameters)
+    return list(outcomes_of(module, settings or {}, limits))
+
+
+def outcomes_of(
+    module: ModuleType, settings: dict[str, object], limits: dict[str, object]
+) -> Iterator[Outcome]:
+    """Each case of the experiment as soon as it is done; after Ctrl-C the last one is incomplete, the rest is left out.
+
+    limits: as for `simulate`; where none is given, as many particles as the module says.  A case that does not have
+    a quantity whose error is asked for runs without it, with a warning.
+    """
+    ready = []
+    for parameters in cases_of(module, settings):
+        scene = scene_of(module, parameters, settings)
+        with blamed(module, settings):
+            exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
+        ready.append((parameters, scene, exact, *_errors_for(scene, limits.get("error"))))
+    for name, refusal in ready[0][-1].items():
+        if all(name in refusals for *_, refusals in ready):
+            raise refusal
+    for parameters, scene, exact, errors, refusals in ready:
+        result = simulate(scene, **_settled(module, limits | {"error": errors}))
+        notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
+        yield Outcome(parameters, result, _rows(module, result, exact), notes)
+        if not result.is_complete:
+            return
+
+
+def _errors_for(
+    scene: Scene, errors: Mapping[str, float] | None
+) -> tuple[dict | None, dict[str, SceneError]]:
+    """The relative errors that this scene can be run for, and the refusals of the others."""
+    found, refusals = {}, {}
+    for name, target in (errors or {}).items():
+        try:
+            found |= checked_limits(scene, None, {name: target}, None, 32).error
+        except SceneError as refusal:
+            refusals[name] = refusal
+    return found or None, refusals
+
+
+def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
+    """The limits, with the module's own number of particles where there is none."""
+    if any(limits.get(name) is not None for name in ("particles", "error", "seconds")):
+        return limits
+    return limits | {"particles": getattr(module, "particles", PARTICLES)}
+
+
+def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:
+    with blamed(module):
         measured = module.measure(result)
-        outcomes.append(Outcome(parameters, result, tuple(Row(n, e, exact[n]) for n, e in measured.items())))
-    return outcomes
+    if not isinstance(measured, Mapping):
+        raise SceneError(f"{name_of(module)}: measure must return {{name: Estimate}}, got {shown(measured)}")
+    for name, estimate in measured.items():
+        if not isinstance(estimate, Estimate):
+            raise SceneError(
+                f"{name_of(module)}: measure must give an Estimate for {name!r}, got {shown(estimate)}; of an array"
+                " take .sum() or one bin"
+            )
+    return tuple(Row(name, estimate, exact.get(name, math.nan)) for name, estimate in measured.items())

@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-from transport.console import console, say, say_labelled
+from transport.console import UNBROKEN, console, say, say_labelled
 from transport.effects import Effects, costs_of
-from transport.experiment import Outcome, experiment, experiment_names
+from transport.experiment import Outcome, experiment, experiment_names, name_of
 from transport.report import cost_lines
-from transport.running import is_complete, name_of, picture_of, total_cost, verdict_on
+from transport.running import is_complete, picture_of, total_cost, verdict_on
 from transport.scene import Scene
 from transport.tables import case_table, effects_lines, ledger_line, pass_table
 
@@ -39,7 +39,7 @@ def print_menu(with_commands: bool = True) -> None:
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     """Law and question, each case's table and ledger as soon as it is done, then verdict, cost and warnings."""
-    outcomes, warnings = [], {}
+    outcomes = []
     for outcome in pending:
         if not outcomes:
             say(name_of(module), style="bold")
@@ -51,7 +51,6 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
             say(outcome.title, style="bold cyan")
         say(case_table(outcome))
         say_labelled("ledger", ledger_line(outcome.result))
-        warnings |= dict.fromkeys(outcome.result.warnings)
     say("")
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
@@ -59,9 +58,23 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
         label, _, text = line.partition(": ")
         say_labelled(label, text)
-    for warning in warnings:
+    for warning in warnings_of(outcomes):
         say_labelled("warning", warning, style="bold yellow")
     return outcomes
+
+
+def warnings_of(outcomes: list[Outcome]) -> list[str]:
+    """Each warning once, with the cases that it is about in front where there are several cases."""
+    cases: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        for warning in outcome.warnings:
+            cases.setdefault(warning, []).append(outcome.title)
+    if len(outcomes) == 1:
+        return list(cases)
+    return [
+        f"{'all cases' if len(titles) == len(outcomes) else '; '.join(titles)}: {warning}"
+        for warning, titles in cases.items()
+    ]
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
@@ -70,7 +83,7 @@ def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quie
     if not paths:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
-        say_labelled("picture", ", ".join(map(str, paths)))
+        say_labelled("picture", ", ".join(str(path).replace(" ", UNBROKEN) for path in paths))
 
 
 def print_effects(told: Effects, scene: Scene) -> None:

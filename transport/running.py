@@ -1,62 +1,27 @@
-"""An experiment from the command line: its cases one after the other, its picture, and all of it as data."""
+"""An experiment from the command line: what it needs, its verdict, its picture, and all of it as data."""
 
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 
 from transport.estimates import Estimate
-from transport.experiment import Outcome, Row, cases_of
+from transport.experiment import Outcome, blamed, name_of
 from transport.results import Cost
-from transport.scene import Scene
-from transport.simulate import simulate
-from transport.units import UnitError
 from transport.validation import SceneError
 from transport.verify import row_name
 
-PARTICLES = 1_000_000  # histories of a case where neither the experiment nor the user says how many
+EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # what a picture needs -> the extra that brings it
 INCOMPLETE = "incomplete: interrupted, so no verdict"
 
 
 def checked(module: ModuleType) -> ModuleType:
     """The experiment, if it has what a run needs.  Raises SceneError otherwise."""
-    missing = [name for name in ("scene", "measure", "exact") if not callable(getattr(module, name, None))]
+    missing = [name for name in ("scene", "measure") if not callable(getattr(module, name, None))]
     if missing:
         raise SceneError(
             f"{module.__name__}: no function {' and '.join(missing)}; an experiment is a module that defines it"
         )
     return module
-
-
-def outcomes_of(
-    module: ModuleType, settings: dict[str, object], limits: dict[str, object]
-) -> Iterator[Outcome]:
-    """Each case of the experiment as soon as it is done; the last one is incomplete after Ctrl-C.
-
-    limits: as for `simulate`; where none is given, as many particles as the module says.
-    """
-    if all(limits.get(name) is None for name in ("particles", "error", "seconds")):
-        limits = limits | {"particles": getattr(module, "particles", PARTICLES)}
-    for parameters in cases_of(module, settings):
-        scene, exact = asked(module, parameters, settings)
-        result = simulate(scene, **limits)
-        rows = tuple(Row(name, estimate, exact[name]) for name, estimate in module.measure(result).items())
-        yield Outcome(parameters, result, rows)
-        if not result.is_complete:
-            return
-
-
-def asked(
-    module: ModuleType, parameters: dict[str, object], settings: dict[str, object]
-) -> tuple[Scene, dict[str, float]]:
-    """The scene and the exact values of these parameters.  Raises SceneError for settings that they cannot work with."""
-    try:
-        return module.scene(**parameters), module.exact(**parameters)
-    except (TypeError, ValueError, ArithmeticError) as error:
-        if isinstance(error, (SceneError, UnitError)) or not settings:
-            raise
-        said = ", ".join(f"{name}={value!r}" for name, value in settings.items())
-        raise SceneError(f"{name_of(module)}: cannot work with {said}: {error}") from error
 
 
 def is_complete(outcomes: list[Outcome]) -> bool:
@@ -68,7 +33,8 @@ def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
     """The answer to the experiment's question, in a sentence."""
     if not is_complete(outcomes):
         return INCOMPLETE
-    return module.verdict(outcomes) if hasattr(module, "verdict") else ""
+    with blamed(module):
+        return module.verdict(outcomes) if hasattr(module, "verdict") else ""
 
 
 def total_cost(outcomes: list[Outcome]) -> Cost:
@@ -88,20 +54,15 @@ def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tup
     try:
         folder.mkdir(parents=True, exist_ok=True)
         paths = module.draw(outcomes, path) or [path]
-    except ImportError as error:
-        wanted = (error.name or "").partition(".")[0]
-        if wanted not in ("matplotlib", "pyvista"):
-            raise
-        extra = {"matplotlib": "plot", "pyvista": "viz"}[wanted]
-        return [], f"{wanted} is not installed; pip install 'transport[{extra}]'"
     except OSError as error:
         return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
+    except Exception as error:
+        wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
+        if wanted in EXTRAS:
+            return [], f"{wanted} is not installed; pip install 'transport[{EXTRAS[wanted]}]'"
+        with blamed(module):
+            raise
     return paths, ""
-
-
-def name_of(module: ModuleType) -> str:
-    """The experiment's name, as `run` takes it."""
-    return module.__name__.removeprefix("sims.")
 
 
 def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:

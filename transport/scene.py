@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from transport.detectors import Detector
 from transport.materials import Surface
 from transport.shapes import Shape
+from transport.soundness import check_scene
 from transport.sources import Gas, Source
 from transport.validation import refuse, scene_object, settle_positive, shown, store, suggestion
 
@@ -32,15 +33,7 @@ class Scene:
         self._check_emissions()
         for user in (*self.sources, *self.detectors):
             user.check_shape(self.shape_of(user))
-        from transport.sheets import (  # here, since sheets.py knows scenes
-            check_aims,
-            check_endless,
-            check_supports,
-        )
-
-        check_supports(self)
-        check_aims(self)
-        check_endless(self)
+        check_scene(self)
 
     @property
     def measured_in(self) -> str:

@@ -4,17 +4,21 @@ A particle remembers the sheet that it stands on, so a meter on a wall, a source
 are never a tie of roundings.  Over one point of a sheet at most one surface may act.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from transport.detectors import Detector
 from transport.distances import in_plane_distances
-from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
-from transport.scene import Scene
+from transport.materials import Surface, Transparent
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
-from transport.validation import SceneError, refuse, shown
 from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.scene import Scene
 
 ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the rounding of their coordinates only
 
@@ -56,66 +60,6 @@ def sheets_of(scene: Scene) -> list[Sheet]:
         home.members.append(member)
         member.orientation = _orientation(home.support, member.shape)
     return sheets
-
-
-def check_supports(scene: Scene) -> None:
-    """Refuse two acting surfaces over one point of a sheet."""
-    for sheet in sheets_of(scene):
-        acting = [m for m in sheet.members if m.surface is not None]
-        for i, one in enumerate(acting):
-            for other in acting[:i]:
-                if overlap(one.shape, other.shape):
-                    raise SceneError(
-                        f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
-                        f" {'sphere' if isinstance(one.shape, Sphere) else 'plane'}; make them share an edge at most,"
-                        " or leave one out"
-                    )
-
-
-def check_aims(scene: Scene) -> None:
-    """Refuse a flat source that aims into its own plane, where none of its directions lead."""
-    for source in scene.sources:
-        shape, aim = scene.shape_of(source), source.aim
-        if (
-            isinstance(aim, Rectangle | Disk)
-            and isinstance(shape, Rectangle | Disk)
-            and are_on_one_support(shape, aim)
-        ):
-            refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim above it")
-
-
-def check_endless(scene: Scene) -> None:
-    """Refuse light that is shut in where nothing absorbs it and no clock stops it, as far as one shape tells."""
-    if scene.duration is not None or any(_absorbs(surface) for surface in scene.surfaces):
-        return
-    for surface in scene.surfaces:
-        shape = surface.shape
-        if isinstance(surface.material, Transparent) or not shape.is_closed:
-            continue
-        for source in scene.sources:
-            origin = scene.shape_of(source)
-            is_inside = source.is_back if origin == shape else _holds(shape, origin.middle)
-            if is_inside:
-                raise SceneError(
-                    f"Scene: nothing absorbs inside {_title(scene, surface)} and nothing escapes from it; give it an"
-                    " albedo below 1, or the scene a duration"
-                )
-
-
-def _absorbs(surface: Surface) -> bool:
-    match surface.material:
-        case Diffuse(albedo=albedo):
-            return albedo < 1
-        case Mirror(reflectance=reflectance):
-            return reflectance < 1
-    return isinstance(surface.material, Black)
-
-
-def _holds(shape: Sphere | Box, point: tuple[float, ...]) -> bool:
-    """Whether a point lies inside a closed shape."""
-    if isinstance(shape, Sphere):
-        return math.dist(point, shape.center) < shape.radius
-    return all(low < x < high for low, x, high in zip(shape.bounds[0], point, shape.bounds[1], strict=True))
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
@@ -187,10 +131,6 @@ def _gap_along(axis: tuple[float, ...], a: Rectangle, b: Rectangle) -> float:
 def _reach_along(axis: tuple[float, ...], shape: Rectangle) -> float:
     e_u, e_v, _ = shape.frame
     return abs(dot(axis, e_u)) * shape.width / 2 + abs(dot(axis, e_v)) * shape.height / 2
-
-
-def _title(scene: Scene, surface: Surface) -> str:
-    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{scene.surfaces.index(surface)}]"
 
 
 def sheet_of_source(shape: Shape, sheets: list[Sheet]) -> int:

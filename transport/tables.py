@@ -8,6 +8,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from transport.console import UNBROKEN
 from transport.effects import Effects
 from transport.estimates import Estimate
 from transport.experiment import Outcome
@@ -42,8 +43,7 @@ def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
     """Passes in order, with nanoseconds a lane where they were measured."""
     table = _table(">", "pass", *(["ns per lane>"] if costs else []))
     for number, name in enumerate(names, 1):
-        cost = [f"{costs[name]:.2f}" if name in costs else "?"] if costs else []
-        table.add_row(str(number), name, *cost)
+        table.add_row(str(number), name, *([_cost_cell(costs.get(name))] if costs else []))
     return table
 
 
@@ -63,14 +63,16 @@ def effects_lines(effects: Effects) -> list[tuple[str, str]]:
 
 
 def ledger_line(result: Result) -> str:
-    """ "emitted 100 W (exact) = absorbed ... + escaped ...": what is zero by construction is left out, but for lost."""
-    ledger = result.ledger
-    parts = [
-        f"{name} {estimate}"
-        for name, estimate in ledger.items()
-        if name != "emitted" and (name == "lost" or not (estimate.exact and estimate.value == 0))
-    ]
-    return f"emitted {ledger['emitted']} = {' + '.join(parts)}"
+    """ "emitted 100 W (exact) = absorbed ... + escaped ...", without what is zero and exact.
+
+    Within an entry the spaces do not break, so that a line may end only between entries.
+    """
+    emitted, *parts = (
+        f"{name} {estimate}".replace(" ", UNBROKEN)
+        for name, estimate in result.ledger.items()
+        if name == "emitted" or not (estimate.exact and estimate.value == 0)
+    )
+    return f"{emitted} = {f' +{UNBROKEN}'.join(parts) or 0}"
 
 
 def estimate_cell(estimate: Estimate) -> str:
@@ -84,7 +86,9 @@ def unit_cell(estimate: Estimate) -> str:
 
 
 def exact_number(exact: float, estimate: Estimate) -> str:
-    """The exact value with two digits more than the estimate knows."""
+    """The exact value with two digits more than the estimate knows; a dash where it is not known."""
+    if math.isnan(exact):
+        return "–"
     relative = estimate.error / abs(exact) if exact else math.nan
     digits = 6 if not 0 < relative < 1 else min(15, max(6, 3 - math.floor(math.log10(relative))))
     return f"{exact:.{digits}g}"
@@ -107,6 +111,12 @@ def bias_text(bias: float, exact: float, unit: str) -> str:
     if exact == 0:
         return f"{bias:.1e} {unit}".strip()
     return f"{100 * bias:.2g} %" if 1e-5 <= bias < 10 else f"{bias:.1e}"
+
+
+def _cost_cell(cost: float | None) -> str:
+    if cost is None:
+        return "?"
+    return "not reached" if math.isnan(cost) else f"{cost:.2f}"
 
 
 def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from transport.estimates import Estimate
-from transport.experiment import Outcome
+from transport.experiment import Outcome, name_of
 from transport.statistics import student_quantile
 
 FALSE_ALARM = 1e-3  # of a whole verification, over all seeds
@@ -68,12 +68,13 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
 
 
 def laws_of(module: ModuleType, outcomes: list[Outcome]) -> Iterator[Law]:
-    """One law a row of each case's table."""
-    name = module.__name__.removeprefix("sims.")
+    """One law a row of each case's table, of those with an exact value."""
     law, source = split_law(getattr(module, "law", ""))
     for outcome in outcomes:
         for row in outcome.rows:
-            yield Law(law, source, name, row_name(outcome, row.name, len(outcomes)), row.estimate, row.exact)
+            if not math.isnan(row.exact):
+                name = row_name(outcome, row.name, len(outcomes))
+                yield Law(law, source, name_of(module), name, row.estimate, row.exact)
 
 
 def row_name(outcome: Outcome, quantity: str, cases: int) -> str:
