@@ -18,6 +18,10 @@ def test_elements_and_slices_keep_names_and_edges():
     assert (L[1].dims, L[..., 1].dims, L[:, 1:].shape) == (("phi",), ("mu",), (4, 2))
     np.testing.assert_array_equal(L[1:3].coords["mu"], EDGES["mu"][1:4])
     assert [row.dims for row in L] == [("phi",)] * 4
+    with pytest.raises(IndexError, match="index 7 is out of bounds for axis 0 with 4 bins"):
+        L[7]
+    with pytest.raises(IndexError, match="index -4 is out of bounds for axis 1 with 3 bins"):
+        L[..., -4]
     for bad in (4, (0, 0, 0), [0, 1], slice(None, None, 2), None, True):
         with pytest.raises(IndexError):
             L[bad]
@@ -32,8 +36,50 @@ def test_sums_over_bins_keep_correlations():
     assert L.sum("mu").dims == ("phi",)
     assert L.sum().error == pytest.approx(Estimate(L.values.sum(axis=(1, 2)), RUN, L.unit).error, rel=1e-12)
     assert sum(L.sum("phi")).value == pytest.approx(L.sum().value, rel=1e-14)
+    assert L.sum(("phi", "mu")).value == pytest.approx(L.sum().value, rel=1e-14)
+    assert (L.sum(("phi",)).dims, L.sum(()).dims) == (("mu",), ("mu", "phi"))
     with pytest.raises(ValueError, match="no axis 'theta'"):
         L.sum("theta")
+
+
+def test_means_over_bins_keep_correlations():
+    L = grid(1)
+    assert L.mean().value == pytest.approx(L.value.mean(), rel=1e-14)
+    assert L.mean().error == pytest.approx(Estimate(L.values.mean(axis=(1, 2)), RUN, L.unit).error, rel=1e-12)
+    np.testing.assert_allclose(L.mean("phi").value, L.value.mean(axis=1), rtol=1e-14)
+    assert L.mean(("mu", "phi")).value == L.mean().value
+    with pytest.raises(ValueError, match="mean: no axis 'theta'"):
+        L.mean("theta")
+
+
+def test_numpy_takes_the_values_but_where_errors_would_be_lost():
+    L = grid(1)
+    for function, cure in ((np.sum, r"\.sum\(\)"), (np.mean, r"\.mean\(\)"), (np.average, r"\.mean\(\)")):
+        with pytest.raises(TypeError, match=cure):
+            function(L)
+    np.testing.assert_array_equal(np.concatenate([L, L]), np.concatenate([L.value, L.value]))
+    np.testing.assert_array_equal(np.atleast_2d(L), L.value)
+    assert np.allclose(a=L, b=L.value)
+
+
+def test_an_array_can_be_plotted():
+    figure = pytest.importorskip("matplotlib.figure")
+    L = grid(1)
+    axes = figure.Figure().subplots()
+    for given, drawn in ((L[:, 0], L.value[:, 0]), (L[1, 1], L.value[1, 1]), (list(L[0]), L.value[0])):
+        (line,) = axes.plot(given, "o")
+        np.testing.assert_array_equal(line.get_ydata(orig=False), np.atleast_1d(drawn))
+    axes.errorbar(range(4), L[:, 1], yerr=L[:, 1].error)
+    axes.stairs(L[:, 1], L.coords["mu"])
+    axes.imshow(L)
+    axes.bar(range(4), L[:, 2])
+
+
+def test_an_array_of_one_bin_is_a_number():
+    L = grid(1)
+    assert float(L[1:2, 1:2]) == L.value[1, 1]
+    with pytest.raises(TypeError, match=r"one bin.*\(4, 3\)"):
+        float(L)
 
 
 def test_arithmetic_of_arrays_broadcasts_by_name_and_by_shape():
@@ -80,9 +126,29 @@ def test_arrays_convert_to_numpy_and_xarray():
     assert data["value"].dims == ("mu", "phi")
     assert data.attrs["unit"] == "W m^-2 sr^-1"
     np.testing.assert_allclose(data["mu"], [0.125, 0.375, 0.625, 0.875])
-    np.testing.assert_array_equal(data["phi_edges"], EDGES["phi"])
+    np.testing.assert_array_equal(data["phi_low"], EDGES["phi"][:-1])
+    np.testing.assert_array_equal(data["phi_high"], EDGES["phi"][1:])
+    assert (data["phi"].attrs, data["mu_low"].attrs) == ({"unit": "rad"}, {"unit": "1"})
     np.testing.assert_array_equal(data["error"], L.error)
+    table = data.to_dataframe()
+    assert (len(table), set(table.columns)) == (
+        12,
+        {"value", "error", "mu_low", "mu_high", "phi_low", "phi_high"},
+    )
     assert len(repr(L)) < 120
+
+
+def test_a_repr_shows_the_range_of_what_is_known():
+    shares = grid(1, unit="1")
+    assert "inf" not in repr(shares) and " 1," not in repr(shares)
+    values = np.array(shares.values)
+    values[:, 2, 1] = np.nan
+    partly = EstimateArray(values, RUN, "W", ("mu", "phi"), EDGES)
+    assert f"{np.nanmin(partly.value):.4g} to {np.nanmax(partly.value):.4g} W, median" in repr(partly)
+    assert "error unknown in 1 of 12" in repr(partly)
+    assert partly.reason[2, 1] == "undefined: not finite"
+    nowhere = EstimateArray(np.full_like(values, np.nan), RUN, "W", ("mu", "phi"), EDGES)
+    assert "error unknown in 12 of 12" in repr(nowhere)
 
 
 def test_malformed_arrays_are_refused():

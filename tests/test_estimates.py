@@ -41,9 +41,9 @@ def test_what_is_exact_or_unknown_is_said():
     assert (exact.error, exact.exact, exact.reason) == (0.0, True, None)
     unknown = {
         "no score": Estimate(np.zeros(32), RUN, "W"),
-        "no spread between batches": Estimate(np.full(32, 0.1), RUN, "W"),
+        "every batch gave the same": Estimate(np.full(32, 0.1), RUN, "W"),
         "fewer than 2 batches": Estimate([3.0], Batches([5]), "W"),
-        "not finite": Estimate(np.full(32, np.nan), RUN, "W"),
+        "undefined: not finite": Estimate(np.full(32, np.nan), RUN, "W"),
     }
     for reason, estimate in unknown.items():
         assert estimate.reason == reason
@@ -54,8 +54,55 @@ def test_what_is_exact_or_unknown_is_said():
     assert str(unknown["no score"]) == "0 W (error unknown: no score)"
 
 
+@pytest.mark.parametrize(
+    ("spec", "printed"),
+    [
+        (".3f", "(18.439 ± 0.010) W"),
+        (".4g", "(18.44 ± 0.0096) W"),
+        ("+.1e", "(+1.8e+01 ± 9.6e-03) W"),
+        ("", "(18.439 ± 0.010) W"),
+        (">22", "    (18.439 ± 0.010) W"),
+        ("*^22s", "**(18.439 ± 0.010) W**"),
+        ("<22.2f", "(18.44 ± 0.01) W      "),
+    ],
+)
+def test_a_format_holds_for_value_and_error_its_width_for_the_whole(spec, printed):
+    assert format(with_error(18.4391, 0.0096), spec) == printed
+
+
+def test_a_format_holds_for_what_is_exact_or_unknown_too():
+    assert f"{Estimate(np.full(32, 2 * np.pi), RUN, 'W', exact=True):.2f}" == "6.28 W (exact)"
+    assert f"{Estimate(np.zeros(32), RUN, '1'):.2f}" == "0.00 (error unknown: no score)"
+    for bad in ("d", ".3x", "three"):
+        with pytest.raises(ValueError, match="write it like"):
+            format(with_error(1.0, 0.1), bad)
+
+
+def test_what_is_uncertain_has_no_order():
+    E = noisy(5, 1, 1)
+    for compare in (
+        lambda: E > 3,
+        lambda: 3 < E,
+        lambda: E <= E,
+        lambda: sorted([E, E]),
+        lambda: min(E, 3.0),
+        lambda: np.float64(3) < E,
+    ):
+        with pytest.raises(TypeError, match=r"compare E.value, or use .*z\("):
+            compare()
+    with pytest.raises(TypeError, match=r"E\.z\(3\)"):
+        E >= 3  # noqa: B015
+
+
+def test_a_size_keeps_its_deviations():
+    E = noisy(-5, 1, 1)
+    assert (abs(E).value, abs(E).error, str(abs(E).unit)) == (-E.value, E.error, "W")
+    assert (abs(E) + E).value == 0
+    assert abs(-E).value == -E.value
+
+
 def test_counts_decide_whether_there_was_a_score():
-    assert Estimate(np.zeros(32), RUN, "W", counts=7).reason == "no spread between batches"
+    assert Estimate(np.zeros(32), RUN, "W", counts=7).reason == "every batch gave the same"
     assert Estimate(np.zeros(32), RUN, "W", counts=0).reason == "no score"
 
 
@@ -99,7 +146,23 @@ def test_a_thing_less_or_over_itself_is_exact():
     assert ((a / a).value, (a / a).error, str((a / a).unit)) == (1.0, 0.0, "1")
     twin = a + a
     assert (twin / a).value == pytest.approx(2, rel=1e-14)
-    assert (twin / a).reason == "no spread between batches"
+    assert (twin / a).reason == "every batch gave the same"
+
+
+@pytest.mark.parametrize("rho", [0.1, 0.3, 0.7])
+def test_a_difference_that_cancels_to_rounding_has_no_spread(rho):
+    """Also beside larger terms, in shares and over bins; a spread of a thousand roundings is one."""
+    E = noisy(5, 1, 1)
+    M = Estimate(E.values * rho * (1 + 1e-16) * 3 / 3, RUN, "W")
+    for nothing in (M - rho * E, E - M / rho, (M - rho * E) / E, M / E - rho, (E + M) - (1 + rho) * E):
+        assert nothing.reason == "every batch gave the same"
+        assert math.isnan(nothing.z(0.0))
+    ripple = Estimate(E.values + 1e-12 * noisy(0, 1, 2).values, RUN, "W")
+    assert 0 < (ripple - E).error < 1e-12
+    third, three = (Estimate(np.full(32, value), RUN, "W", exact=True) for value in (0.1, 0.3))
+    assert (third * 3 - three).value != 0
+    assert ((third * 3 - three).exact, (third * 3 - three).z(0)) == (True, 0.0)
+    assert (third * 3 - three).z(1e-9) == -math.inf
 
 
 def test_a_ratio_in_one_run_profits_from_correlation():
@@ -176,7 +239,22 @@ def test_a_ratio_that_hangs_on_one_batch_has_no_known_error():
     ratio = noisy(5, 1, 1) / rare
     assert math.isfinite(ratio.value)
     assert ratio.reason == "undefined when one batch is left out"
-    assert (noisy(5, 1, 1) / Estimate(np.zeros(32), RUN, "W")).reason == "not finite"
+    assert (noisy(5, 1, 1) / Estimate(np.zeros(32), RUN, "W")).reason == "undefined: not finite"
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_over_nothing_is_undefined_without_a_warning():
+    a, nothing = noisy(5, 1, 1), Estimate(np.zeros(32), RUN, "W")
+    none_exactly = Estimate(np.zeros(32), RUN, "W", exact=True)
+    for zero in (nothing, none_exactly, a - a, 0.0):
+        for undefined in (a / zero, (a / zero) * 2, a / zero - a / zero, -(a / zero)):
+            assert math.isnan(undefined.error) and (undefined - undefined).reason == undefined.reason
+            assert undefined.reason == "undefined: not finite"
+            assert math.isnan(undefined.z(math.inf)) and math.isnan(undefined.interval()[0])
+            assert "undefined" in f"{undefined} {undefined:.3f}" and len(undefined.values) == 32
+    assert (
+        (1 / nothing).reason == (nothing / nothing).reason == (nothing**-1).reason == "undefined: not finite"
+    )
 
 
 def test_unlike_units_and_bare_numbers_are_refused():

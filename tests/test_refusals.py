@@ -27,11 +27,17 @@ REFUSALS = {
     ),
     "unknown, none near": (lambda: Disk(radius=1, q=2), ["Disk", "q=2", "'inner_radius'"]),
     "unknown, none at all": (lambda: Black(albedo=1), ["Black", "albedo=1"]),
+    "synonym reflectance": (lambda: Diffuse(reflectance=0.5), ["reflectance=0.5", "did you mean 'albedo'?"]),
+    "synonym albedo": (lambda: Mirror(albedo=0.5), ["albedo=0.5", "did you mean 'reflectance'?"]),
+    "synonym center": (lambda: Point(center=(0, 0, 1)), ["center=(0, 0, 1)", "did you mean 'position'?"]),
+    "synonym position": (lambda: Disk(radius=1, position=(0, 0, 1)), ["did you mean 'center'?"]),
+    "synonym diameter": (lambda: Disk(diameter=2), ["diameter=2", "did you mean 'radius' (half of it)?"]),
     "later feature": (lambda: Scene([LAMP], medium=3), ["Scene", "medium=3"]),
     "positional": (
         lambda: Disk((0, 0, 1)),
-        ["Disk takes keywords only: write Disk(center=...)", "(0, 0, 1)"],
+        ["Disk takes keywords only: write Disk(radius=...)", "(0, 0, 1)"],
     ),
+    "positional sizes": (lambda: Rectangle(1, 2), ["write Rectangle(width=..., height=...)", "got 1"]),
     "positional point": (lambda: Point((0, 0, 1)), ["Point takes keywords only: write Point(position=...)"]),
     "positional radiance": (
         lambda: Lambertian(100.0),
@@ -98,6 +104,14 @@ REFUSALS = {
     ),
     "material": (lambda: Surface(DISK, Black), ["Surface: material", "Black", "brackets"]),
     "name": (lambda: Surface(DISK, Black(), name=""), ["Surface: name", "not empty", "''"]),
+    "name with a dot": (
+        lambda: Detector(DISK, name="lid.in"),
+        ["Detector 'lid.in': name", "'.'", "write name='lid_in'"],
+    ),
+    "surface's name with a dot": (
+        lambda: Surface(DISK, Black(), name="a.b"),
+        ["Surface 'a.b': name", "'a_b'"],
+    ),
     "name number": (lambda: Detector(DISK, name=3), ["Detector: name", "text", "3"]),
     # emissions
     "no amount": (lambda: Lambertian(), ["Lambertian", "exactly one of radiance, exitance, power", "none"]),
@@ -196,7 +210,28 @@ REFUSALS = {
         ["Directions: mu", "[-1.0, 1.0]", "-2.0"],
     ),
     "theta range": (lambda: Directions(theta=(0, 2)), ["Directions: theta", "2.0"]),
-    "phi range": (lambda: Directions(phi=(-1, 2)), ["Directions: phi", "(-1.0, 2.0)"]),
+    "phi range": (lambda: Directions(phi=(-7, -1)), ["Directions: phi", "(-7.0, -1.0)"]),
+    "phi over a turn": (
+        lambda: Directions(phi=(-1, 0, 6)),
+        ["Directions: phi", "one turn", "(-1.0, 0.0, 6.0)"],
+    ),
+    "bins in all": (
+        lambda: Directions(mu=10_000, phi=np.linspace(0, 6, 2002)),
+        [
+            "Directions: mu x phi",
+            "10000000",
+            "got 20010000",
+            "1.28 GB",
+            "15.4 GB",
+            "32 batches",
+            "take fewer",
+        ],
+    ),
+    "positions in all": (lambda: Positions(u=10_000, v=10_000), ["Positions: u x v", "got 100000000"]),
+    "bins of a detector in all": (
+        lambda: Detector(DISK, name="lid", directions=Directions(mu=4000), positions=Positions(u=10, v=1000)),
+        ["Detector 'lid': u x v x mu", "got 40000000"],
+    ),
     "vanishing bins": (lambda: Directions(mu=(0.5, 1, 1 + 4e-16)), ["Directions: mu", "vanish"]),
     "frame": (lambda: Directions(mu=1, frame="wold"), ["Directions: frame", "'wold'", "'world'"]),
     "half angle": (
@@ -204,6 +239,15 @@ REFUSALS = {
         ["DirectionCone: half_angle", "(0, pi/2]", "got 2"],
     ),
     "half angle 0": (lambda: Directions.cone((0, 0, 1), 0), ["half_angle", "got 0"]),
+    "cone without half angle": (
+        lambda: Directions.cone((0, 0, 1)),
+        ["half_angle missing", "write Directions.cone(half_angle=...)"],
+    ),
+    "cone unknown": (
+        lambda: Directions.cone((0, 0, 1), halfangle=1),
+        ["halfangle=1", "did you mean 'half_angle'?"],
+    ),
+    "cone too many": (lambda: Directions.cone((0, 0, 1), 1, 2), ["got 2", "write Directions.cone(axis=..."]),
     "cone axis": (lambda: Directions.cone((0, 0, 0), 1), ["DirectionCone: axis", "(0, 0, 0)"]),
     "no positions": (lambda: Positions(), ["Positions", "u, v", "none"]),
     "positions count": (lambda: Positions(u=-1), ["Positions: u", "got -1"]),

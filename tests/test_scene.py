@@ -223,6 +223,11 @@ def test_direction_edges():
     assert Directions(mu=2, frame="world").edges()["mu"].tolist() == [-1, 0, 1]
     assert Directions(theta=2, frame="world").edges()["theta"].tolist() == [0, PI / 2, PI]
     assert Directions(phi=(0, math.nextafter(2 * PI, 7))).edges()["phi"][-1] == 2 * PI  # rounding is forgiven
+    assert Directions(phi=(-PI / 4, PI / 4)).edges()["phi"].tolist() == [-PI / 4, PI / 4]  # across phi = 0
+    assert Directions(phi=(-2 * PI, 0), frame="world").edges()["phi"].tolist() == [-2 * PI, 0]
+    turned = np.linspace(-PI / 4, 7 * PI / 4, 33)
+    assert Directions(phi=turned).edges()["phi"].tolist() == turned.tolist()
+    assert Directions.cone(half_angle=1, axis=(0, 0, 2)) == Directions.cone((0, 0, 1), 1)
     cone = Directions.cone((0, 0, 5), PI / 2)
     assert isinstance(cone, DirectionCone)
     assert cone.axis == (0, 0, 1) and cone.edges()["theta"].tolist() == [0, PI / 2]

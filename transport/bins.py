@@ -23,6 +23,8 @@ Bins = int | tuple[float, ...]
 Range = tuple[float, float]
 
 MOST_BINS = 1_000_000  # of one axis; more would be a slip
+MOST_BINS_IN_ALL = 10_000_000  # of a detector
+BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 2 * 32, 24, 32  # memory that a bin takes
 PI = math.pi
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
@@ -36,6 +38,7 @@ class Directions:
 
     frame "local": `mu` = cos(theta) to the normal of the side looked at, `phi` from e_u towards e_v.
     frame "world": `mu` = cos(theta) to +z in [-1, 1], `phi` about +z from +x.
+    Edges of `phi` lie within [-2 pi, 2 pi], one turn in all at most: (-pi/4, pi/4) is a sector across phi = 0.
     """
 
     mu: Bins | None = None
@@ -50,19 +53,24 @@ class Directions:
                 self, f"mu and theta exclude each other, got mu={shown(self.mu)}, theta={shown(self.theta)}"
             )
         _settle_bins(self, "mu", "theta", "phi")
+        check_number_of_bins(self, self)
         self.edges()
 
     @staticmethod
-    def cone(axis: Vector, half_angle: float) -> "DirectionCone":
-        """One bin: the directions within `half_angle` [rad] of `axis`, a vector in the world's frame."""
-        return DirectionCone(axis, half_angle)
+    def cone(*values: object, **named: object) -> "DirectionCone":
+        """cone(axis, half_angle), one bin: the directions within `half_angle` [rad] of `axis`, a vector in the world."""
+        return DirectionCone(*values, **named)
 
     def edges(self) -> dict[str, np.ndarray]:
         """Edges of each binned axis, "mu" or "theta" [rad] and "phi" [rad]."""
-        ranges = DIRECTION_RANGES[self.frame]
-        return _all_edges(
-            self, {name: ranges[name] for name in ("mu", "theta", "phi")}, f"frame {self.frame!r}"
-        )
+        ranges = dict(DIRECTION_RANGES[self.frame])
+        if isinstance(self.phi, tuple):
+            ranges["phi"] = (-2 * PI, 2 * PI)
+            if self.phi[-1] - self.phi[0] > 2 * PI * (1 + 1e-15):
+                refuse(
+                    self, f"phi edges must span one turn (2 pi) at most, got {shown(self.phi)}; take fewer"
+                )
+        return _all_edges(self, ranges, f"frame {self.frame!r}")
 
 
 @scene_object
@@ -71,6 +79,8 @@ class DirectionCone:
 
     axis: Vector
     half_angle: float
+
+    written = "Directions.cone"
 
     def __post_init__(self) -> None:
         settle_direction(self, "axis")
@@ -97,6 +107,7 @@ class Positions:
 
     def __post_init__(self) -> None:
         _settle_bins(self, "u", "v")
+        check_number_of_bins(self, self)
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
         """Edges of each binned axis, "u" and "v", on the shape [m or rad]."""
@@ -152,6 +163,24 @@ def _settle_bins(subject: object, *names: str) -> None:
             must = "a number of bins (1 to 1 000 000) or increasing finite edges (2 or more)"
             refuse(subject, f"{name} must be {must}, got {shown(value)}")
         store(subject, **{name: bins})
+
+
+def check_number_of_bins(subject: object, *axes: object) -> None:
+    """Refuse more bins, over all axes of these Directions and Positions together, than a detector may have."""
+    given = {
+        name: bins if isinstance(bins, int) else len(bins) - 1
+        for each in axes
+        for name in ("u", "v", "mu", "theta", "phi")
+        if (bins := getattr(each, name, None)) is not None
+    }
+    total = math.prod(given.values())
+    if total > MOST_BINS_IN_ALL:
+        sums, batches = total * BYTES_OF_SUMS / 1e9, total * BYTES_OF_A_BATCH * USUAL_BATCHES / 1e9
+        refuse(
+            subject,
+            f"{' x '.join(given)} must be {MOST_BINS_IN_ALL} bins at most, got {total}, which would take"
+            f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; take fewer",
+        )
 
 
 def _are_bins(bins: Bins) -> bool:

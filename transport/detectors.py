@@ -1,6 +1,6 @@
 """Detectors: what looks at which side of a shape, or of a surface known by its name."""
 
-from transport.bins import DirectionCone, Directions, Positions
+from transport.bins import DirectionCone, Directions, Positions, check_number_of_bins
 from transport.shapes import Point, Shape
 from transport.sides import Sided
 from transport.validation import SceneError, check_type, refuse, scene_object, settle_name, store
@@ -39,6 +39,7 @@ class Detector(Sided):
             )
         if self.positions is not None:
             check_type(self, "positions", Positions, "Positions(u=..., v=...)")
+        check_number_of_bins(self, self.positions, self.directions)
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
 

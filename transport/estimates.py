@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.notation import measured
+from transport.notation import measured, split_format
 from transport.quantities import Quantity
 from transport.replicates import Batches, Replicates
 from transport.units import Unit
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["Batches", "Estimate", "EstimateArray"]
+
+_UNITS = {"mu": "1", "theta": "rad", "phi": "rad"}  # of axes; those of u and v depend on the shape
+_KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
 
 
 class Estimate(Quantity):
@@ -46,10 +50,18 @@ class Estimate(Quantity):
         return self.value
 
     def __str__(self) -> str:
-        return measured(self.value, self.error, str(self.unit), self.exact, self.reason)
+        return self._in_words()
+
+    def __format__(self, spec: str) -> str:
+        """Numbers as ".3f" says, the whole text as ">40" says; both may be given."""
+        text, number, sign = split_format(spec)
+        return format(self._in_words(number, sign), text)
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    def _in_words(self, number: str = "", sign: str = "") -> str:
+        return measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
@@ -63,6 +75,7 @@ class EstimateArray(Quantity):
     values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins;
     counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
     An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
+    NumPy's functions take the bare values, but those that would lose errors for which there is a method.
     """
 
     def __init__(
@@ -97,7 +110,7 @@ class EstimateArray(Quantity):
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: object) -> Estimate | EstimateArray:
-        index = _one_index_an_axis(index, len(self.shape))
+        index = _one_index_an_axis(index, self.shape)
         replicates = self._replicates.rearranged(lambda array: array[(..., *index)])
         coords = {}
         for (name, edges), along in zip(self.coords.items(), index, strict=True):
@@ -109,34 +122,54 @@ class EstimateArray(Quantity):
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
         return np.array(self.value, dtype=dtype)
 
-    def sum(self, dim: str | None = None) -> Estimate | EstimateArray:
-        """Sum over the axis of this name, or over all; bins without a score add nothing."""
-        if dim is None:
-            total = self
-            for name in self.dims:
-                total = total.sum(name)
-            return total
-        if dim not in self.dims:
-            raise ValueError(f"sum: no axis {dim!r}; there are {', '.join(self.dims)}")
-        replicates = self._replicates.summed(axis=self.dims.index(dim) - len(self.dims))
-        return self._like(
-            replicates, self.unit, {name: self.coords[name] for name in self.dims if name != dim}
-        )
+    def __array_function__(self, function: Callable, types: object, args: tuple, kwargs: dict) -> object:
+        if function in _KEEPS_ERRORS:
+            method = _KEEPS_ERRORS[function]
+            raise TypeError(
+                f"numpy.{function.__name__} would lose the errors; write .{method}() or .{method}(dim),"
+                f" or numpy.{function.__name__}(estimates.value)"
+            )
+        return function(*_bare(args), **_bare(kwargs))
+
+    def __float__(self) -> float:
+        if self._replicates.value.size != 1:
+            raise TypeError(
+                f"Only an array of one bin is a number, this has the bins {self.shape}; index it or take .value"
+            )
+        return self._replicates.value.item()
+
+    def sum(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+        """Sum over the axis or axes of this name, or over all; bins without a score add nothing."""
+        replicates, left = self._replicates, list(self.dims)
+        for name in self._axes(dim, "sum"):
+            replicates = replicates.summed(axis=left.index(name) - len(left))
+            left.remove(name)
+        return self._like(replicates, self.unit, {name: self.coords[name] for name in left})
+
+    def mean(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+        """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
+        bins = [len(self.coords[name]) - 1 for name in self._axes(dim, "mean")]
+        return self.sum(dim) / math.prod(bins)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Dataset with `value` and `error`, bin centres as coordinates and edges as <name>_edges."""
+        """Dataset with `value` and `error`; coordinates are the bins' centres, and <name>_low and <name>_high."""
         import xarray
 
         attributes = {"unit": str(self.unit)}
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
-        coords = {name: 0.5 * (edges[1:] + edges[:-1]) for name, edges in self.coords.items()}
-        coords |= {f"{name}_edges": (f"{name}_edge", edges) for name, edges in self.coords.items()}
+        coords = {}
+        for name, edges in self.coords.items():
+            of_axis = {"unit": _UNITS[name]} if name in _UNITS else {}
+            places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
+            coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
         unknown = np.count_nonzero(np.isnan(self.error))
-        parts = [f"{self.value.min():.4g} to {self.value.max():.4g} {self.unit}"] if self.value.size else []
+        known = self.value[~np.isnan(self.value)]
+        unit = "" if self.unit.is_dimensionless else f" {self.unit}"
+        parts = [f"{known.min():.4g} to {known.max():.4g}{unit}"] if known.size else []
         if self.exact:
             parts.append("exact")
         elif unknown < self.value.size:
@@ -149,6 +182,14 @@ class EstimateArray(Quantity):
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
     ) -> Estimate | EstimateArray:
         return _made(replicates, unit, self.coords if coords is None else coords)
+
+    def _axes(self, dim: str | tuple[str, ...] | None, method: str) -> tuple[str, ...]:
+        """Names of the axes meant, each once.  Raises ValueError for one that there is not."""
+        names = self.dims if dim is None else (dim,) if isinstance(dim, str) else tuple(dim)
+        for name in names:
+            if name not in self.dims:
+                raise ValueError(f"{method}: no axis {name!r}; there are {', '.join(self.dims)}")
+        return tuple(dict.fromkeys(names))
 
 
 def as_unit(unit: Unit | str) -> Unit:
@@ -173,18 +214,30 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
             )
 
 
-def _one_index_an_axis(index: object, axes: int) -> tuple[int | slice, ...]:
+def _bare(argument: object) -> object:
+    """The argument of a function with the values of each EstimateArray in its place."""
+    if isinstance(argument, EstimateArray):
+        return argument.value
+    if isinstance(argument, dict):
+        return {name: _bare(value) for name, value in argument.items()}
+    return type(argument)(map(_bare, argument)) if type(argument) in (tuple, list) else argument
+
+
+def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
     """The index as one whole number or slice for every axis.  Raises IndexError for any other kind."""
     index = index if isinstance(index, tuple) else (index,)
     if Ellipsis not in index:
         index += (Ellipsis,)
     place = index.index(Ellipsis)
-    missing = axes - (len(index) - 1)
+    missing = len(shape) - (len(index) - 1)
     index = index[:place] + (slice(None),) * missing + index[place + 1 :]
     if missing < 0 or not all(_is_index(along) for along in index):
         raise IndexError(
             "Index with whole numbers, slices of step 1 and one ellipsis; for others take .value"
         )
+    for axis, (along, length) in enumerate(zip(index, shape, strict=True)):
+        if not isinstance(along, slice) and not -length <= along < length:
+            raise IndexError(f"index {along} is out of bounds for axis {axis} with {length} bins")
     return index
 
 

@@ -80,7 +80,8 @@ def _direction_axes(
     if "phi" in edges:
         plan.axes.add("azimuth")
         local = layout.SPHERE_AZIMUTH if isinstance(shape, Sphere) else layout.FLAT_AZIMUTH
-        values |= {"turn_kind": layout.WORLD_AZIMUTH if is_world else local}
+        kind = layout.WORLD_AZIMUTH if is_world else local
+        values |= {"turn_kind": kind, "turn_low": edges["phi"][0]}
         values |= _axis(plan, "turn", edges["phi"], strides["turn"])
     return values
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 
 _PLAIN = range(-4, 6)  # powers of ten that are written out
+_FORMAT = re.compile(
+    r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
+)  # fill, sign, width, number
 
 
 def plus_minus(value: float, error: float) -> str:
@@ -25,11 +29,30 @@ def plus_minus(value: float, error: float) -> str:
     return f"({value / scale:.{decimals}f} ± {error / scale:.{decimals}f})e{power:+03d}"
 
 
-def measured(value: float, error: float, unit: str, exact: bool, reason: str | None) -> str:
-    """An estimate in words: with its error, or that it is exact, or why the error is unknown."""
+def measured(
+    value: float, error: float, unit: str, exact: bool, reason: str | None, number: str = "", sign: str = ""
+) -> str:
+    """An estimate in words: with its error, or that it is exact, or why the error is unknown.
+
+    number: how value and error are written, such as ".3f"; by itself the error decides.  sign: "+", "-" or " ".
+    """
     unit = "" if unit == "1" else f" {unit}"
     if reason is not None:
-        return f"{value:.4g}{unit} (error unknown: {reason})"
+        return f"{value:{sign}{number or '.4g'}}{unit} (error unknown: {reason})"
     if exact:
-        return f"{value:.7g}{unit} (exact)"
+        return f"{value:{sign}{number or '.7g'}}{unit} (exact)"
+    if number or sign:
+        number = number or ".7g"
+        return f"({value:{sign}{number}} ± {error:{number}}){unit}"
     return plus_minus(value, error) + unit
+
+
+def split_format(spec: str) -> tuple[str, str, str]:
+    """Of ">40.3f" what holds for the whole text, ">40", and for its numbers, ".3f"; and the value's sign.
+
+    Raises ValueError for a specification of another form.
+    """
+    if not (match := _FORMAT.fullmatch(spec)):
+        raise ValueError(f"Invalid format {spec!r} of an estimate; write it like '.3f', '>40' or '>40.3f'")
+    fill, sign, width, number = match.groups(default="")
+    return fill + width, number, sign

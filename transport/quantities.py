@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from numbers import Real
+from typing import NoReturn
 
 import numpy as np
 
@@ -80,7 +81,12 @@ class Quantity:
         deviations = self._replicates.deviations.get(
             self.run, np.zeros((len(self.run), *self._replicates.value.shape))
         )
-        return self._replicates.value + deviations
+        with np.errstate(invalid="ignore", over="ignore"):
+            return self._replicates.value + deviations
+
+    def to_numpy(self) -> np.ndarray:
+        """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
+        return np.array(self.value)
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float] | tuple[np.ndarray, np.ndarray]:
         """(low, high) that cover the true value with this probability, by Student's t [unit]."""
@@ -94,14 +100,19 @@ class Quantity:
     def z(self, exact_value: float | np.ndarray) -> float | np.ndarray:
         """Standard normal score of the difference from a known value, by Student's t; nan without an error.
 
-        For an exact estimate 0 where the two agree to 1e-12 of their size, and infinite where they do not.
+        For an exact estimate 0 where the two agree to 1e-12 of their size, or of the terms that the estimate is a
+        difference of, and infinite where they do not.
         """
         value, expected = self._replicates.value, np.asarray(exact_value, dtype=float)
-        if self.exact:
-            agree = np.abs(value - expected) <= 1e-12 * np.maximum(np.abs(value), np.abs(expected))
-            surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
-            return _plain(np.where(agree, 0.0, surely_not))
-        return _plain(normal_score((value - expected) / self._replicates.error, self._replicates.dof))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            if self.exact:
+                agree = np.abs(value - expected) <= 1e-12 * np.maximum(
+                    self._replicates.scale, np.abs(expected)
+                )
+                surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
+                return _plain(np.where(agree, 0.0, surely_not))
+            t = (value - expected) / self._replicates.error
+        return _plain(normal_score(t, self._replicates.dof))
 
     def __add__(self, other: object) -> Quantity:
         return self._plus(other, +1)
@@ -110,7 +121,8 @@ class Quantity:
 
     def __sub__(self, other: object) -> Quantity:
         if other is self:
-            return self._known(self._replicates.value * 0 + 0.0, self.unit)
+            with np.errstate(invalid="ignore"):
+                return self._known(self._replicates.value * 0 + 0.0, self.unit)
         return self._plus(other, -1)
 
     def __rsub__(self, other: object) -> Quantity:
@@ -122,6 +134,17 @@ class Quantity:
     def __pos__(self) -> Quantity:
         return self
 
+    def __abs__(self) -> Quantity:
+        return self * np.where(self._replicates.value < 0, -1.0, 1.0)
+
+    def __lt__(self, other: object) -> NoReturn:
+        distance = f"E.z({other!r})" if isinstance(other, Real) else "(E - other).z(0)"
+        raise TypeError(
+            f"Uncertain numbers have no order: compare E.value, or use {distance}, in standard errors"
+        )
+
+    __le__ = __gt__ = __ge__ = __lt__
+
     def __mul__(self, other: object) -> Quantity:
         if (other := self._operand(other)) is None:
             return NotImplemented
@@ -131,7 +154,7 @@ class Quantity:
 
     def __truediv__(self, other: object) -> Quantity:
         if other is self:
-            with np.errstate(invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore"):
                 ones = self._replicates.value / self._replicates.value
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:

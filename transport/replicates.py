@@ -39,13 +39,14 @@ class Batches:
 class Replicates:
     """Values with the deviations of the batches from them; without deviations they are exact.
 
-    value, scored: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
+    value, scored, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
     """
 
     value: np.ndarray
     deviations: dict[Batches, np.ndarray]
     scored: np.ndarray  # whether anything was counted at all
     runs: tuple[Batches, ...]
+    scale: np.ndarray  # size of the largest term added: a spread that rounding of it alone can make is none
 
     @classmethod
     def of_batches(
@@ -55,11 +56,9 @@ class Replicates:
         values = np.asarray(values, dtype=float)
         if len(values) != len(run):
             raise ValueError(f"{len(values)} batch values for a run of {len(run)} batches")
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             value = weighted_mean(values, run.sizes)
             deviations = values - value
-            # A spread that rounding alone can make is none.
-            deviations[np.abs(deviations) <= rounding_of(value)] = 0.0
         scored = (values != 0).any(axis=0) if counts is None else np.asarray(counts) > 0
         return _replicates(value, {} if exact else {run: deviations}, scored, (run,))
 
@@ -76,8 +75,9 @@ class Replicates:
     @cached_property
     def error(self) -> np.ndarray:
         """One standard error, (*dims); nan where it cannot be known, see `reason`."""
-        errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
-        error = reduce(np.hypot, errors, np.zeros(self.value.shape))
+        with np.errstate(invalid="ignore", over="ignore"):
+            errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
+            error = reduce(np.hypot, errors, np.zeros(self.value.shape))
         return _read_only(np.where(np.equal(self.reason, None), error, np.nan))
 
     @cached_property
@@ -86,13 +86,13 @@ class Replicates:
         reason = np.full(self.value.shape, None, dtype=object)
         for run, deviations in self.deviations.items():
             spread = np.abs(deviations).max(axis=0)
-            reason[spread == 0] = "no spread between batches"
+            reason[spread == 0] = "every batch gave the same"
             reason[np.isnan(spread)] = "undefined when one batch is left out"
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
         if not self.is_exact:
             reason[~self.scored] = "no score"
-        reason[~np.isfinite(self.value)] = "not finite"
+        reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 
     @cached_property
@@ -100,14 +100,15 @@ class Replicates:
         """Degrees of freedom of the error, (*dims): batches - 1, effective ones for several runs."""
         if self.is_exact:
             return np.full(self.value.shape, np.inf)
-        errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
+            errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
             return welch_dof(errors, [len(run) - 1 for run in self.deviations])
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
         """Replicates after a change of the last axes that leaves those in front alone, such as x[..., i]."""
         deviations = {run: change(of_run) for run, of_run in self.deviations.items()}
-        return _replicates(change(self.value), deviations, change(self.scored), self.runs)
+        value, scored, scale = (change(part) for part in (self.value, self.scored, self.scale))
+        return _aligned(value, deviations, scored, self.runs, scale)
 
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
         """Replicates of the axes `own` with the axes `dims` in their order, new ones of length 1."""
@@ -117,18 +118,21 @@ class Replicates:
 
     def summed(self, axis: int) -> Replicates:
         """Replicates of the sum over a bin axis, counted from the end."""
-        deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
-        return _replicates(self.value.sum(axis=axis), deviations, self.scored.any(axis=axis), self.runs)
+        with np.errstate(invalid="ignore", over="ignore"):
+            deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
+            value, scale = self.value.sum(axis=axis), self.scale.sum(axis=axis)
+        return _replicates(value, deviations, self.scored.any(axis=axis), self.runs, scale)
 
 
 def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
     """first + second, or first - second for a sign of -1."""
     runs = dict.fromkeys((*first.deviations, *second.deviations))
-    deviations = {
-        run: first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0) for run in runs
-    }
-    value = first.value + sign * second.value
-    return _replicates(value, deviations, first.scored | second.scored, first.runs + second.runs)
+    with np.errstate(invalid="ignore", over="ignore"):
+        deviations = {
+            run: first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0) for run in runs
+        }
+        value, scale = first.value + sign * second.value, np.fmax(first.scale, second.scale)
+    return _replicates(value, deviations, first.scored | second.scored, first.runs + second.runs, scale)
 
 
 def product(first: Replicates, second: Replicates) -> Replicates:
@@ -172,10 +176,26 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
                 correction = weighted_mean(shifts, run.sizes)
                 deviations[run] = shifts - correction
                 value = value + np.nan_to_num(correction)
-    return _replicates(value, deviations, scored, runs)
+        # Rounding's share of an operand is that of the result.
+        shares = [operand.scale / np.abs(operand.value) for operand in operands]
+        scale = np.abs(value) * reduce(np.fmax, shares)
+    return _replicates(value, deviations, scored, runs, scale)
 
 
-def _replicates(value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple) -> Replicates:
+def _replicates(
+    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray | float = 0.0
+) -> Replicates:
+    """Replicates without the spread that rounding alone can make; scale: of the terms, where it is larger."""
+    scale = np.fmax(np.abs(value), scale)
+    deviations = {
+        run: np.where(np.abs(of_run) <= rounding_of(scale), 0.0, of_run) for run, of_run in deviations.items()
+    }
+    return _aligned(value, deviations, scored, runs, scale)
+
+
+def _aligned(
+    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray
+) -> Replicates:
     """Replicates whose arrays all have the shape of the value."""
     value = np.asarray(value, dtype=float)
     deviations = {
@@ -183,7 +203,8 @@ def _replicates(value: np.ndarray, deviations: dict, scored: np.ndarray, runs: t
         for run, of_run in deviations.items()
     }
     runs = tuple(deviations) or tuple(dict.fromkeys(runs))
-    return Replicates(_read_only(value), deviations, np.broadcast_to(scored, value.shape), runs)
+    scored, scale = (np.broadcast_to(part, value.shape) for part in (scored, scale))
+    return Replicates(_read_only(value), deviations, scored, runs, scale)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -18,6 +18,14 @@ import numpy as np
 
 from transport.vectors import unit_vector
 
+_SYNONYMS = {  # what other programs call a parameter: its name here, and what else to know
+    "reflectance": ("albedo", ""),
+    "albedo": ("reflectance", ""),
+    "center": ("position", ""),
+    "position": ("center", ""),
+    "diameter": ("radius", " (half of it)"),
+}
+
 _brief = reprlib.Repr()
 _brief.maxstring = _brief.maxother = 80
 
@@ -45,9 +53,10 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
 
 def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple, named: dict) -> None:
     title, names = _title(cls, named.get("name")), [field.name for field in fields]
+    call = getattr(cls, "written", cls.__name__)
     for name, value in named.items():
         if name not in names:
-            cure = suggestion(name, names)
+            cure = _suggested_parameter(name, names)
             raise SceneError(f"{title}: unknown parameter {name}={shown(value)}; {cure}")
     by_place = [field.name for field in fields if not field.kw_only]
     if len(values) > len(by_place):
@@ -55,11 +64,12 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
         if len(by_place) == len(names):
             cure = ", ".join(f"{name}=..." for name in names)
             raise SceneError(
-                f"{title} takes no more than {len(names)} parameters, got {got}; write {cls.__name__}({cure})"
+                f"{title} takes no more than {len(names)} parameters, got {got}; write {call}({cure})"
             )
         limit = f"only {' and '.join(by_place)} without a keyword" if by_place else "keywords only"
         keywords = [name for name in names if name not in by_place]
-        cure = f"write {cls.__name__}({keywords[0]}=...)"
+        required = [f.name for f in fields if f.name in keywords and _is_required(f)]
+        cure = f"write {call}({', '.join(f'{name}=...' for name in required or keywords[:1])})"
         raise SceneError(f"{title} takes {limit}: {cure}, got {got} (keywords: {', '.join(keywords)})")
     for name in by_place[: len(values)]:
         if name in named:
@@ -70,7 +80,7 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
     missing = [f.name for f in fields if f.name not in given and _is_required(f)]
     if missing:
         cure = ", ".join(f"{name}=..." for name in missing)
-        raise SceneError(f"{title}: {' and '.join(missing)} missing; write {cls.__name__}({cure})")
+        raise SceneError(f"{title}: {' and '.join(missing)} missing; write {call}({cure})")
 
 
 def _is_required(field: dataclasses.Field) -> bool:
@@ -100,6 +110,12 @@ def suggestion(word: object, names: Iterable[str]) -> str:
     if near:
         return f"did you mean {near[0]!r}?"
     return f"choose from {', '.join(map(repr, names))}" if names else "there is none to choose from"
+
+
+def _suggested_parameter(word: str, names: list[str]) -> str:
+    """As `suggestion`, and by another name that the parameter goes by."""
+    meant, aside = _SYNONYMS.get(word, (None, ""))
+    return f"did you mean {meant!r}{aside}?" if meant in names else suggestion(word, names)
 
 
 def store(subject: object, **values: object) -> None:
@@ -182,10 +198,13 @@ def settle_direction(subject: object, *names: str) -> None:
 
 
 def settle_name(subject: object) -> None:
-    """The field `name` is a text that is not empty, or None."""
+    """The field `name` is a text that is not empty and has no ".", or None."""
     name = subject.name
     if name is not None and (not isinstance(name, str) or not name.strip()):
         refuse(subject, f"name must be a text that is not empty, got {shown(name)}")
+    if name is not None and "." in name:
+        cure = f"write name={name.replace('.', '_')!r}"
+        refuse(subject, f"name must not contain '.', as in 'meter.flux_in', got {shown(name)}; {cure}")
     store(subject, name=None if name is None else str(name))
 
 

@@ -94,6 +94,20 @@ def test_radiance_in_a_furnace_is_the_same_in_any_bins(bins, phi):
     assert (np.abs(radiance.value[seen] - 1) < 5 * radiance.error[seen]).all()
 
 
+@pytest.mark.parametrize("frame", ["local", "world"])
+def test_a_sector_across_azimuth_zero_is_its_two_halves(frame):
+    """The same crossings, whether the sector is cut at 0 or begins below it."""
+    wall = tp.Source(tp.Sphere(radius=2.0), tp.Lambertian(radiance=1.0), side="inside")
+    disk = tp.Disk(radius=0.5, normal=(1, 0, 2))
+    edges = {"whole": (-0.7, 0.5), "below": (2 * np.pi - 0.7, 2 * np.pi), "above": (0, 0.5)}
+    detectors = [
+        tp.Detector(disk, name=n, directions=tp.Directions(phi=e, frame=frame)) for n, e in edges.items()
+    ]
+    result = tp.simulate(tp.Scene(sources=[wall], detectors=detectors), particles=100_000, seed=1)
+    counts = {name: result[name].counts.value.sum() for name in edges}
+    assert counts["whole"] == counts["below"] + counts["above"] > 1000
+
+
 def test_a_source_meters_its_whole_power_wherever_the_origin_lies():
     """A source of a picometre beside smaller shapes a metre away: nothing is lost at its rim by rounding."""
     disk = tp.Disk(radius=1e-12, center=(0.3, 0.2, 0.1))

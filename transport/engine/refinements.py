@@ -113,7 +113,12 @@ def refine_by_azimuth(b, table, first, live):
                     turn = azimuth_turn(ux, uy)
                 else:
                     turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)
-                found = cell(turn * TWO_PI, m.turn_low, m.turn_scale, m.turn_cells, m.turn_edges)
+                angle = turn * TWO_PI  # within a turn from the first edge
+                if angle < m.turn_low:
+                    angle += TWO_PI
+                elif angle >= m.turn_low + TWO_PI:
+                    angle -= TWO_PI
+                found = cell(angle, m.turn_low, m.turn_scale, m.turn_cells, m.turn_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.turn_stride)
     return live
 
