@@ -2,6 +2,8 @@
 
 import math
 
+from numba import int64
+
 from transport.engine.passes import lane_pass
 from transport.layout import BEAM, BIRTH, NO_TABLE, PATCH
 from transport.physics.directions import sample_cosine_law, sample_isotropic
@@ -13,8 +15,9 @@ from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, 
 @lane_pass(BIRTH)
 def begin(b, table, first, live):
     """A new history at full weight, standing on its source's sheet."""
-    weight, sheet = table.weight, table.sheet
+    weight, sheet, history = table.weight, table.sheet, int64(b.next_history) - int64(first)
     for k in range(first, live):
+        b.history[k] = history + int64(k)
         b.weight[k], b.sheet[k], b.start[k] = weight, sheet, 0.0
     return live
 

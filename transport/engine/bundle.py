@@ -24,6 +24,7 @@ HEADER = (
     "seed_low",
     "seed_high",
     "batch",
+    "next_history",  # number of the first newborn
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",
     "stop",  # set by another thread: end before the batch is complete

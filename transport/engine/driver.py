@@ -48,9 +48,8 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
         live = _fill_line(b, live)
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
-            for k in range(born):
-                b.history[live + k] = history + k
             if born > 0:
+                b.next_history = history
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
             live, history = _fill_line(b, live + born), history + born
@@ -63,6 +62,8 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
             return
         for p in range(len(entries)):
             live = call_pass(entries[p], handle, tables[p], 0, live)
+            if live == 0:
+                break
         if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
             return
 
