@@ -49,6 +49,8 @@ def scene(
     radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0
 ) -> tp.Scene:
     """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk."""
+    if distance < 0:
+        raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
     if distance == 0:
         detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))

@@ -1,7 +1,8 @@
 """The scene's own coordinates: the origin in the middle of its smallest shape, every coordinate within [-1, 1].
 
 There floating-point numbers are finest where the finest detail is, and the unit and the offset of the user's
-coordinates do not matter.  The size is a power of two, so that nothing is rounded.
+coordinates do not matter.  The size is a power of two, so that nothing is rounded.  Other shapes as small as 1e-10 of
+the scene, away from the origin, know their rims to about 1e-6 of their own size only.
 """
 
 import math
