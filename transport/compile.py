@@ -89,7 +89,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
             if member.surface is not None:
                 walls.append(row if isinstance(member.shape, Rectangle) else walls[0])
-    if len(surfaces) > layout.SURFACE_MASK:
+    if len(surfaces) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
     _fill_crossings(plan, sheets)
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
@@ -121,12 +121,12 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
 
 def _surface_row(member: Member) -> np.ndarray:
     match member.surface.material:
+        case Black() | Diffuse(albedo=0.0) | Mirror(reflectance=0.0):
+            return layout.row(layout.SURFACE, material=layout.BLACK, albedo=0.0)
         case Diffuse(albedo=albedo):
             return layout.row(layout.SURFACE, material=layout.DIFFUSE, albedo=albedo)
         case Mirror(reflectance=reflectance):
             return layout.row(layout.SURFACE, material=layout.MIRROR, albedo=reflectance)
-        case Black():
-            return layout.row(layout.SURFACE, material=layout.BLACK, albedo=0.0)
     raise SceneError(f"Surface {member.surface.name!r}: no engine for {member.surface.material}")
 
 

@@ -14,7 +14,7 @@ from transport.scene import Scene
 
 @dataclass(frozen=True)
 class Effects:
-    """Passes of the newborn of each source, and of every step, by name and in order."""
+    """Passes of the newborn of each emitter (a source, or a face of a Box), and of every step, by name and in order."""
 
     births: tuple[tuple[str, ...], ...]
     steps: tuple[str, ...]

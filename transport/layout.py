@@ -19,7 +19,7 @@ SHEET_SHIFT = 48
 
 TRANSPARENT, BLACK, DIFFUSE, MIRROR = 0, 1, 2, 3  # materials
 
-ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: eight units in the last place
+ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: four units in the last place
 
 GRAZING_CUT = (
     1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
@@ -45,7 +45,7 @@ def _integers(names: str) -> list[tuple[str, str]]:
     return [(name, "i8") for name in names.split()]
 
 
-# All lengths in scene lengths.  e_u, e_v, n: the local frame of design.md.
+# All lengths in scene lengths.  e_u, e_v, n: the local frame of shapes.FlatShape.frame.
 FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
 RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v margin") + _integers("code sheet"))
@@ -77,7 +77,7 @@ METER = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed")
     + _integers("mu_kind turn_kind place")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
-)  # axis: of a sphere, or of a cone, whose mu_low is minus the squared sine of its half angle
+)  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 
 CROSSING = np.dtype(
     _floats("cx cy cz nx ny nz radius reach") + _integers("surface sheet")
@@ -91,7 +91,7 @@ PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
 BEAM = np.dtype(_floats("ux uy uz"))
 TARGET = np.dtype(
     _floats(FRAME + " half_u half_v half_w inner2 outer2 area isotropic lambertian natural unit")
-)  # unit: the largest weight
+)  # unit: one over the largest weight
 
 
 def row(kind: np.dtype, **values: float) -> np.ndarray:

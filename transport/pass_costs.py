@@ -59,7 +59,7 @@ def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deq
     emitters, live, history = itertools.cycle(program.births), 0, 0
     for turn in range(MOST_STEPS):
         if live < LANES:
-            bundle["history"][0, live:LANES] = np.arange(history, history + LANES - live)
+            bundle["next_history"] = history
             for step in next(emitters):
                 visit(step, live, LANES)
         live, history = LANES, history + LANES - live

@@ -30,7 +30,9 @@ class Plan:
     meters: np.ndarray = None
     bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
     half: int = 1  # rows from a detector's arrivals to its departures
-    owners: list[int] = field(default_factory=list)  # index in scene.surfaces of each row of `surfaces`
+    owners: list[int] = field(
+        default_factory=list
+    )  # index in scene.surfaces of each row of `surfaces` after the first
     axes: set[str] = field(default_factory=set)  # of "cosine", "azimuth", "place": the finer bins called for
     edges: list[np.ndarray] = field(default_factory=list)  # kept alive: the meters' rows hold their addresses
 

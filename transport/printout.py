@@ -92,7 +92,7 @@ def print_effects(told: Effects, scene: Scene) -> None:
         say_labelled(label, names)
     costs = costs_of(scene)
     for number, births in enumerate(told.births):
-        say(f"\nborn from source {number}", style="bold")
+        say(f"\nborn of emitter {number}", style="bold")
         say(pass_table(births, costs))
     say("\nevery step", style="bold")
     say(pass_table(told.steps, costs))

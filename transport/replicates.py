@@ -176,9 +176,12 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
                 correction = weighted_mean(shifts, run.sizes)
                 deviations[run] = shifts - correction
                 value = value + np.nan_to_num(correction)
-        # Rounding's share of an operand is that of the result.
-        shares = [operand.scale / np.abs(operand.value) for operand in operands]
-        scale = np.abs(value) * reduce(np.fmax, shares)
+        # Rounding of one operand's scale, carried to the result: by how much the function then moves.
+        moved = [
+            np.abs(np.asarray(function(*means[:k], mean + operand.scale, *means[k + 1 :])) - value)
+            for k, (mean, operand) in enumerate(zip(means, operands, strict=True))
+        ]
+        scale = reduce(np.fmax, [np.where(np.isfinite(each), each, 0.0) for each in moved])
     return _replicates(value, deviations, scored, runs, scale)
 
 

@@ -109,13 +109,13 @@ class _Run:
         self.is_over = False
         self.bundles = [empty_bundle() for _ in range(self.threads)]
         self.tasks, self.lock, self.finished = enumerate(self._sizes()), threading.Lock(), queue.SimpleQueue()
-        workers = [
-            threading.Thread(target=self._work, args=(bundle,), daemon=True) for bundle in self.bundles
-        ]
+        workers: list[threading.Thread] = []
         done: dict[int, Batch] = {}
         try:
-            for worker in workers:
+            for bundle in self.bundles:
+                worker = threading.Thread(target=self._work, args=(bundle,), daemon=True)
                 worker.start()
+                workers.append(worker)
             self._collect(done)
             if not_reached := self._not_reached():
                 self.warnings.append(not_reached)
@@ -155,7 +155,10 @@ class _Run:
         """Take batches in the order of their numbers until all are there or enough is known."""
         working, taken = self.threads, 0
         while working:
-            number, batch = self._next_finished()
+            found = self._next_finished()
+            if found is None:
+                return
+            number, batch = found
             if number is not None:
                 done[number] = batch
             elif batch is not None:
@@ -168,8 +171,11 @@ class _Run:
                 if self._is_enough():
                     return
 
-    def _next_finished(self) -> tuple[int | None, Batch | Exception | None]:
+    def _next_finished(self) -> tuple[int | None, Batch | Exception | None] | None:
+        """A batch with its number, an error or a worker's end without one; None when the time is up."""
         while True:
+            if len(self.batches) > 1 and self._is_late():
+                return None
             if time.perf_counter() - self.shown > GLANCE:
                 self._show(sum(int(bundle["started"][0]) for bundle in self.bundles))
             try:
@@ -204,13 +210,16 @@ class _Run:
 
     def _is_enough(self) -> bool:
         limits = self.limits
-        if limits.seconds is not None and time.perf_counter() - self.begun >= limits.seconds:
+        if self._is_late():
             return True
         if limits.error and len(self.batches) >= limits.batches:
             ratios = self._error_ratios()
             is_hopeless = math.inf in ratios and self._particles() >= HOPELESS
             return is_hopeless or max(ratios) <= 1
         return False
+
+    def _is_late(self) -> bool:
+        return self.limits.seconds is not None and time.perf_counter() - self.begun >= self.limits.seconds
 
     def _not_reached(self) -> str | None:
         """What to say when the run ended before the error asked for was reached."""

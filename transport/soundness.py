@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
-from transport.shapes import Box, Disk, Rectangle, Sphere
+from transport.shapes import Box, Disk, Rectangle, Shape, Sphere
 from transport.sheets import are_on_one_support, overlap, sheets_of
 from transport.validation import SceneError, refuse, shown
 
@@ -49,11 +49,13 @@ def check_aims(scene: Scene) -> None:
 
 def check_endless(scene: Scene) -> None:
     """Refuse light that is shut in where nothing absorbs it and no clock stops it, as far as one shape tells."""
-    if scene.duration is not None or any(_absorbs(surface) for surface in scene.surfaces):
+    if scene.duration is not None:
         return
     for surface in scene.surfaces:
         shape = surface.shape
         if isinstance(surface.material, Transparent) or not shape.is_closed:
+            continue
+        if any(_absorbs(other) and _meet(other.shape, shape) for other in scene.surfaces):
             continue
         for source in scene.sources:
             origin = scene.shape_of(source)
@@ -72,6 +74,12 @@ def _absorbs(surface: Surface) -> bool:
         case Mirror(reflectance=reflectance):
             return reflectance < 1
     return isinstance(surface.material, Black)
+
+
+def _meet(a: Shape, b: Shape) -> bool:
+    """Whether the boxes about two shapes overlap."""
+    (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
+    return all(p <= s and r <= q for p, q, r, s in zip(low_a, high_a, low_b, high_b, strict=True))
 
 
 def _holds(shape: Sphere | Box, point: tuple[float, ...]) -> bool:

@@ -1,6 +1,6 @@
 """The only place with addresses: calling a pass, and seeing memory as an array; plain twins for NUMBA_DISABLE_JIT=1.
 
-Whoever takes an address keeps alive what it points to (program.Program holds its tables, simulate.run_batch its sums).
+Whoever takes an address keeps alive what it points to (program.Program holds its tables, driver.run_batch its sums).
 """
 
 import ctypes

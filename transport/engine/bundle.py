@@ -24,7 +24,7 @@ HEADER = (
     "seed_low",
     "seed_high",
     "batch",
-    "next_history",  # number of the first newborn
+    "next_history",  # number of the history that the next newborn lane begins
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",
     "stop",  # set by another thread: end before the batch is complete
@@ -42,7 +42,7 @@ CARRIED = (
     ("weight", "f8"),  # [largest birth weight of the scene]
     ("birth", "f8"),  # weight when born
     ("history", "i8"),  # number within the batch
-    ("event", "i8"),  # draws made so far
+    ("event", "i8"),  # reflections so far, and other crossings that drew: numbers the draws
     ("sheet", "i8"),  # the support that the particle stands on; 0: none
     ("start", "f8"),  # where on the ray it is: 0, or negative for one aimed at a target where x is
     ("distance", "f8"),  # along the ray from x to what it meets next

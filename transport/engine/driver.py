@@ -1,6 +1,6 @@
 """Runs a program bundle after bundle: fill up with newborn, take every step, until no particle is left.
 
-`run_batch(program, seed, batch, histories)` is a pure function and the only unit of work.
+`run_batch(machine, seed, batch, histories)` is a pure function and the only unit of work.
 """
 
 import math
@@ -160,6 +160,6 @@ def run_batch(
     if bundle["crossings"][0] >= MOST_CROSSINGS:
         raise OverflowError(
             f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
-            " batches, and see that some surface absorbs"
+            " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
     return RawSums(histories, tallies, ledger, int(bundle["crossings"][0]))

@@ -8,7 +8,7 @@ from numba import float64, int64
 
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs, slant
+from transport.engine.sums import limbs, salt_of, slant
 from transport.layout import (
     LAYER,
     LAYERS,
@@ -48,42 +48,42 @@ def cosine_bin(look, mu):
 @lane_pass(LAYERS)
 def bin_arrivals(b, table, first, live):
     """The cosine bin of what comes towards the meter's side."""
-    layer = table.layer
+    layer, salt = table.layer, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         base = look & LOOK_BASE
         here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, b.history[k])
+        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
     return live
 
 
 @lane_pass(LAYERS)
 def bin_departures(b, table, first, live):
     """The cosine bin of what leaves from the meter's side."""
-    layer, half = table.layer, table.half
+    layer, half, salt = table.layer, table.half, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         base = (look & LOOK_BASE) + half
         here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, b.history[k])
+        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
     return live
 
 
 @lane_pass(LAYERS)
 def bin_crossings(b, table, first, live):
     """Where nothing acts, a crossing is an arrival on one side and a departure from the other."""
-    layer, half = table.layer, table.half
+    layer, half, salt = table.layer, table.half, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
         base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
         b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, b.history[k])
+        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
     return live
 
 

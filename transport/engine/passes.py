@@ -7,6 +7,8 @@ It is compiled once, when a program first calls for it, and cached on disk by it
 kind compiles nothing.  With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on records.
 """
 
+import dis
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,8 +35,11 @@ class Pass:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The bundle's lane fields that the loop names."""
-        return tuple(name for name in LANE_FIELDS if name in self.function.__code__.co_names)
+        """The bundle's lane fields that the loop names, as attributes of its first parameter."""
+        bundle = self.function.__code__.co_varnames[0]
+        steps = list(dis.get_instructions(self.function))
+        named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == bundle}
+        return tuple(name for name in LANE_FIELDS if name in named)
 
     @cached_property
     def compiled(self):

@@ -10,6 +10,7 @@ from transport.physics.device import device
 
 ROW = 4  # int64 words of a row: high, low, count, slant
 HASH = int64(-7046029254386353131)  # 2^64 over the golden ratio
+SALT = int64(-4417276706812531889)  # 2^64 / 1.32, odd
 MANTISSA = (1 << 52) - 1
 HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # [largest birth weight]
 
@@ -23,13 +24,19 @@ def limbs(weight):
 
 
 @device
-def slant(weight, mu, history):
+def slant(weight, mu, salt):
     """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
 
     Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean; the chance
-    is a hash of the crossing's cosine and history (Fibonacci hashing).  A score is at most 2^33 units.
+    is a hash of the crossing's cosine and of a salt, its run, batch and history (Fibonacci hashing).  A score is at most 2^33 units.
     """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
-    chance = ((bits_of(m) ^ history) * HASH >> 12) & MANTISSA
+    chance = ((bits_of(m) ^ salt) * HASH >> 12) & MANTISSA
     return int64(math.floor(weight * inverse * 4194304.0 + float64(chance) * 2.220446049250313e-16))
+
+
+@device
+def salt_of(seed_low, batch):
+    """What tells the runs and batches apart in `slant`; histories are added to it."""
+    return (seed_low * SALT ^ batch) * SALT

@@ -23,7 +23,7 @@ from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, random_words, short_uniform, uniform
 
-MOST_EVENTS = 1 << 24
+MOST_EVENTS = 1 << 24  # after which a history is given up
 
 
 @lane_pass(ROWS)
@@ -124,7 +124,7 @@ def play_roulette(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def give_up(b, table, first, live):
-    """A history of MOST_EVENTS reflections is lost, and counted as such: its scene keeps light and absorbs none."""
+    """A history of MOST_EVENTS events is lost, and counted as such: its scene keeps light and absorbs none."""
     any_endless = 0
     for k in range(first, live):
         any_endless |= 1 if (b.event[k] >= MOST_EVENTS) & (b.weight[k] != 0.0) else 0
