@@ -270,3 +270,15 @@ def test_unlike_units_and_bare_numbers_are_refused():
     share = a / noisy(7, 1, 3)
     assert (1 - share).value == pytest.approx(1 - share.value)
     assert (a + 0) is a
+
+
+def test_a_difference_that_happens_to_be_zero_keeps_its_error_in_products_and_ratios():
+    """Two noisy totals that are equal by chance: what is made of their difference is no better known."""
+    random, run = np.random.default_rng(1), Batches(np.full(32, 1000))
+    a, b, c = (random.poisson(1000, 32).astype(float) for _ in "abc")
+    b[0] += a.sum() - b.sum()
+    first, second, third = (
+        Estimate(counts / 1000, run, "1", counts=int(counts.sum())) for counts in (a, b, c)
+    )
+    np.testing.assert_allclose(((first - second) / third).error, (first - second).error, rtol=0.02)
+    np.testing.assert_allclose(((first - second) * third).error, (first - second).error, rtol=0.02)

@@ -15,7 +15,17 @@ from transport.vectors import Vector, dot
 
 
 def crossings_of(members: list[Member]) -> Iterator[tuple[int, int]]:
-    """Pairs (hit, other) of acting members of different sheets: the other comes within rounding of the hit's inside."""
+    """Pairs (hit, other) of acting members that come within rounding of one another.
+
+    There are none where surfaces share edges only: a point near its own edge is cared for by itself.
+    """
+    pairs = list(_pairs(members))
+    if any(is_inside for *_, is_inside in pairs):
+        yield from (pair[:2] for pair in pairs)
+
+
+def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
+    """Pairs (hit, other) that touch, and whether the other comes inside the hit."""
     if not members:
         return
     low, high = (np.array([member.shape.bounds[side] for member in members]) for side in (0, 1))
@@ -23,26 +33,27 @@ def crossings_of(members: list[Member]) -> Iterator[tuple[int, int]]:
     for hit, member in enumerate(members):
         near = ((low <= high[hit] + tolerance) & (high >= low[hit] - tolerance)).all(axis=1)
         for other in np.flatnonzero(near):
-            if other != hit and comes_inside(member.shape, members[other].shape, tolerance):
-                yield hit, int(other)
+            if other != hit and touches(member.shape, members[other].shape, tolerance, tolerance):
+                is_inside = touches(member.shape, members[other].shape, -tolerance, tolerance)
+                yield hit, int(other), is_inside
 
 
-def comes_inside(hit: Shape, other: Shape, tolerance: float) -> bool:
-    """Whether a shape comes within the tolerance of a point inside another; its edge may, the other's may not."""
+def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:
+    """Whether a shape comes within the tolerance of another, of which `widened` (negative: shrunk) counts."""
     if isinstance(hit, Sphere) and isinstance(other, Sphere):
         apart = math.dist(hit.center, other.center)
         return abs(hit.radius - other.radius) - tolerance <= apart <= hit.radius + other.radius + tolerance
     if isinstance(hit, Sphere) or isinstance(other, Sphere):
         ball, flat = (hit, other) if isinstance(hit, Sphere) else (other, hit)
         return abs(dot(_minus(ball.center, flat.center), flat.normal)) <= ball.radius + tolerance
-    inside, beside = _common_line(hit, other, tolerance)
+    inside, beside = _common_line(hit, other, widened, tolerance)
     return inside[0] < inside[1] and max(inside[0], beside[0]) <= min(inside[1], beside[1])
 
 
 def _common_line(
-    hit: Shape, other: Shape, tolerance: float
+    hit: Shape, other: Shape, widened: float, tolerance: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The stretches of two planes' common line that lie well inside one shape, and inside or at the edge of the other."""
+    """The stretches of two planes' common line that lie within one shape, widened, and within the other."""
     nothing = (math.inf, -math.inf)
     slope = dot(hit.normal, other.normal)
     across = tuple(m - slope * n for m, n in zip(other.normal, hit.normal, strict=True))
@@ -54,7 +65,7 @@ def _common_line(
     x, y = hit.normal, other.normal
     line = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
     line = tuple(value / math.sqrt(steep) for value in line)
-    return _stretch(hit, point, line, -tolerance), _stretch(other, point, line, tolerance)
+    return _stretch(hit, point, line, widened), _stretch(other, point, line, tolerance)
 
 
 def _stretch(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[float, float]:

@@ -160,3 +160,20 @@ def test_walls_that_overhang_leak_where_rounding_decides_the_side(monkeypatch):
         tp.simulate(tp.Scene(sources=[beam], surfaces=room(0.1)), particles=2000).ledger["escaped"].value
         > 0.1
     )
+
+
+@pytest.mark.parametrize("material", [tp.Mirror(0.9), tp.Diffuse(0.5)], ids=["mirror", "diffuse"])
+@pytest.mark.parametrize("degrees", [60, 45, 30, 10, 1])
+def test_an_oblique_partition_holds_beams_into_the_point_where_three_surfaces_meet(degrees, material):
+    """In an acute wedge, what is pushed away from one wall is pushed through another: points go back along their ray."""
+    angle = np.radians(degrees)
+    foot, along = np.array([-1.0, 0.1, 0.0]), np.array([np.sin(angle), np.cos(angle), 0.0])
+    shape = tp.Rectangle(
+        center=foot + 0.4 * along, normal=(along[1], -along[0], 0), width=0.8, height=2.0, up=(0, 0, 1)
+    )
+    start = foot + 0.3 * np.array([np.sin(angle / 2), np.cos(angle / 2), 0.5])
+    beam = tp.Source(tp.Point(position=start), tp.Beam(foot + (0, 0, -1) - start, power=1.0))
+    surfaces = [tp.Surface(tp.Box(size=2.0), material), tp.Surface(shape, material)]
+    result = tp.simulate(tp.Scene(sources=[beam], surfaces=surfaces), particles=2000, seed=1)
+    assert result.ledger["escaped"].value == 0
+    assert result.ledger["lost"].value == 0

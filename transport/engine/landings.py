@@ -16,6 +16,10 @@ from transport.layout import (
     SURFACE_SHIFT,
 )
 
+STEEP = 2.0**-12  # cosine below which a ray grazes a surface
+NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
+ZONE = 64.0  # reaches about a surface in which a point is kept clear of it
+
 
 @lane_pass(ROWS)
 def stand_on_sheet(b, table, first, live):
@@ -97,11 +101,18 @@ def remember_origin(b, table, first, live):
 
 @lane_pass(CROSSING)
 def keep_to_side(b, table, first, live):
-    """A point on one surface, within rounding of another that cuts or touches it, stays on the side it came from."""
+    """A point on one surface, close to another that cuts or touches it, stays on the side it came from.
+
+    It goes back along its own ray, never past the ray's origin: so it stays on the right side of every surface that the
+    flight did not cross, however many meet there and at whatever angle, and clear of both by more than rounding; a
+    shorter flight, within such a corner, goes nowhere.  Only a ray that grazes the other surface is moved along that
+    one's normal.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     radius, reach, surface, sheet = table.radius, table.reach, table.surface, table.sheet
     is_plane = radius == 0.0
     for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
         r, o = math.sqrt(rx * rx + ry * ry + rz * rz), math.sqrt(ox * ox + oy * oy + oz * oz)
@@ -113,12 +124,23 @@ def keep_to_side(b, table, first, live):
         )
         height = rx * nx + ry * ny + rz * nz if is_plane else r - radius
         before = ox * nx + oy * ny + oz * nz if is_plane else o - radius
-        away = b.ux[k] * (nx if is_plane else ox * over_o)
-        away += b.uy[k] * (ny if is_plane else oy * over_o) + b.uz[k] * (nz if is_plane else oz * over_o)
+        away = ux * (nx if is_plane else ox * over_o)
+        away += uy * (ny if is_plane else oy * over_o) + uz * (nz if is_plane else oz * over_o)
         from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
-        here = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= reach)
-        shift = ((2.0 * reach if from_front else -2.0 * reach) - height) if here else 0.0
-        b.x[k] += shift * gx
-        b.y[k] += shift * gy
-        b.z[k] += shift * gz
+        slope = abs(ux * gx + uy * gy + uz * gz)
+        dx, dy, dz = rx - ox, ry - oy, rz - oz
+        flight = math.sqrt(dx * dx + dy * dy + dz * dz)
+        steepest = min(slope, abs(b.mu[k]))
+        back = 2.0 * reach / (steepest if steepest > STEEP else STEEP)
+        back = flight if back > flight else back
+        near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= ZONE * reach)
+        grazes = (slope <= STEEP) & (abs(height) <= reach)
+        narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, and both grazed
+        along = back if near & (slope > STEEP) else 0.0
+        along = narrow if near & grazes & (abs(b.mu[k]) <= STEEP) else along
+        across = (2.0 * reach if from_front else -2.0 * reach) - height
+        across = across if near & grazes & (abs(b.mu[k]) > STEEP) else 0.0
+        b.x[k] += across * gx - along * ux
+        b.y[k] += across * gy - along * uy
+        b.z[k] += across * gz - along * uz
     return live
