@@ -8,7 +8,6 @@ from transport import layout
 from transport.plan import Plan
 
 HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
-LEDGER = ("escaped", "in_flight", "roulette", "lost")
 
 
 class LedgerError(AssertionError):

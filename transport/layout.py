@@ -27,7 +27,6 @@ GRAZING_CUT = (
 
 # The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
-LEDGER_WORDS = 4 * ABSORBED
 
 NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
@@ -48,13 +47,12 @@ def _integers(names: str) -> list[tuple[str, str]]:
 # All lengths in scene lengths.  e_u, e_v, n: the local frame of shapes.FlatShape.frame.
 FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
-RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v margin") + _integers("code sheet"))
+RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v") + _integers("code sheet"))
 DISK = np.dtype(_floats("cx cy cz nx ny nz inner2 outer2 breadth") + _integers("code sheet"))
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 
 SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane
 SURFACE = np.dtype(_floats("albedo") + _integers("material"))
-STAND = np.dtype([("rows", "i8"), ("count", "i8"), ("surfaces", "i8")])
 
 # The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
 #   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
@@ -63,18 +61,18 @@ LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1
 LAYERS = np.dtype(
     _integers("rows count layer half meters meter_count")
 )  # half: rows from arrivals to departures
-# A meter's axes beyond plain cosine bins: kind of coordinate (0: none), low edge, cells per unit, number of cells,
-# address of the edges where they are not uniform, distance in rows from one cell to the next.
-AXIS_KINDS = WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
+# A meter's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of their edges, distance
+# in rows from one cell to the next; turn_low: the first azimuth edge [rad].
+WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
 RECTANGLE_PLACE, DISK_PLACE, SPHERE_PLACE = 1, 2, 3
 
 
 def _axis(name: str) -> list[tuple[str, str]]:
-    return _floats(f"{name}_low {name}_scale") + _integers(f"{name}_cells {name}_edges {name}_stride")
+    return _integers(f"{name}_cells {name}_edges {name}_stride")
 
 
 METER = np.dtype(
-    _floats(FRAME + " axis_x axis_y axis_z side handed")
+    _floats(FRAME + " axis_x axis_y axis_z side handed turn_low")
     + _integers("mu_kind turn_kind place")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle

@@ -44,7 +44,7 @@ def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deq
         return lane_pass.name, lane_pass.entry, table.ctypes.data
 
     bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
-    bundle["tallies"], bundle["tally_words"] = tallies.ctypes.data, tallies.size
+    bundle["tallies"] = tallies.ctypes.data
     bundle["ledger"], bundle["ledger_words"] = ledger.ctypes.data, ledger.size
     words = bundle.view(np.int64)
     visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}

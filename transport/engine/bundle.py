@@ -18,7 +18,6 @@ PITCH = (
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "tallies",  # address of the batch's detector sums
-    "tally_words",
     "ledger",  # address of the batch's ledger sums
     "ledger_words",
     "seed_low",

@@ -140,7 +140,6 @@ def run_batch(
     ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
     header = {
         "tallies": tallies.ctypes.data,
-        "tally_words": tallies.size,
         "ledger": ledger.ctypes.data,
         "ledger_words": ledger.size,
         "seed_low": seed & 0xFFFFFFFF,

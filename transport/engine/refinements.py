@@ -27,24 +27,19 @@ from transport.physics.elementary import TWO_PI, azimuth_turn
 
 
 @device
-def cell(value, low, scale, cells, edges):
-    """Which of the cells holds the value; -1: none.  Uniform cells from low, or the edges at an address."""
+def cell(value, cells, edges):
+    """Which of the cells between the edges at an address holds the value; -1: none."""
     found = -1
-    if edges == 0:
-        i = math.floor((value - low) * scale)
-        found = int(i) if (i >= 0.0) & (i < cells) else -1
-        found = cells - 1 if (i >= cells) & ((value - low) * scale == cells) else found
-    else:
-        bounds = view(edges, cells + 1, np.float64)
-        if (value >= bounds[0]) & (value <= bounds[cells]):
-            left, right = 0, cells
-            while right - left > 1:
-                middle = (left + right) // 2
-                if value >= bounds[middle]:
-                    left = middle
-                else:
-                    right = middle
-            found = left
+    bounds = view(edges, cells + 1, np.float64)
+    if (value >= bounds[0]) & (value <= bounds[cells]):
+        left, right = 0, cells
+        while right - left > 1:
+            middle = (left + right) // 2
+            if value >= bounds[middle]:
+                left = middle
+            else:
+                right = middle
+        found = left
     return found
 
 
@@ -86,7 +81,7 @@ def refine_by_cosine(b, table, first, live):
                     value = -sine_squared(
                         toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
                     )
-                found = cell(value, m.mu_low, m.mu_scale, m.mu_cells, m.mu_edges)
+                found = cell(value, m.mu_cells, m.mu_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.mu_stride)
     return live
 
@@ -118,7 +113,7 @@ def refine_by_azimuth(b, table, first, live):
                     angle += TWO_PI
                 elif angle >= m.turn_low + TWO_PI:
                     angle -= TWO_PI
-                found = cell(angle, m.turn_low, m.turn_scale, m.turn_cells, m.turn_edges)
+                found = cell(angle, m.turn_cells, m.turn_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.turn_stride)
     return live
 
@@ -142,9 +137,9 @@ def refine_by_place(b, table, first, live):
                 else:
                     w = px * m.nx + py * m.ny + pz * m.nz
                     u, v = math.atan2(math.sqrt(u * u + v * v), w), azimuth_turn(u, v) * TWO_PI
-                found = cell(u, m.u_low, m.u_scale, m.u_cells, m.u_edges)
+                found = cell(u, m.u_cells, m.u_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)
                 if b.bin[k] > b.home[k]:
-                    found = cell(v, m.v_low, m.v_scale, m.v_cells, m.v_edges)
+                    found = cell(v, m.v_cells, m.v_edges)
                     b.bin[k] = shifted(b.bin[k], b.home[k], found, m.v_stride)
     return live

@@ -8,11 +8,9 @@ from transport.layout import GRAZING_CUT
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
-ROW = 4  # int64 words of a row: high, low, count, slant
 HASH = int64(-7046029254386353131)  # 2^64 over the golden ratio
 SALT = int64(-4417276706812531889)  # 2^64 / 1.32, odd
 MANTISSA = (1 << 52) - 1
-HIGH_UNIT, LOW_UNIT, SLANT_UNIT = 2.0**-32, 2.0**-63, 2.0**-22  # [largest birth weight]
 
 
 @device
