@@ -18,6 +18,7 @@ from transport.layout import (
 
 STEEP = 2.0**-12  # cosine below which a ray grazes a surface
 NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
+SHORT = 31.0 / 32.0  # of a flight at most: its origin may stand on a surface, within rounding of either side
 ZONE = 64.0  # reaches about a surface in which a point is kept clear of it
 
 
@@ -103,7 +104,7 @@ def remember_origin(b, table, first, live):
 def keep_to_side(b, table, first, live):
     """A point on one surface, close to another that cuts or touches it, stays on the side it came from.
 
-    It goes back along its own ray, never past the ray's origin: so it stays on the right side of every surface that the
+    It goes back along its own ray, not quite to the ray's origin: so it stays on the right side of every surface that the
     flight did not cross, however many meet there and at whatever angle, and clear of both by more than rounding; a
     shorter flight, within such a corner, goes nowhere.  Only a ray that grazes the other surface is moved along that
     one's normal.
@@ -132,7 +133,7 @@ def keep_to_side(b, table, first, live):
         flight = math.sqrt(dx * dx + dy * dy + dz * dz)
         steepest = min(slope, abs(b.mu[k]))
         back = 2.0 * reach / (steepest if steepest > STEEP else STEEP)
-        back = flight if back > flight else back
+        back = SHORT * flight if back > SHORT * flight else back
         near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= ZONE * reach)
         grazes = (slope <= STEEP) & (abs(height) <= reach)
         narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, and both grazed
