@@ -1,7 +1,5 @@
 """The command line: what it prints, its JSON, its refusals and exit statuses, and what it does not import."""
 
-import contextlib
-import io
 import json
 import math
 import os
@@ -479,20 +477,3 @@ def test_list_loads_no_compiler_and_no_plotting(call):
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment, stdout=subprocess.DEVNULL)
-
-
-def test_the_readmes_first_experiment_is_short_and_prints_what_it_says(call):
-    blocks = (ROOT / "README.md").read_text(encoding="utf-8").split("```")
-    place = next(i for i, block in enumerate(blocks) if block.startswith("python\n"))
-    code, said = blocks[place].removeprefix("python\n"), blocks[place + 2].removeprefix("text\n")
-    assert len([line for line in code.splitlines() if line.strip()]) <= 12
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(code, "README.md", "exec"), {})
-    assert _without_times(printed.getvalue()) == _without_times(said)
-
-
-def _without_times(text):
-    return [
-        line.rstrip() for line in text.strip().splitlines() if not line.startswith(("cost:", "next digit:"))
-    ]

@@ -27,6 +27,7 @@ class Limits:
 
 
 def checked_limits(scene, particles, error, seconds, batches) -> Limits:
+    """The limits of a run, as `simulate` takes them.  Raises SceneError where none is given or one cannot be kept."""
     error = {} if error is None else error
     if not isinstance(error, Mapping):
         raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
@@ -70,8 +71,9 @@ def _check_quantity(scene: Scene, name: str) -> None:
 
 
 def checked_whole(name: str, value: object, least: int, most: int) -> int:
-    whole = _is_number(value) and value == int(value) if _is_number(value) and math.isfinite(value) else False
-    if not whole or not least <= value <= most:
+    """The value as a whole number within its range; floats such as 1e6 are taken.  Raises SceneError."""
+    is_whole = _is_number(value) and math.isfinite(value) and value == int(value)
+    if not is_whole or not least <= value <= most:
         raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
     return int(value)
 
@@ -83,6 +85,7 @@ def _is_number(value: object) -> bool:
 
 
 def checked_threads(threads: object) -> int:
+    """The number of threads; None means one for each core that this process may use.  Raises SceneError."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return checked_whole("threads", threads, 1, 1024)

@@ -40,7 +40,7 @@ class Reading:
         self._unit = Unit.parse("s^-1" if self._is_gas else "W")
         self._cells = bin_counts(detector, self._shape)
         self._batches, self._first, self._half = result.batches, plan.bases[detector.name], plan.half
-        self._is_exact_out = _emits_all(plan)(detector)
+        self._is_exact_out = _leaves_once(plan, detector)
 
     @cached_property
     def area(self) -> float:
@@ -254,19 +254,14 @@ class Reading:
         raise SceneError(f"Detector {self.name!r}: {quantity} needs {need}; {cure}")
 
 
-def _emits_all(plan):
+def _leaves_once(plan, detector: Detector) -> bool:
     """Whether by construction every history leaves once from the detector's side, and never more."""
-
-    def is_exact(detector: Detector) -> bool:
-        scene = plan.scene
-        shape = scene.shape_of(detector)
-        return not plan.acts and all(
-            scene.shape_of(source) == shape
-            and source.emission.has_side
-            and source.is_back == detector.is_back
-            and source.aim is None
-            and (not shape.is_closed or not source.is_back)
-            for source in scene.sources
-        )
-
-    return is_exact
+    scene, shape = plan.scene, plan.scene.shape_of(detector)
+    return not plan.acts and all(
+        scene.shape_of(source) == shape
+        and source.emission.has_side
+        and source.is_back == detector.is_back
+        and source.aim is None
+        and (not shape.is_closed or not source.is_back)
+        for source in scene.sources
+    )

@@ -83,7 +83,7 @@ def _machine(scene: Scene, bar: Progress):
     from transport.engine.driver import machine_of
 
     program = _program(scene)
-    if not hasattr(program, "machine"):
+    if program.machine is None:
         program.machine = machine_of(program, bar.compiling)
     return program.machine
 

@@ -114,7 +114,7 @@ def test_a_source_meters_its_whole_power_wherever_the_origin_lies():
     crumb = tp.Detector(tp.Disk(radius=1e-13, center=(-1, 0, 0)), name="crumb")
     source = tp.Source(disk, tp.Lambertian(power=1.0))
     result = tp.simulate(
-        tp.Scene(sources=[source], detectors=[tp.Detector(disk, name="own"), crumb]), particles=10_000
+        tp.Scene(sources=[source], detectors=[tp.Detector(disk, name="own"), crumb]), particles=1_000_000
     )
     np.testing.assert_allclose(result["own"].flux_out.value, 1.0, rtol=1e-14)
 

@@ -14,7 +14,7 @@ from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.layout import BORN, NO_TABLE, TARGET
 from transport.physics.directions import turned_by
-from transport.physics.elementary import cos_sin_turn
+from transport.physics.elementary import TWO_PI, cos_sin_turn
 from transport.physics.emission import aimed_weight, cone_about
 from transport.physics.rays import box_crossings, plane_crossing
 from transport.physics.streams import AIM, random_words, short_uniform, uniform
@@ -82,21 +82,21 @@ def aim_at_sphere(b, table, first, live):
         d = math.sqrt(d2)
         inverse = 1.0 / d if d2 > 0.0 else 0.0
         axis_x, axis_y, axis_z = rx * inverse, ry * inverse, rz * inverse if d2 > 0.0 else 1.0
-        gap = cone_about(d2, radius) * uniform(w0, w1)  # 1 - cos of the angle from the axis
+        cone = cone_about(d2, radius)
+        gap = cone * uniform(w0, w1)  # 1 - cos of the angle from the axis
         cosine, sine = 1.0 - gap, math.sqrt(gap * (2.0 - gap))
         c, s = cos_sin_turn(uniform(w2, w3))
         ex, ey, ez = turned_by(axis_x, axis_y, axis_z, 0.0, c, s)
         ux, uy, uz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
         mu = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (mu if mu > 0.0 else 0.0)
-        solid_angle = 6.283185307179586 * cone_about(d2, radius)
         depth = d * sine  # the ray's closest point to the centre, relative to it
         b.x[k] = cx + depth * (cosine * ex - sine * axis_x)
         b.y[k] = cy + depth * (cosine * ey - sine * axis_y)
         b.z[k] = cz + depth * (cosine * ez - sine * axis_z)
         b.start[k] = -d * cosine
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
-        b.weight[k] *= f * solid_angle * scale
+        b.weight[k] *= f * TWO_PI * cone * scale
     return live
 
 

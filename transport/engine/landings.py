@@ -106,7 +106,7 @@ def keep_to_side(b, table, first, live):
 
     It goes back along its own ray, not quite to the ray's origin: so it stays on the right side of every surface that the
     flight did not cross, however many meet there and at whatever angle, and clear of both by more than rounding; a
-    shorter flight, within such a corner, goes nowhere.  Only a ray that grazes the other surface is moved along that
+    shorter flight, within such a corner, keeps little of its way.  Only a ray that grazes the other surface is moved along that
     one's normal.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz

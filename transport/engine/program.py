@@ -33,6 +33,7 @@ class Program:
     plan: Plan
     steps: list[Step] = field(default_factory=list)
     births: list[list[Step]] = field(default_factory=list)
+    machine: object = None  # driver.machine_of it, once it is made
 
     @property
     def passes(self) -> list[Pass]:
