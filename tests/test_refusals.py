@@ -7,8 +7,9 @@ import pytest
 
 from transport.detectors import Detector, Directions, Positions
 from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.phase_space import PhaseSpace, Snapshot
 from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
 from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
 from transport.validation import SceneError
 
@@ -17,6 +18,16 @@ SHEET = Rectangle(width=2, height=4)
 LAMP = Source(DISK, Lambertian(power=1))
 GAS = Source(CUBE, Gas(1e20, 500))
 WALL = Surface(DISK, Black(), name="floor")
+EDGES, CORNERS = (0, 1, 2), [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+
+
+def meter(**how):
+    return Detector(DISK, name="lid", **how)
+
+
+def cloud(**how):
+    return PhaseSpace(**{"time": 1, "name": "cloud"} | how)
+
 
 REFUSALS = {
     # names and places of parameters
@@ -48,7 +59,7 @@ REFUSALS = {
         lambda: Directions(8),
         ["Directions takes keywords only: write Directions(mu=...)", "8"],
     ),
-    "too many": (lambda: Diffuse(0.5, 0.25), ["Diffuse", "0.25", "Diffuse(albedo=...)"]),
+    "too many": (lambda: Mirror(0.5, 0.25), ["Mirror", "0.25", "Mirror(reflectance=...)"]),
     "none wanted": (lambda: Black(1), ["Black", "got 1", "write Black()"]),
     "twice": (lambda: Diffuse(0.5, albedo=0.25), ["Diffuse", "albedo", "twice", "0.25"]),
     "missing": (lambda: Rectangle(width=1), ["Rectangle", "height missing", "height=..."]),
@@ -137,7 +148,7 @@ REFUSALS = {
         lambda: Source(DISK, Isotropic(power=1)),
         ["Source", "Isotropic", "Disk(", "Lambertian"],
     ),
-    "gas ball": (lambda: Source(BALL, Gas(1, 1)), ["Source", "Gas leaves from a Box", "Sphere("]),
+    "gas disk": (lambda: Source(DISK, Gas(1, 1)), ["Source", "Gas leaves from a Box", "Disk("]),
     "side": (
         lambda: Source(DISK, Lambertian(power=1), side="bak"),
         ["Source: side", "'bak'", "did you mean 'back'"],
@@ -305,6 +316,110 @@ REFUSALS = {
     "resolved positions": (
         lambda: Scene(LAMP, WALL, Detector("floor", positions=Positions(u=(0, 2)))),
         ["Detector 'floor'", "Positions: u", "(0.0, 2.0)"],
+    ),
+    # clocks, speeds and histories of detectors
+    "meter cloud": (lambda: Detector(Cloud(sigma=1), name="lid"), ["Detector 'lid': shape", "Cloud("]),
+    "times count": (lambda: meter(times=0), ["Detector 'lid': times", "a number of bins", "got 0"]),
+    "times float": (lambda: meter(times=2.5), ["Detector 'lid': times", "got 2.5"]),
+    "times order": (lambda: meter(times=(0, 2, 1)), ["Detector 'lid': times", "increasing", "(0, 2, 1)"]),
+    "times before 0": (lambda: meter(times=(-1, 2)), ["Detector 'lid': times", "0 or above", "(-1, 2)"]),
+    "times after the end": (
+        lambda: Scene(LAMP, (), meter(times=(0, 3)), duration=2),
+        ["Detector 'lid': times edges", "[0.0, 2.0]", "duration", "(0.0, 3.0)"],
+    ),
+    "times without a clock": (
+        lambda: Scene(LAMP, (), meter(times=4)),
+        ["Detector 'lid': times need a clock", "got 4", "Scene(..., duration=...)"],
+    ),
+    "speeds count": (lambda: meter(speeds=4), ["Detector 'lid': speeds", "edges", "got 4", "linspace"]),
+    "speeds below 0": (lambda: meter(speeds=(-1, 1)), ["Detector 'lid': speeds", "0 or above", "(-1, 1)"]),
+    "speeds infinite": (lambda: meter(speeds=(0, math.inf)), ["Detector 'lid': speeds", "finite", "inf"]),
+    "via type": (lambda: meter(via=3), ["Detector 'lid': via", "name", "got 3", "via='pinhole'"]),
+    "via empty": (lambda: meter(via=()), ["Detector 'lid': via", "got ()"]),
+    "via blank": (lambda: meter(via=("a", " ")), ["Detector 'lid': via", "('a', ' ')"]),
+    "via twice": (lambda: meter(via=("a", "a")), ["Detector 'lid': via", "once", "('a', 'a')"]),
+    "via unknown": (
+        lambda: Scene(LAMP, WALL, meter(via="flor")),
+        ["Detector 'lid': via must name a detector or a surface", "got 'flor'", "did you mean 'floor'?"],
+    ),
+    "events type": (lambda: meter(events=1.0), ["Detector 'lid': events", "reflections", "got 1.0"]),
+    "events bool": (lambda: meter(events=True), ["Detector 'lid': events", "True"]),
+    "events below 0": (lambda: meter(events=-1), ["Detector 'lid': events", "got -1"]),
+    "events order": (lambda: meter(events=(2, 1)), ["Detector 'lid': events", "(least, most)", "(2, 1)"]),
+    "events three": (lambda: meter(events=(0, 1, 2)), ["Detector 'lid': events", "(0, 1, 2)", "math.inf"]),
+    "events nan": (lambda: meter(events=(0, math.nan)), ["Detector 'lid': events", "nan"]),
+    "moments": (lambda: meter(moments="all"), ["Detector 'lid': moments", "True or False", "'all'"]),
+    # phase spaces and snapshots
+    "phase space of nothing": (
+        lambda: PhaseSpace(time=1),
+        ["PhaseSpace 'phase_space': one or two of x, y, z, vx, vy, vz, speed, mu", "none", "x=edges"],
+    ),
+    "phase space of three": (
+        lambda: PhaseSpace(x=EDGES, vx=EDGES, mu=4, time=1),
+        ["PhaseSpace 'phase_space': one or two of", "got x, vx, mu", "each pair"],
+    ),
+    "phase space by place": (lambda: PhaseSpace(EDGES), ["PhaseSpace", "keywords only", "time=..."]),
+    "phase space without time": (lambda: PhaseSpace(x=EDGES), ["PhaseSpace", "time missing"]),
+    "x count": (lambda: cloud(x=8), ["PhaseSpace 'cloud': x", "edges", "got 8", "linspace"]),
+    "x order": (lambda: cloud(x=(0, 2, 1)), ["PhaseSpace 'cloud': x", "increasing", "(0, 2, 1)"]),
+    "x twice the same": (lambda: cloud(x=(0, 0)), ["PhaseSpace 'cloud': x", "increasing", "(0, 0)"]),
+    "vx infinite": (lambda: cloud(vx=(-math.inf, 0)), ["PhaseSpace 'cloud': vx", "finite", "-inf"]),
+    "speed below 0": (lambda: cloud(speed=(-1, 1)), ["PhaseSpace 'cloud': speed", "0 or above", "(-1, 1)"]),
+    "cosine beyond 1": (lambda: cloud(mu=(0, 1.1)), ["PhaseSpace 'cloud': mu", "[-1.0, 1.0]", "1.1"]),
+    "cosines none": (lambda: cloud(mu=0), ["PhaseSpace 'cloud': mu", "got 0"]),
+    "bins in phase space": (
+        lambda: cloud(x=range(10_001), vx=range(10_001)),
+        ["PhaseSpace 'cloud': x x vx", "10000000", "got 100000000"],
+    ),
+    "time before 0": (lambda: PhaseSpace(x=EDGES, time=-1), ["PhaseSpace", "time", "0 or later", "got -1"]),
+    "time nan": (lambda: PhaseSpace(x=EDGES, time=math.nan), ["PhaseSpace", "time", "nan"]),
+    "time text": (lambda: PhaseSpace(x=EDGES, time="1"), ["PhaseSpace", "time", "'1'"]),
+    "times none": (lambda: PhaseSpace(x=EDGES, time=()), ["PhaseSpace", "time", "got ()"]),
+    "times falling": (lambda: PhaseSpace(x=EDGES, time=(1, 1)), ["PhaseSpace", "increasing", "(1, 1)"]),
+    "within": (lambda: cloud(x=EDGES, within=BALL), ["PhaseSpace 'cloud': within", "Box", "Sphere("]),
+    "moments of phase space": (lambda: cloud(x=EDGES, moments=1), ["PhaseSpace 'cloud': moments", "got 1"]),
+    "nameless phase space": (lambda: PhaseSpace(x=EDGES, time=1, name=None), ["PhaseSpace", "name", "None"]),
+    "name with a dot of a snapshot": (lambda: Snapshot(1, name="a.b"), ["Snapshot 'a.b'", "'a_b'"]),
+    "snapshot of a series": (lambda: Snapshot((1, 2)), ["Snapshot 'snapshot': time", "(1, 2)", "of each"]),
+    "snapshot before 0": (lambda: Snapshot(-1), ["Snapshot 'snapshot': time", "got -1"]),
+    "snapshot without an end": (lambda: Snapshot(math.inf), ["Snapshot 'snapshot': time", "inf"]),
+    "snapshot of none": (lambda: Snapshot(1, particles=0), ["Snapshot 'snapshot': particles", "got 0"]),
+    "snapshot of half": (lambda: Snapshot(1, particles=0.5), ["particles", "whole", "got 0.5"]),
+    "snapshot of too many": (lambda: Snapshot(1, particles=10**9), ["particles", "10000000", "1000000000"]),
+    "look without a clock": (
+        lambda: Scene(LAMP, detectors=Snapshot(1)),
+        ["Snapshot 'snapshot': time needs a clock", "got 1.0", "Scene(..., duration=...)"],
+    ),
+    "look after the end": (
+        lambda: Scene(LAMP, detectors=cloud(x=EDGES, time=(1, 3)), duration=2),
+        ["PhaseSpace 'cloud': time", "duration of 2.0 s", "got 3.0", "look earlier"],
+    ),
+    "looks' names": (
+        lambda: Scene(LAMP, (), [Snapshot(1), Snapshot(2)], duration=2),
+        ["Scene: name", "unique", "2 Snapshots 'snapshot'", "name="],
+    ),
+    "names of unlike looks": (
+        lambda: Scene(LAMP, (), [meter(), Snapshot(1, name="lid")], duration=2),
+        ["Scene: name", "unique", "1 Detector and 1 Snapshot 'lid'"],
+    ),
+    "look named as a surface": (
+        lambda: Scene(LAMP, WALL, Snapshot(1, name="floor"), duration=2),
+        ["Snapshot 'floor': name", "surface", "rename"],
+    ),
+    # triangles
+    "triangle by place": (lambda: Triangle(CORNERS), ["Triangle", "keywords only", "vertices=..."]),
+    "two vertices": (lambda: Triangle(vertices=CORNERS[:2]), ["Triangle: vertices", "three points"]),
+    "flat vertices": (lambda: Triangle(vertices=((0, 0), (1, 0), (0, 1))), ["Triangle: vertices", "(0, 0)"]),
+    "vertices text": (lambda: Triangle(vertices="abc"), ["Triangle: vertices", "'abc'"]),
+    "vertices nan": (lambda: Triangle(vertices=(*CORNERS[:2], (0, 0, math.nan))), ["vertices", "nan"]),
+    "vertices equal": (lambda: Triangle(vertices=CORNERS[:2] + CORNERS[:1]), ["must not lie on one line"]),
+    "vertices tiny": (
+        lambda: Triangle(vertices=1e-200 * np.array(CORNERS)),
+        ["Triangle: area", "positive and finite", "1e-200", "unit"],
+    ),
+    "vertices huge": (
+        lambda: Triangle(vertices=1e200 * np.array(CORNERS)),
+        ["Triangle: area", "positive and finite", "1e+200", "unit"],
     ),
 }
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from transport.detectors import Detector, DirectionCone, Directions, Positions
 from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
+from transport.phase_space import PhaseSpace, Snapshot
 from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.shapes import Box, Disk, Point, Rectangle, Sphere, Triangle
 from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
 from transport.validation import SceneError
 
@@ -39,6 +40,11 @@ EVERY_OBJECT = [
     Detector(DISK, name="meter", directions=Directions(mu=[0, 0.5, 1], phi=4), positions=Positions(u=3)),
     Detector("floor", directions=Directions.cone((0, 1, 1), 0.1)),
     Scene(LAMP, WALL, Detector("floor"), duration=2),
+    Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0.5))),
+    Detector(DISK, name="gate", times=3, speeds=(0, 1, 10), via=("lid", "gate"), events=(1, 2), moments=True),
+    PhaseSpace(x=(-1, 0, 1), mu=4, time=(0, 0.5), within=CUBE, moments=True),
+    Snapshot(1, particles=10),
+    Scene(LAMP, WALL, [Snapshot(1), Detector("floor"), PhaseSpace(vz=(0, 1), time=2)], duration=2),
 ]
 
 

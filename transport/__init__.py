@@ -1,14 +1,18 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
+from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
-from transport.emissions import Beam, Gas, Isotropic, Lambertian
+from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.estimates import Estimate, EstimateArray
-from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
+from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
 from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
 from transport.simulate import simulate
 from transport.sources import Source
+from transport.speeds import InverseCDF, Maxwellian, SpeedTable
 from transport.units import (
     Unit,
     UnitError,
@@ -31,8 +35,10 @@ from transport.validation import SceneError
 __version__ = "0.1.0"
 
 __all__ = [
-    "Beam", "Black", "Box", "Detector", "Diffuse", "Directions", "Disk", "Estimate", "EstimateArray", "Gas",
-    "Isotropic", "Lambertian", "Mirror", "Point", "Positions", "Rectangle", "Result", "Scene", "SceneError", "Source",
-    "Sphere", "Surface", "Transparent", "Unit", "UnitError", "arcmin", "arcsec", "au", "cm", "deg", "km", "mm", "mrad",
-    "nm", "ns", "simulate", "speed_of_light", "um", "us",
+    "Beam", "Black", "Box", "BoxPulse", "Cloud", "Detector", "Diffuse", "Directions", "Disk", "Effusive",
+    "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Instant", "InverseCDF", "Isotropic", "Lambertian",
+    "Maxwellian", "Mirror", "Mixture", "PhaseSpace", "Point", "Positions", "Rectangle", "Result", "Scene",
+    "SceneError", "Snapshot", "Source", "SpeedTable", "Sphere", "Surface", "Transparent", "Triangle", "Unit",
+    "UnitError", "arcmin", "arcsec", "au", "cm", "deg", "km", "mm", "mrad", "nm", "ns", "simulate",
+    "solid_angle", "speed_of_light", "um", "us",
 ]  # fmt: skip

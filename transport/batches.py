@@ -7,7 +7,7 @@ import numpy as np
 from transport import layout
 from transport.plan import Plan
 
-HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
+HIGH, LOW, LOWEST, SLANT = 2.0**-32, 2.0**-63, 2.0**-94, 2.0**-22  # units of the sums [largest birth weight]
 
 
 class LedgerError(AssertionError):
@@ -27,9 +27,11 @@ class Batch:
     absorbed: np.ndarray  # (surfaces,)
     lost: int  # histories
     crossings: int
+    moments: np.ndarray  # (long rows,) sums of velocities
+    records: np.ndarray  # of layout.RECORD, each weight times the histories that it stands for
 
     def merged(self, other: "Batch") -> "Batch":
-        """Both as one batch."""
+        """Both as one batch; of the records every second is kept."""
         return Batch(
             self.histories + other.histories,
             self.weights + other.weights,
@@ -40,6 +42,8 @@ class Batch:
             self.absorbed + other.absorbed,
             self.lost + other.lost,
             self.crossings + other.crossings,
+            self.moments + other.moments,
+            np.concatenate([_thinned(self.records), _thinned(other.records)]),
         )
 
 
@@ -71,4 +75,17 @@ def batch_of(plan: Plan, raw) -> Batch:
         np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
         raw.crossings,
+        raw.moments[:, 0] * HIGH + raw.moments[:, 1] * LOW + raw.moments[:, 2] * LOWEST,
+        _weighted(raw.records, raw.stride),
     )
+
+
+def _weighted(records: np.ndarray, share: int) -> np.ndarray:
+    """Records, each with the weight of as many histories as it stands for."""
+    records = records.copy()
+    records["weight"] *= share
+    return records
+
+
+def _thinned(records: np.ndarray) -> np.ndarray:
+    return _weighted(records[::2], 2)

@@ -1,4 +1,4 @@
-"""Bins of detectors: over directions of a hemisphere, and over positions on a shape's own coordinates."""
+"""Bins: over directions of a hemisphere, over positions on a shape's own coordinates, over times, speeds and the like."""
 
 import math
 from itertools import pairwise
@@ -24,7 +24,7 @@ Range = tuple[float, float]
 
 MOST_BINS = 1_000_000  # of one axis; more would be a slip
 MOST_BINS_IN_ALL = 10_000_000  # of a detector
-BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 2 * 32, 24, 32  # memory that a bin takes
+BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 32, 24, 32  # memory that a bin takes; sums on each side
 PI = math.pi
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
@@ -153,29 +153,44 @@ def _settle_bins(subject: object, *names: str) -> None:
     if all(getattr(subject, name) is None for name in names):
         refuse(subject, f"at least one of {', '.join(names)} must be given, got none")
     for name in names:
-        value = getattr(subject, name)
-        if value is None:
-            continue
-        if isinstance(value, np.ndarray) and value.ndim == 0:
-            value = value[()]
-        bins = int(value) if is_count(value) else as_floats(value)
-        if bins is None or not _are_bins(bins):
-            must = "a number of bins (1 to 1 000 000) or increasing finite edges (2 or more)"
-            refuse(subject, f"{name} must be {must}, got {shown(value)}")
-        store(subject, **{name: bins})
+        settle_bins(subject, name)
+
+
+def settle_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
+    """The field is None, increasing edges from `least` up, or a number of bins where their range is known."""
+    value = getattr(subject, name)
+    if value is None:
+        return
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    bins = int(value) if is_count(value) and may_count else as_floats(value)
+    if bins is None or not _are_bins(bins):
+        must = "increasing finite edges (2 or more)"
+        if may_count:
+            refuse(subject, f"{name} must be a number of bins (1 to 1 000 000) or {must}, got {shown(value)}")
+        cure = "; write numpy.linspace(lowest, highest, bins + 1)" if as_float(value) is not None else ""
+        refuse(subject, f"{name} must be {must}, got {shown(value)}{cure}")
+    if not isinstance(bins, int) and bins[0] < least:
+        refuse(subject, f"{name} edges must be {least:g} or above, got {shown(value)}")
+    store(subject, **{name: bins})
 
 
 def check_number_of_bins(subject: object, *axes: object) -> None:
-    """Refuse more bins, over all axes of these Directions and Positions together, than a detector may have."""
+    """Refuse more bins, over all axes that these parts of a detector have together, than a detector may have."""
     given = {
         name: bins if isinstance(bins, int) else len(bins) - 1
         for each in axes
-        for name in ("u", "v", "mu", "theta", "phi")
+        for name in ("times", "speeds", "u", "v", "mu", "theta", "phi")
         if (bins := getattr(each, name, None)) is not None
     }
+    check_total(subject, given, sides=2)
+
+
+def check_total(subject: object, given: dict[str, int], sides: int = 1) -> None:
+    """Refuse a product of these numbers of bins that would take more memory than any detector should."""
     total = math.prod(given.values())
     if total > MOST_BINS_IN_ALL:
-        sums, batches = total * BYTES_OF_SUMS / 1e9, total * BYTES_OF_A_BATCH * USUAL_BATCHES / 1e9
+        sums, batches = total * sides * BYTES_OF_SUMS / 1e9, total * BYTES_OF_A_BATCH * USUAL_BATCHES / 1e9
         refuse(
             subject,
             f"{' x '.join(given)} must be {MOST_BINS_IN_ALL} bins at most, got {total}, which would take"
@@ -191,10 +206,11 @@ def _are_bins(bins: Bins) -> bool:
 
 def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[str, np.ndarray]:
     given = {name: getattr(subject, name) for name in ranges if getattr(subject, name) is not None}
-    return {name: _edges(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
+    return {name: edges_of(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
 
 
-def _edges(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
+def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
+    """Edges of bins over [lower, upper], or given ones that must lie in it, the last rounding forgiven."""
     edges = np.linspace(lower, upper, bins + 1) if isinstance(bins, int) else np.array(bins)
     rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not beyond
     if edges[0] < lower - rounding or edges[-1] > upper + rounding:

@@ -1,21 +1,26 @@
 """A scene becomes a plan: tables in scene lengths for just the steps that it calls for.  No Numba here."""
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 
 from transport import layout
 from transport.crossings import crossings_of
-from transport.emitters import emitters_of
-from transport.looks import bin_counts, layer_row, meter_row
-from transport.materials import Black, Diffuse, Mirror
+from transport.emitters import emitters_of, triangle_columns
+from transport.instants import fill_phase_spaces, fill_snapshots
+from transport.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
+from transport.materials import Black, Diffuse, Material, Mirror, Mixture, Transparent
 from transport.plan import Plan
+from transport.quantile_tables import constant_quantile, quantile_row
 from transport.scene import Scene
-from transport.shapes import Disk, Rectangle, Sphere
+from transport.scene_speeds import parts_of, scene_speeds
+from transport.shapes import Disk, Rectangle, Sphere, Triangle
 from transport.sheets import Member, Sheet, sheet_of_source, sheets_of
 from transport.space import Space, space_of
-from transport.validation import SceneError
+from transport.speeds import SpeedDistribution
+from transport.validation import SceneError, shown
 
 # Within 32 roundings of a coordinate from an edge [scene lengths] a point is drawn back.
 SETBACK = 2.0**-48
@@ -26,7 +31,8 @@ def compile_scene(scene: Scene) -> Plan:
     """The plan of a scene."""
     sheets = sheets_of(scene)
     space = space_of(scene)
-    plan = Plan(scene, space, emitters_of(scene, space, lambda shape: sheet_of_source(shape, sheets)))
+    plan = Plan(scene, space)
+    plan.emitters = emitters_of(plan, lambda shape: sheet_of_source(shape, sheets))
     if not 0 < sum(emitter.bound for emitter in plan.emitters) < math.inf:
         raise SceneError(
             "Scene: the power of all sources together must be a finite number; use a larger unit"
@@ -36,8 +42,12 @@ def compile_scene(scene: Scene) -> Plan:
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
     for number, sheet in enumerate(sheets, start=1):
         _fill_sheet(plan.sheets[number], sheet, space)
+    plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
     _number_rows(plan)
     _fill_members(plan, sheets)
+    _fill_moments(plan)
+    fill_phase_spaces(plan)
+    fill_snapshots(plan)
     return plan
 
 
@@ -52,48 +62,69 @@ def _fill_sheet(row: np.void, sheet: Sheet, space: Space) -> None:
 
 
 def _number_rows(plan: Plan) -> None:
-    """Each detector has one row for the outside of its bins, then its bins; row 0 of all is nobody's."""
+    """Each detector has blocks of rows (looks.bin_counts); row 0 of all is nobody's."""
     row = 1
-    for detector in plan.scene.detectors:
+    for detector in plan.scene.meters:
         plan.bases[detector.name] = row
-        row += 1 + math.prod(bin_counts(detector, plan.scene.shape_of(detector)).values())
+        counts = bin_counts(detector, plan.scene.shape_of(detector), plan.scene.duration)
+        row += block_rows(counts) * counts["time"] * counts["speed"] + is_blocked(detector)
     plan.half = row
 
 
+def _fill_moments(plan: Plan) -> None:
+    """Where a detector takes moments, three rows of velocity sums for each row of the meters."""
+    if not any(detector.moments for detector in plan.scene.meters):
+        return
+    slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
+    scale = plan.tempo / plan.space.size
+    is_light = plan.scene.measured_in == "watts"
+    plan.moments = layout.row(
+        layout.MOMENTS, fastest=plan.fastest * scale, slowest=slowest * scale, is_light=is_light
+    )
+    plan.long_rows = 3 * 2 * plan.half
+
+
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
-    surfaces, walls, meters, layers = [np.zeros((), layout.SURFACE)], [np.zeros((), layout.RECTANGLE)], [], []
-    surfaces[0]["albedo"] = 1.0
+    surfaces, walls, meters, layers = [_surface_row(plan, Transparent())], [np.zeros((), layout.RECTANGLE)], [], []
     for number, sheet in enumerate(sheets, start=1):
         layer = 0
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT
+            first = len(surfaces)
             if member.surface is not None:
-                surfaces.append(_surface_row(member))
-                plan.owners.append(plan.scene.surfaces.index(member.surface))
-                code |= (len(surfaces) - 1) << layout.SURFACE_SHIFT
-                code |= int(surfaces[-1]["material"]) << layout.MATERIAL_SHIFT
-            for detector in member.detectors:
+                surfaces += _surface_rows(plan, member.surface.material)
+                plan.owners += [plan.scene.surfaces.index(member.surface)] * (len(surfaces) - first)
+                code |= first << layout.SURFACE_SHIFT
+                code |= int(surfaces[first]["material"]) << layout.MATERIAL_SHIFT
+            for look in _looks(plan, member, meters):
                 if layer == layout.METERS_A_SHEET:
                     raise SceneError(
-                        f"Detector {detector.name!r}: at most {layer} detectors lie on one plane or sphere; bin one"
-                        " detector by positions=Positions(...) instead"
+                        f"Scene: at most {layer} detectors lie on one plane or sphere, got one more on that of"
+                        f" {shown(member.shape)}; bin one detector by positions=Positions(...) instead"
                     )
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
                 code |= 1 << layer
-                layers[layer][number] = layer_row(plan, member, detector, len(meters))
-                meters.append(meter_row(plan, member, detector))
+                layers[layer][number] = look
                 layer += 1
             row = _member_row(member, plan.space, code, number)
             verb = "cover" if member.surface is None else "meet"
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
-            if member.surface is not None:
-                walls.append(row if isinstance(member.shape, Rectangle) else walls[0])
+            walls += [row if isinstance(member.shape, Rectangle) else walls[0]] * (len(surfaces) - first)
     if len(surfaces) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
-    _fill_crossings(plan, sheets)
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
+    _fill_crossings(plan, sheets)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+
+
+def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
+    """The layers that a member takes up: its detectors, whose rows `meters` learns, and a mark alone."""
+    for detector in member.detectors:
+        yield layer_row(plan, member, detector, len(meters))
+        meters.append(meter_row(plan, member, detector))
+    if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
+        yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
 
 
 def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
@@ -101,6 +132,10 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
     acting = [
         (number, m) for number, sheet in enumerate(sheets, 1) for m in sheet.members if m.surface is not None
     ]
+    first_rows, row = [], 1
+    for _, member in acting:
+        first_rows.append(row)
+        row += len(parts_of(member.surface.material))
     for hit, other in crossings_of([member for _, member in acting]):
         (sheet_hit, _), (sheet, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
@@ -109,7 +144,7 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
         reach = SETBACK + 2.0**-50 * sum(map(abs, shape.center)) / size
         values = layout.center_columns(plan.space.place(shape.center)) | {
             "reach": reach,
-            "surface": hit + 1,
+            "surface": first_rows[hit],
             "sheet": sheet,
         }
         if isinstance(shape, Sphere):
@@ -119,15 +154,37 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
         plan.crossings.append(layout.row(layout.CROSSING, **values))
 
 
-def _surface_row(member: Member) -> np.ndarray:
-    match member.surface.material:
+def _surface_rows(plan: Plan, material: Material) -> list[np.ndarray]:
+    """A row, or for a mixture one for each part, with the shares added up."""
+    if not isinstance(material, Mixture):
+        return [_surface_row(plan, material)]
+    shares = np.cumsum([share for _, share in material.parts])
+    rows = [_surface_row(plan, part) for part, _ in material.parts]
+    for row, share in zip(rows, shares, strict=True):
+        row["share"], row["parts"] = share, len(rows)
+    return rows
+
+
+def _surface_row(plan: Plan, material: Material) -> np.ndarray:
+    match material:
+        case Transparent():
+            return layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
         case Black() | Diffuse(albedo=0.0) | Mirror(reflectance=0.0):
             return layout.row(layout.SURFACE, material=layout.BLACK, albedo=0.0)
-        case Diffuse(albedo=albedo):
-            return layout.row(layout.SURFACE, material=layout.DIFFUSE, albedo=albedo)
+        case Diffuse(albedo=albedo, speed=speed):
+            quantiles = 0 if speed is None or not plan.has_speeds else _wall_speeds(plan, speed)
+            return layout.row(layout.SURFACE, material=layout.DIFFUSE, albedo=albedo, quantiles=quantiles)
         case Mirror(reflectance=reflectance):
             return layout.row(layout.SURFACE, material=layout.MIRROR, albedo=reflectance)
-    raise SceneError(f"Surface {member.surface.name!r}: no engine for {member.surface.material}")
+    raise SceneError(f"Surface: no engine for {shown(material)}")
+
+
+def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
+    """Address of a row by which speeds are drawn as they leave a wall: weighted by the speed."""
+    quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
+    row = quantile_row(plan, quantile)
+    plan.kept.append(row)
+    return row.ctypes.data
 
 
 def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarray:
@@ -136,6 +193,10 @@ def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarr
     if isinstance(shape, Sphere):
         return layout.row(layout.SPHERE, **values, radius=shape.radius / space.size)
     acts = member.surface is not None
+    if isinstance(shape, Triangle):
+        columns = triangle_columns(shape, space) | values
+        corner = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
+        return layout.row(layout.TRIANGLE, **corner | layout.center_columns(space.place(shape.vertices[0])))
     # What acts takes what rounding carried past its edge: of the point's coordinates and of those that were given.
     rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.center))) + shape.extent / space.size)
     slack = rounding + 2.0**-52 * sum(map(abs, shape.center)) / space.size if acts else 0.0

@@ -1,9 +1,30 @@
 """Detectors: what looks at which side of a shape, or of a surface known by its name."""
 
-from transport.bins import DirectionCone, Directions, Positions, check_number_of_bins
-from transport.shapes import Point, Shape
+import math
+
+import numpy as np
+
+from transport.bins import (
+    Bins,
+    DirectionCone,
+    Directions,
+    Positions,
+    check_number_of_bins,
+    edges_of,
+    settle_bins,
+)
+from transport.shapes import Cloud, Point, Shape
 from transport.sides import Sided
-from transport.validation import SceneError, check_type, refuse, scene_object, settle_name, store
+from transport.validation import (
+    SceneError,
+    check_type,
+    is_count,
+    refuse,
+    scene_object,
+    settle_name,
+    shown,
+    store,
+)
 
 __all__ = ["Detector", "DirectionCone", "Directions", "Positions"]
 
@@ -13,7 +34,11 @@ class Detector(Sided):
     """A transparent meter on a shape of its own, or a meter on the surface of that name.
 
     It counts what arrives at and what leaves from one `side`, in all, or in bins of `directions` (arriving
-    particles by the direction that they come from) and of `positions`.
+    particles by the direction that they come from) and of `positions`, of `times` (edges [s] within the scene's
+    duration, or a number of equal bins of it) and of `speeds` (edges [m/s]).
+    `via`, a name or several: only particles that crossed those detectors, or met or left those surfaces, at an
+    earlier crossing.  `events`, a number or (least, most): only those reflected so many times until now.
+    `moments` adds pressure and means of speed and energy.
     """
 
     shape: Shape | str
@@ -21,6 +46,11 @@ class Detector(Sided):
     side: str = "front"
     directions: Directions | DirectionCone | None = None
     positions: Positions | None = None
+    times: Bins | None = None
+    speeds: tuple[float, ...] | None = None
+    via: tuple[str, ...] | str | None = None
+    events: tuple[int, float] | int | None = None
+    moments: bool = False
 
     def __post_init__(self) -> None:
         settle_name(self)
@@ -30,22 +60,36 @@ class Detector(Sided):
                 refuse(self, "name must be given with a shape, got None; write name='meter'")
             store(self, name=self.shape)
         self._check_side()
-        if self.directions is not None:
-            check_type(
-                self,
-                "directions",
-                (Directions, DirectionCone),
-                "Directions(mu=..., phi=...) or Directions.cone(...)",
-            )
-        if self.positions is not None:
-            check_type(self, "positions", Positions, "Positions(u=..., v=...)")
-        check_number_of_bins(self, self.positions, self.directions)
+        self._settle_bins()
+        self._settle_via()
+        self._settle_events()
+        check_type(self, "moments", bool, "True or False")
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
 
+    def time_edges(self, duration: float | None) -> np.ndarray | None:
+        """Edges [s] of the bins of time in a scene of that duration; None without them.
+
+        Raises SceneError without a clock, and for edges beyond its end.
+        """
+        if self.times is None:
+            return None
+        if duration is None:
+            cure = "write Scene(..., duration=...) in seconds"
+            refuse(self, f"times need a clock, got {shown(self.times)} in a scene without one; {cure}")
+        return edges_of(self, "times", self.times, 0.0, duration, "the scene's duration")
+
+    def speed_edges(self) -> np.ndarray | None:
+        """Edges [m/s] of the bins of speed; None without them."""
+        return None if self.speeds is None else np.array(self.speeds)
+
+    def check_clock(self, duration: float | None) -> None:
+        """Refuse a duration that the bins of time do not fit into."""
+        self.time_edges(duration)
+
     def check_shape(self, shape: Shape) -> None:
         """Refuse a resolved shape that cannot be looked at as told."""
-        if isinstance(shape, Point):
+        if isinstance(shape, (Point, Cloud)):
             refuse(self, f"shape must have an area, got {shape}; meter a small Disk or Sphere")
         self._check_side(shape)
         if self.positions is not None:
@@ -53,3 +97,39 @@ class Detector(Sided):
                 self.positions.edges(shape)
             except SceneError as error:
                 refuse(self, str(error))
+
+    def _settle_bins(self) -> None:
+        if self.directions is not None:
+            must = "Directions(mu=..., phi=...) or Directions.cone(...)"
+            check_type(self, "directions", (Directions, DirectionCone), must)
+        if self.positions is not None:
+            check_type(self, "positions", Positions, "Positions(u=..., v=...)")
+        settle_bins(self, "times", least=0.0)
+        settle_bins(self, "speeds", least=0.0, may_count=False)
+        check_number_of_bins(self, self, self.positions, self.directions)
+
+    def _settle_via(self) -> None:
+        """None, or a tuple of names, each once; whether there are such is known in the scene."""
+        if self.via is None:
+            return
+        names = (self.via,) if isinstance(self.via, str) else self.via
+        is_list = isinstance(names, tuple | list) and len(names) > 0
+        if not is_list or not all(isinstance(name, str) and name.strip() for name in names):
+            refuse(self, f"via must be a name or a list of names, got {shown(self.via)}; write via='pinhole'")
+        if len(set(names)) < len(names):
+            refuse(self, f"via must name each surface or detector once, got {shown(self.via)}")
+        store(self, via=tuple(map(str, names)))
+
+    def _settle_events(self) -> None:
+        """None, or (least, most) reflections; a number n stands for (n, n)."""
+        if self.events is None:
+            return
+        span = (self.events, self.events) if is_count(self.events) else self.events
+        is_pair = isinstance(span, tuple | list) and len(span) == 2 and is_count(span[0])
+        if not is_pair or not (is_count(span[1]) or span[1] == math.inf) or not 0 <= span[0] <= span[1]:
+            must = "a number of reflections, 0 or more, or (least, most) of them"
+            refuse(
+                self, f"events must be {must}, got {shown(self.events)}; write events=(1, math.inf) for any"
+            )
+        least, most = span
+        store(self, events=(int(least), math.inf if most == math.inf else int(most)))

@@ -2,7 +2,8 @@
 
 import math
 
-from transport.shapes import Box, Disk, Rectangle, Shape, Sphere
+from transport.shapes import Box, Disk, FlatShape, Rectangle, Shape, Sphere, Triangle
+from transport.triangles import distance_beside
 from transport.vectors import Vector, dot
 
 
@@ -18,7 +19,7 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
             if filled or max(beyond) > 0:
                 return math.hypot(*(max(x, 0.0) for x in beyond))
             return -max(beyond)
-        case Rectangle() | Disk():
+        case FlatShape():
             u, v, height = (dot(offset, axis) for axis in shape.frame)
             return math.hypot(height, *_beside(shape, u, v))
     return math.hypot(*offset)
@@ -33,8 +34,10 @@ def in_plane_distances(shape: Rectangle | Disk, point: Vector) -> tuple[float, f
     return math.hypot(*_beside(shape, u, v)), math.hypot(abs(u) + shape.width / 2, abs(v) + shape.height / 2)
 
 
-def _beside(shape: Rectangle | Disk, u: float, v: float) -> tuple[float, ...]:
+def _beside(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
     """How far a point of the plane lies beside a flat shape: components of the way to it."""
+    if isinstance(shape, Triangle):
+        return (distance_beside(shape.corners, u, v),)
     if isinstance(shape, Disk):
         apart = math.hypot(u, v)
         return (max(0.0, apart - shape.radius, shape.inner_radius - apart),)

@@ -36,13 +36,12 @@ class Effects:
 
 def effects_of(scene: Scene) -> Effects:
     """The effects of a scene.  Nothing is compiled and nothing is run."""
-    from transport.engine.bundle import CARRIED, CLOCKED, STEADY
     from transport.engine.passes import LANE_FIELDS
     from transport.engine.program import program_of
 
     plan = compile_scene(scene)
     program = program_of(plan)
-    carried = [name for name, _ in CARRIED[: CLOCKED if plan.has_clock else STEADY]]
+    carried = program.carried
     touched = {name for lane_pass in program.passes for name in lane_pass.fields}
     fields = {
         name: "carried" if name in carried else "scratch"

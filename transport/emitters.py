@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport import layout
+from transport import layout, velocities
 from transport.distances import least_distance
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
+from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Shape, Sphere, Triangle
 from transport.sheets import pieces
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.space import Space
 from transport.validation import refuse, shown
 from transport.vectors import dot
 
 FAINTEST = 1e-200  # [sr] that a target may fill
+Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
 
@@ -26,40 +26,40 @@ class Emitter:
 
     source: Source
     shape: Shape  # the piece of the source's shape that it lies on or fills
-    power: float  # [W], or particles
+    amount: float  # [J] or particles with a clock, else [W] or [s^-1]
     weight: float  # largest weight of a history, relative to one that is not aimed
     birth: np.ndarray
     place: tuple[str, np.ndarray]
     law: tuple[str, np.ndarray]
-    target: tuple[str, np.ndarray] | None
+    moment: Step | None  # when
+    speed: tuple[Step, ...]  # how fast
+    target: tuple[Step, ...] | None
 
     @property
     def bound(self) -> float:
         """What its histories would stand for if all were born at the largest weight."""
-        return self.power * self.weight
+        return self.amount * self.weight
 
 
-def emitters_of(scene: Scene, space: Space, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
+def emitters_of(plan: "Plan", sheet_of: Callable[[Shape], int]) -> list[Emitter]:
     """The emitters of all sources; `sheet_of` gives the number of the sheet on which a piece lies."""
-    emitters = []
+    scene, space, emitters = plan.scene, plan.space, []
     for source in scene.sources:
         shape = scene.shape_of(source)
         for piece, share in _shares(source, shape):
             place = _place(source, piece, space)
-            law = _law(source, piece, place[1])
+            law = velocities.drifting_law(plan, source, piece) or _law(source, piece, place[1])
             weight, target = _target(source, piece, space)
             volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
-            speed = source.emission.speed / space.size * (scene.duration or 0.0)
-            birth = layout.row(layout.BIRTH, weight=1.0, speed=speed, sheet=0 if volume else sheet_of(piece))
-            power = source.power(shape) * share
-            if not math.isfinite(speed):
-                refuse(source, f"speed must cross the scene in a finite part of its duration, got {speed}")
-            emitters.append(Emitter(source, piece, power, weight, birth, place, law, target))
+            birth = layout.row(layout.BIRTH, weight=1.0, sheet=0 if volume else sheet_of(piece))
+            amount = source.amount(shape, scene.duration) * share
+            moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
+            emitters.append(Emitter(source, piece, amount, weight, birth, place, law, moment, speed, target))
     return emitters
 
 
 def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
-    """The pieces of a source with their shares of its power."""
+    """The pieces of a source with their shares of its amount."""
     if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
         yield shape, 1.0
         return
@@ -90,6 +90,11 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
             return "born_on_disk", layout.row(
                 layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer
             )
+        case Cloud():
+            half_u, half_v, half_w = (sigma / size for sigma in shape.sigma)
+            return "born_in_cloud", layout.row(
+                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
+            )
         case Box():
             half_u, half_v, half_w = (0.5 * length / size for length in shape.size)
             return "born_in_box", layout.row(
@@ -97,7 +102,7 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
             )
     values |= {"half_u": shape.radius / size}
     match source.emission:
-        case Isotropic():
+        case Isotropic() | Gas():
             return "born_in_sphere", layout.row(layout.PATCH, **values)
         case Beam(direction=direction):
             values |= dict(zip(("nx", "ny", "nz"), direction, strict=True))
@@ -108,7 +113,7 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
 def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarray]:
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
-        case Lambertian():
+        case Lambertian() | Effusive():
             return (
                 ("emit_lambertian", nothing)
                 if isinstance(shape, Sphere)
@@ -121,8 +126,8 @@ def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarr
     )
 
 
-def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[str, np.ndarray] | None]:
-    """The largest weight of a direction, and the pass and row of the target that directions go to."""
+def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[Step, ...] | None]:
+    """The largest weight of a direction, and the passes with the row of the target that directions go to."""
     aim = source.aim
     if aim is None:
         return 1.0, None
@@ -135,16 +140,17 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[st
     if isinstance(aim, Sphere):
         radius = aim.radius / space.size
         weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
-        return weight, (
-            "aim_at_sphere",
-            layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight),
-        )
+        row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
+        return weight, (("aim_at_sphere", row),)
     area, gap = aim.area / space.size / space.size, distance - aim.extent / space.size
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
     far = weight < CLOSE
     weight = _seen(source, weight if far else CLOSE)
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
-    return weight, (_aim_name(aim), layout.row(layout.TARGET, **values, **_aim_columns(aim, space.size)))
+    row = layout.row(layout.TARGET, **(values | _aim_columns(aim, space)))
+    if isinstance(aim, Box):
+        return weight, (("aim_at_box", row),)
+    return weight, ((f"pick_on_{type(aim).__name__.lower()}", row), ("aim_at_picked", row))
 
 
 def _seen(source: Source, weight: float) -> float:
@@ -156,17 +162,25 @@ def _seen(source: Source, weight: float) -> float:
     return weight
 
 
-def _aim_name(aim: Shape) -> str:
-    return "aim_at_box" if isinstance(aim, Box) else "aim_at_flat"
-
-
-def _aim_columns(aim: Shape, size: float) -> dict[str, float]:
+def _aim_columns(aim: Shape, space: Space) -> dict[str, float]:
+    size = space.size
     if isinstance(aim, Box):
         return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
+    if isinstance(aim, Triangle):
+        return triangle_columns(aim, space)
     frame = layout.frame_columns(aim.frame)
     if isinstance(aim, Rectangle):
         return frame | {"half_u": 0.5 * aim.width / size, "half_v": 0.5 * aim.height / size}
     return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
+
+
+def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
+    """Its first vertex, its edges from there as e_u and e_v, its normal, and the dual vectors of the edges."""
+    first, second, third = (space.place(vertex) for vertex in triangle.vertices)
+    edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
+    matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
+    duals = dict(zip(("ax", "ay", "az", "bx", "by", "bz"), matrix[:2].ravel(), strict=True))
+    return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
 
 
 def _one_minus_cosine(radius: float, distance: float) -> float:

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Batches", "Estimate", "EstimateArray"]
 
-_UNITS = {"mu": "1", "theta": "rad", "phi": "rad"}  # of axes; those of u and v depend on the shape
+_UNITS = {  # of axes; those of u and v depend on the shape
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "x": "m", "y": "m", "z": "m",
+    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
+}  # fmt: skip
 _KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
 
 
@@ -72,7 +75,7 @@ class Estimate(Quantity):
 class EstimateArray(Quantity):
     """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
 
-    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins;
+    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins, or n instants;
     counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
     An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
     NumPy's functions take the bare values, but those that would lose errors for which there is a method.
@@ -113,10 +116,10 @@ class EstimateArray(Quantity):
         index = _one_index_an_axis(index, self.shape)
         replicates = self._replicates.rearranged(lambda array: array[(..., *index)])
         coords = {}
-        for (name, edges), along in zip(self.coords.items(), index, strict=True):
+        for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
             if isinstance(along, slice):
-                start, stop, _ = along.indices(len(edges) - 1)
-                coords[name] = edges[start : max(start, stop) + 1]
+                start, stop, _ = along.indices(bins)
+                coords[name] = edges[start : max(start, stop) + len(edges) - bins]
         return self._like(replicates, self.unit, coords)
 
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
@@ -148,19 +151,23 @@ class EstimateArray(Quantity):
 
     def mean(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
         """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
-        bins = [len(self.coords[name]) - 1 for name in self._axes(dim, "mean")]
+        bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
         return self.sum(dim) / math.prod(bins)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Dataset with `value` and `error`; coordinates are the bins' centres, and <name>_low and <name>_high."""
+        """Dataset with `value` and `error`; coordinates are the bins' centres, and <name>_low and <name>_high.
+
+        Instants of time have neither.
+        """
         import xarray
 
         attributes = {"unit": str(self.unit)}
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
         coords = {}
-        for name, edges in self.coords.items():
+        for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
             of_axis = {"unit": _UNITS[name]} if name in _UNITS else {}
             places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
+            places = {"": edges} if len(edges) == bins else places
             coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
         return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
 
@@ -208,9 +215,10 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
     if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
         raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
     for name, length in zip(dims, shape, strict=True):
-        if np.shape(coords[name]) != (length + 1,):
+        if np.shape(coords[name]) not in ((length + 1,), (length,)):
             raise ValueError(
-                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
+                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges, or {length}"
+                " instants"
             )
 
 

@@ -32,7 +32,7 @@ NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
     [("rows", "i8"), ("count", "i8")]
 )  # address and length of an array of one of the row types below
-MOVED = np.dtype([("fields", "i8")])
+MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address of the numbers of the fields to move
 CODE = np.dtype([("code", "i8")])
 
 
@@ -49,14 +49,19 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
 RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v") + _integers("code sheet"))
 DISK = np.dtype(_floats("cx cy cz nx ny nz inner2 outer2 breadth") + _integers("code sheet"))
+# c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
+TRIANGLE = np.dtype(_floats("cx cy cz nx ny nz ax ay az bx by bz") + _integers("code sheet"))
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 
 SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane
-SURFACE = np.dtype(_floats("albedo") + _integers("material"))
+# A mixture is as many rows as it has parts, one behind the other; share: of its parts up to and with this one.
+# quantiles: address of a QUANTILES row from which speeds are drawn anew, 0: they stay.
+SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles"))
 
 # The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
 #   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
-LAYER = np.dtype(_integers("look meter"))
+# mark: the bits that a visit sets, where a detector asks `via`.
+LAYER = np.dtype(_integers("look meter mark"))
 LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
 LAYERS = np.dtype(
     _integers("rows count layer half meters meter_count")
@@ -73,22 +78,43 @@ def _axis(name: str) -> list[tuple[str, str]]:
 
 METER = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed turn_low")
-    + _integers("mu_kind turn_kind place")
-    + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
+    + _integers("mu_kind turn_kind place via least most outside")
+    + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
+# via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
 
 CROSSING = np.dtype(
     _floats("cx cy cz nx ny nz radius reach") + _integers("surface sheet")
 )  # radius 0: a plane
 
-CLOCK = np.dtype(_floats("duration"))
+CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all fly alike
+MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the extreme speeds of the scene
+
+# Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS coefficients each.
+QUANTILES = np.dtype(_integers("octaves octave_count cells cell_count"))
+OCTAVE = np.dtype(_integers("first level"))
+CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell; octaves of each tail
+
+# Phase space at a time: up to two coordinates of those below, in bins; first: its row for the outside, the bins follow.
+COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
+PHASE = np.dtype(
+    _floats("time low_x low_y low_z high_x high_y high_z fastest")
+    + _integers("first moments") + [column for axis in ("a", "b") for column in (*_integers(f"{axis}_kind"), *_axis(axis))]
+)  # moments: first row of its velocity sums, -1: none
+VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
+SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
+RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history snapshot"))
 
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
-BIRTH = np.dtype(_floats("weight speed") + _integers("sheet"))
+BIRTH = np.dtype(_floats("weight") + _integers("sheet"))
+MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
+VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
+DRIFTING = np.dtype(_floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count"))
 BEAM = np.dtype(_floats("ux uy uz"))
 TARGET = np.dtype(
-    _floats(FRAME + " half_u half_v half_w inner2 outer2 area isotropic lambertian natural unit")
+    _floats(FRAME + " half_u half_v half_w inner2 outer2 ax ay az bx by bz")
+    + _floats("area isotropic lambertian natural unit")
 )  # unit: one over the largest weight
 
 

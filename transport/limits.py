@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.readings import BY_DIRECTION, CLOCKED, QUANTITIES
+from transport.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 
@@ -59,11 +61,16 @@ def _check_quantity(scene: Scene, name: str) -> None:
         raise SceneError(f"simulate: error must name a quantity of {detector!r}; write '{detector}.flux_in'")
     if detector not in names:
         raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
-    if quantity not in QUANTITIES:
-        raise SceneError(
-            f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}"
-        )
     asked = scene.detectors[names.index(detector)]
+    if isinstance(asked, Snapshot):
+        raise SceneError(f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace")
+    known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
+    if quantity not in known:
+        raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
+    if quantity in (*OF_MOMENTS, *OF_PHASE_MOMENTS) and not asked.moments:
+        raise SceneError(f"simulate: error of {name!r} needs moments; write moments=True")
+    if isinstance(asked, PhaseSpace):
+        return
     if quantity in BY_DIRECTION and asked.directions is None:
         raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...; add them")
     if quantity in CLOCKED and scene.duration is None:

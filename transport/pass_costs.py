@@ -9,7 +9,6 @@ from collections import defaultdict, deque
 import numpy as np
 
 from transport.compile import compile_scene
-from transport.layout import ABSORBED
 from transport.scene import Scene
 
 WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
@@ -23,19 +22,20 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     repetition, and the time of putting back is subtracted.  Calls of one pass with several tables are averaged.
     A lane is one that comes to the pass: where few do, the call itself weighs; where none did, the cost is nan.
     """
-    from transport.engine.driver import machine_of
+    from transport.engine.bundle import LANES
+    from transport.engine.driver import Sums, machine_of
     from transport.engine.program import program_of
 
     plan = compile_scene(scene)
     program = machine_of(program_of(plan)).program
-    sums = np.zeros((plan.rows, 4), np.int64), np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
+    sums = Sums(plan, MOST_STEPS * LANES)
     costs = defaultdict(list)
-    for (name, entry, table), visits in _visits(program, *sums).items():
+    for (name, entry, table), visits in _visits(program, sums).items():
         costs[name] += [_cost(entry, table, visits)] if visits else []
     return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
 
 
-def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deque]:
+def _visits(program, sums) -> dict[tuple, deque]:
     """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
     from transport.engine.bundle import LANES, empty_bundle
     from transport.yardstick import replay
@@ -44,8 +44,7 @@ def _visits(program, tallies: np.ndarray, ledger: np.ndarray) -> dict[tuple, deq
         return lane_pass.name, lane_pass.entry, table.ctypes.data
 
     bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
-    bundle["tallies"] = tallies.ctypes.data
-    bundle["ledger"], bundle["ledger_words"] = ledger.ctypes.data, ledger.size
+    sums.enter(bundle)
     words = bundle.view(np.int64)
     visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}
 

@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from transport import layout
 from transport.emitters import Emitter
 from transport.scene import Scene
+from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
 from transport.shapes import Shape
 from transport.space import Space
 
@@ -18,7 +20,7 @@ class Plan:
 
     scene: Scene
     space: Space
-    emitters: list[Emitter]
+    emitters: list[Emitter] = field(default_factory=list)
     members: list[tuple[str, np.ndarray, Shape]] = field(
         default_factory=list
     )  # ("meet_disk", its row, its shape)
@@ -33,12 +35,60 @@ class Plan:
     owners: list[int] = field(
         default_factory=list
     )  # index in scene.surfaces of each row of `surfaces` after the first
-    axes: set[str] = field(default_factory=set)  # of "cosine", "azimuth", "place": the finer bins called for
-    edges: list[np.ndarray] = field(default_factory=list)  # kept alive: the meters' rows hold their addresses
+    axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: the finer bins called for
+    filters: set[str] = field(default_factory=set)  # of "visits", "reflections": what detectors ask of a history
+    marks: dict[str, int] = field(default_factory=dict)  # the bit of each detector or surface named in a `via`
+    moments: np.ndarray | None = None  # the extreme speeds, where a detector takes moments
+    phase_spaces: list[np.ndarray] = field(default_factory=list)  # a row for each instant
+    snapshots: list[np.ndarray] = field(default_factory=list)
+    long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
+    long_rows: int = 0  # rows of three limbs: a meter's moments, then those of phase space
+    kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
     @property
     def has_clock(self) -> bool:
         return self.scene.duration is not None
+
+    @property
+    def tempo(self) -> float:
+        """The unit of time [s]: the duration, or a second where there is no clock."""
+        return self.scene.duration if self.has_clock else 1.0
+
+    @cached_property
+    def has_speeds(self) -> bool:
+        """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
+        return scene_has_speeds(self.scene)
+
+    @cached_property
+    def slowness(self) -> float:
+        """One over the speed that all have [durations per scene length]; 0 where speeds differ."""
+        speeds = scene_speeds(self.scene)
+        speed = speeds.pop() if len(speeds) == 1 else None
+        if self.has_speeds or not isinstance(speed, float):
+            return 0.0
+        scaled = speed / self.space.size * self.tempo
+        return 1.0 / scaled if scaled > 0 else math.inf
+
+    @cached_property
+    def fastest(self) -> float:
+        """A bound of all speeds [m/s]."""
+        return max(fastest_of(speed) for speed in scene_speeds(self.scene))
+
+    @property
+    def counts_reflections(self) -> bool:
+        return "reflections" in self.filters
+
+    @property
+    def has_mixtures(self) -> bool:
+        return bool((self.surfaces["parts"] > 1).any())
+
+    @property
+    def has_thermal_walls(self) -> bool:
+        return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
+
+    @property
+    def draws_again(self) -> bool:
+        return self.has_mixtures or self.has_thermal_walls
 
     @property
     def is_curved(self) -> bool:
@@ -72,13 +122,14 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether crossings need random numbers."""
-        return self.has_roulette or layout.DIFFUSE in self.materials
+        return self.has_roulette or self.draws_again or layout.DIFFUSE in self.materials
 
     @property
     def rows(self) -> int:
-        return 2 * self.half
+        """Rows of sums: the meters' arrivals, their departures, phase space."""
+        return 2 * self.half + sum(1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces)
 
     @property
     def unit(self) -> float:
-        """What all histories of a run stand for at the weight 1: [W], or particles."""
+        """What all histories of a run stand for at the weight 1: [J] or particles with a clock, else [W] or [s^-1]."""
         return math.fsum(emitter.bound for emitter in self.emitters)

@@ -1,19 +1,21 @@
 """What one detector read: counts turned into radiometric quantities, each with its standard error.
 
 `_in`: what arrived at the detector's side; `_out`: what left from it.  Whole-shape quantities include what fell outside
-the detector's bins.  Quantities by position have the dims (u, v), those by direction (mu or theta, phi) as well.
+the detector's bins of direction and position.  With `times` every quantity has a dim of time, and rates are means over
+its bins; with `speeds` one of speed, each bin with the part that these speeds carry; then those of position (u, v) and,
+for quantities by direction, (mu or theta, phi).
 """
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
 
 from transport.detectors import Detector
 from transport.estimates import Estimate, EstimateArray
-from transport.looks import bin_counts
+from transport.meter_sums import ARRIVALS, DEPARTURES, MeterSums
+from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ
 from transport.solid_angles import solid_angles_of
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
@@ -21,10 +23,13 @@ from transport.validation import SceneError, suggestion
 QUANTITIES = (
     "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density", "flux_density", "radiance", "radiance_out",
     "intensity", "intensity_out", "fluence_rate", "counts", "energy_in", "energy_out", "fluence", "phase_density",
+    "pressure", "mean_speed_in", "mean_speed_out", "mean_square_speed_in", "mean_square_speed_out", "mean_energy_in",
+    "mean_energy_out",
 )  # fmt: skip
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
+OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
 class Reading:
@@ -33,39 +38,36 @@ class Reading:
     def __init__(self, result, detector: Detector) -> None:
         plan = result.plan
         self.detector, self.name = detector, detector.name
-        self._scene, self._run = plan.scene, result.run
-        self._shape = plan.scene.shape_of(detector)
-        self._is_gas = plan.scene.measured_in == "particles"
-        self._scale = plan.unit / (plan.scene.duration if self._is_gas else 1.0)
-        self._unit = Unit.parse("s^-1" if self._is_gas else "W")
-        self._cells = bin_counts(detector, self._shape)
-        self._batches, self._first, self._half = result.batches, plan.bases[detector.name], plan.half
+        self._scene, self._plan = plan.scene, plan
+        self._sums = MeterSums(plan, result.batches, result.run, detector)
+        self._is_light = plan.scene.measured_in == "watts"
+        self._rate = Unit.parse("W" if self._is_light else "s^-1")
         self._is_exact_out = _leaves_once(plan, detector)
 
     @cached_property
     def area(self) -> float:
         """Area of the shape [m^2]."""
-        return self._shape.area
+        return self._sums.shape.area
 
     @cached_property
-    def flux_in(self) -> Estimate:
+    def flux_in(self) -> Estimate | EstimateArray:
         """Power [W], or particles per second, arriving at the whole shape: Φ."""
-        return self._whole("weights", 0)
+        return self._whole(ARRIVALS)
 
     @cached_property
-    def flux_out(self) -> Estimate:
+    def flux_out(self) -> Estimate | EstimateArray:
         """Power [W], or particles per second, leaving from the whole shape."""
-        return self._whole("weights", 1, exact=self._is_exact_out)
+        return self._whole(DEPARTURES)
 
     @cached_property
     def irradiance(self) -> Estimate | EstimateArray:
         """Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position where the detector has positions."""
-        return self._per_area("weights", 0)
+        return self._per_area("weights", ARRIVALS)
 
     @cached_property
     def exitance(self) -> Estimate | EstimateArray:
         """Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity, emitted and reflected."""
-        return self._per_area("weights", 1)
+        return self._per_area("weights", DEPARTURES)
 
     @cached_property
     def net_flux_density(self) -> Estimate | EstimateArray:
@@ -78,27 +80,27 @@ class Reading:
 
         Flux over area and over the bin's exact projected solid angle ∫cosθ dω, never over cosθ of single particles.
         """
-        return self._by_direction(0, projected=True)
+        return self._by_direction(ARRIVALS, projected=True)
 
     @cached_property
     def radiance_out(self) -> Estimate | EstimateArray:
         """Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
-        return self._by_direction(1, projected=True)
+        return self._by_direction(DEPARTURES, projected=True)
 
     @cached_property
     def flux_density(self) -> Estimate | EstimateArray:
         """Arriving flux per area and solid angle by direction bin: n v |cosθ| = L |cosθ| [W m^-2 sr^-1 ...]."""
-        return self._by_direction(0, projected=False)
+        return self._by_direction(ARRIVALS, projected=False)
 
     @cached_property
     def intensity(self) -> Estimate | EstimateArray:
         """Arriving flux per solid angle through the whole shape, I [W sr^-1 or s^-1 sr^-1]: ∫ L |cosθ| dA."""
-        return self._by_direction(0, projected=False, per_area=False)
+        return self._by_direction(ARRIVALS, projected=False, per_area=False)
 
     @cached_property
     def intensity_out(self) -> Estimate | EstimateArray:
         """Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity."""
-        return self._by_direction(1, projected=False, per_area=False)
+        return self._by_direction(DEPARTURES, projected=False, per_area=False)
 
     @cached_property
     def fluence_rate(self) -> Estimate | EstimateArray:
@@ -108,37 +110,86 @@ class Reading:
         radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971); a beam closer to grazing than
         that is underestimated.
         """
-        return self._per_area("slants", 0) + self._per_area("slants", 1)
+        return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 
     @cached_property
     def counts(self) -> Estimate | EstimateArray:
         """Number of arrivals scored in the whole run, by bin."""
-        values = self._binned("counts", 0) if self._axes else self._total("counts", 0)
-        return self._estimate(values * self._run.sizes.sum(), Unit.parse("1"), self._axes)
+        sums, inner = self._sums, self._sums.place_axes | self._sums.direction_axes
+        values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
+        return sums.estimate(values * sums.run.sizes.sum(), Unit.parse("1"), inner, values)
 
     @cached_property
-    def energy_in(self) -> Estimate:
-        """Energy [J], or particles, that arrived within the duration."""
-        return self.flux_in * self._duration("energy_in")
+    def energy_in(self) -> Estimate | EstimateArray:
+        """Energy [J], or particles, that arrived within the duration, or within each bin of time."""
+        self._need_clock("energy_in")
+        return self._whole(ARRIVALS, per_second=False)
 
     @cached_property
-    def energy_out(self) -> Estimate:
-        """Energy [J], or particles, that left within the duration."""
-        return self.flux_out * self._duration("energy_out")
+    def energy_out(self) -> Estimate | EstimateArray:
+        """Energy [J], or particles, that left within the duration, or within each bin of time."""
+        self._need_clock("energy_out")
+        return self._whole(DEPARTURES, per_second=False)
 
     @cached_property
     def fluence(self) -> Estimate | EstimateArray:
-        """Fluence rate over the duration, H [J m^-2 or m^-2]."""
-        return self.fluence_rate * self._duration("fluence")
+        """Fluence rate over the duration, or over each bin of time, H [J m^-2 or m^-2]."""
+        self._need_clock("fluence")
+        return self._per_area("slants", ARRIVALS, False) + self._per_area("slants", DEPARTURES, False)
 
     @cached_property
     def phase_density(self) -> Estimate | EstimateArray:
-        """Radiance over speed: density in space and direction, L/v [m^-3 sr^-1 for particles], where all fly alike."""
-        speeds = {source.emission.speed for source in self._scene.sources}
-        if len(speeds) > 1:
-            self._refuse("phase_density", f"one speed of all sources, got {sorted(speeds)}", "take radiance")
-        per_speed = Estimate(np.full(len(self._run), 1 / speeds.pop()), self._run, "s m^-1", exact=True)
-        return self.radiance * per_speed
+        """Density in phase space by direction bin, n(x, v).
+
+        With bins of speed [m^-6 s^3 for particles]: flux over area, ∫cosθ dω and ∫v³ dv, exact for each bin.  Where all
+        fly alike, without them, radiance over speed [m^-3 sr^-1]: density in space and direction.
+        """
+        edges = self.detector.speed_edges()
+        if edges is not None:
+            volumes = np.diff(edges**4) / 4.0
+            return self._by_direction(ARRIVALS, projected=True, volumes=volumes, per="m^4 s^-4 sr^-1")
+        speeds = scene_speeds(self._scene)
+        if speeds_differ(speeds):
+            self._refuse("phase_density", "bins of speed, where speeds differ", "write speeds=edges in m/s")
+        return self._by_direction(ARRIVALS, projected=True, volumes=np.array([speeds.pop()]), per="m s^-1")
+
+    @cached_property
+    def pressure(self) -> Estimate | EstimateArray:
+        """Momentum along the normal that arrives and leaves, per area and time [Pa]; of a wall, its pressure.
+
+        Energy over speed for what is emitted in watts, mass times speed for particles.
+        """
+        return self._momentum(ARRIVALS) + self._momentum(DEPARTURES)
+
+    @cached_property
+    def mean_speed_in(self) -> Estimate | EstimateArray:
+        """Mean speed of what arrived [m s^-1], each as often as it crossed."""
+        return self._mean("speeds", ARRIVALS)
+
+    @cached_property
+    def mean_speed_out(self) -> Estimate | EstimateArray:
+        """Mean speed of what left [m s^-1]."""
+        return self._mean("speeds", DEPARTURES)
+
+    @cached_property
+    def mean_square_speed_in(self) -> Estimate | EstimateArray:
+        """Mean square of the speed of what arrived [m^2 s^-2]."""
+        return self._mean("squares", ARRIVALS)
+
+    @cached_property
+    def mean_square_speed_out(self) -> Estimate | EstimateArray:
+        """Mean square of the speed of what left [m^2 s^-2]."""
+        return self._mean("squares", DEPARTURES)
+
+    @cached_property
+    def mean_energy_in(self) -> Estimate | EstimateArray:
+        """Mean kinetic energy of what arrived [J]: m v²/2 of particles whose mass is known."""
+        return self._kinetic("mean_energy_in", self.mean_square_speed_in)
+
+    @cached_property
+    def mean_energy_out(self) -> Estimate | EstimateArray:
+        """Mean kinetic energy of what left [J]."""
+        return self._kinetic("mean_energy_out", self.mean_square_speed_out)
 
     def __getattr__(self, name: str):
         if name.startswith("_"):
@@ -163,92 +214,100 @@ class Reading:
 
     # ---- from sums to estimates ----
 
-    def _rows(self, kind: str, side: int) -> np.ndarray:
-        """Sums of the batches, (B, 1 + bins); the first column fell outside all bins."""
-        first = self._first + side * self._half
-        return np.array(
-            [getattr(b, kind)[first : first + 1 + math.prod(self._cells.values())] for b in self._batches]
+    def _scale(self, per_second: bool, ndim: int) -> np.ndarray:
+        """What a sum of 1 means: as a rate or in all, shaped to go with sums of so many axes."""
+        scale = self._plan.unit / (self._sums.seconds if per_second else 1.0)
+        return np.reshape(scale, (*np.shape(scale), *(1,) * (ndim - 3))) if np.ndim(scale) else scale
+
+    def _unit(self, per_second: bool) -> Unit:
+        return self._rate if per_second else self._rate * Unit.parse("s")
+
+    def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+        values, counts = (self._sums.whole(kind, side) for kind in ("weights", "counts"))
+        exact = self._is_exact_out and side == DEPARTURES
+        return self._sums.estimate(
+            values * self._scale(per_second, 3), self._unit(per_second), {}, counts, exact
         )
 
-    def _total(self, kind: str, side: int) -> np.ndarray:
-        return self._rows(kind, side).sum(axis=1)
+    def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+        values, counts = (self._sums.by_place(k, side) for k in (kind, "counts"))
+        exact = (
+            self._is_exact_out and side == DEPARTURES and kind == "weights" and not self._sums.place_axes
+        )
+        values = values * self._scale(per_second, values.ndim) / self._areas
+        unit = self._unit(per_second) / Unit.parse("m^2")
+        return self._sums.estimate(values, unit, self._sums.place_axes, counts, exact)
 
-    def _binned(self, kind: str, side: int) -> np.ndarray:
-        """Sums (B, *dims) in the public order: u, v, mu or theta, phi, without axes that are not binned."""
-        values = self._rows(kind, side)[:, 1:].reshape(len(self._batches), *self._cells.values())
-        values = values.swapaxes(3, 4)  # stored (u, v, azimuth, cosine)
-        if "theta" in self._direction_edges and self._cells["mu"] > 1:
-            values = values[:, :, :, ::-1]  # stored by rising cosine
-        return values.reshape(len(values), *(len(edges) - 1 for edges in self._axes.values()))
-
-    def _per_history(self, values: np.ndarray) -> np.ndarray:
-        return self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
-
-    def _estimate(self, values, unit, axes, counts=None, exact=False):
-        values = values / self._per_history(values)
-        if not axes:
-            return Estimate(values.reshape(len(self._run)), self._run, unit, exact=exact, counts=counts)
-        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
-
-    def _whole(self, kind: str, side: int, exact: bool = False) -> Estimate:
-        counts = int(self._total("counts", side).sum())
-        return self._estimate(self._total(kind, side) * self._scale, self._unit, {}, counts, exact)
-
-    def _per_area(self, kind: str, side: int) -> Estimate | EstimateArray:
-        unit = self._unit / Unit.parse("m^2")
-        if self.detector.positions is None:
-            counts = int(self._total("counts", side).sum())
-            exact = self._is_exact_out and side == 1 and kind == "weights"
-            return self._estimate(self._total(kind, side) * self._scale / self.area, unit, {}, counts, exact)
-        axes = self._position_edges
-        values, counts = (self._binned(k, side) for k in (kind, "counts"))
-        over = tuple(range(1 + len(axes), values.ndim))
-        values = values.sum(axis=over) * self._scale / self._areas
-        return self._estimate(values, unit, axes, counts.sum(axis=(0, *over)))
-
-    def _by_direction(self, side: int, projected: bool, per_area: bool = True) -> Estimate | EstimateArray:
+    def _by_direction(
+        self,
+        side: int,
+        projected: bool,
+        per_area: bool = True,
+        volumes: np.ndarray | None = None,
+        per: str = "1",
+    ) -> Estimate | EstimateArray:
+        """Flux over solid angle, plain or projected, over area, and over `volumes` of the bins of speed."""
         if self.detector.directions is None:
             wanted = "radiance" if projected else "a quantity by direction"
             self._refuse(wanted, "directions=..., got None", "write directions=Directions(mu=16) or similar")
-        plain, cosines = solid_angles_of(self.detector, self._shape)
+        plain, cosines = solid_angles_of(self.detector, self._sums.shape)
         angles = cosines if projected else plain
+        sums = self._sums
+        values, counts = (sums.by_direction(kind, side) for kind in ("weights", "counts"))
         with np.errstate(divide="ignore", invalid="ignore"):
-            values = self._binned("weights", side) * self._scale / np.where(angles > 0, angles, np.nan)
-        counts = self._binned("counts", side).sum(axis=0)
-        unit = self._unit / Unit.parse("sr")
+            values = values * self._scale(True, values.ndim) / np.where(angles > 0, angles, np.nan)
+        unit = self._rate / Unit.parse("sr")
         if per_area:
-            areas = self.area if self.detector.positions is None else self._areas
-            areas = np.reshape(areas, np.shape(areas) + (1,) * len(self._direction_axes))
+            areas = np.reshape(self._areas, np.shape(self._areas) + (1,) * len(sums.direction_axes))
             values, unit = values / areas, unit / Unit.parse("m^2")
-        return self._estimate(values, unit, self._axes, counts)
+        if volumes is not None:
+            values = values / np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
+            unit = unit / Unit.parse(per)
+        return sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts)
+
+    def _momentum(self, side: int) -> Estimate | EstimateArray:
+        self._need_moments("pressure")
+        values, counts = (self._sums.by_place(kind, side) for kind in ("momentum", "counts"))
+        if self._is_light:
+            one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.space.size / self._plan.tempo)
+        else:
+            one = self._mass("pressure") * self._plan.fastest
+        values = values * (self._scale(True, values.ndim) * one) / self._areas
+        return self._sums.estimate(values, Unit.parse("Pa"), self._sums.place_axes, counts)
+
+    def _mean(self, kind: str, side: int) -> Estimate | EstimateArray:
+        self._need_moments("a mean speed")
+        power = {"speeds": 1, "squares": 2}[kind]
+        counts = self._sums.whole("counts", side)
+        total, weight = (self._sums.whole(k, side) for k in (kind, "weights"))
+        unit = Unit.parse("m s^-1") ** power
+        total = self._sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
+        return total / self._sums.estimate(weight, Unit(), {}, counts)
+
+    def _kinetic(self, quantity: str, square: Estimate | EstimateArray) -> Estimate | EstimateArray:
+        mass = self._mass(quantity)
+        joules = Estimate(np.full(len(self._sums.run), mass / 2), self._sums.run, "J m^-2 s^2", exact=True)
+        return square * joules
 
     @cached_property
-    def _position_edges(self) -> dict[str, np.ndarray]:
+    def _areas(self) -> float | np.ndarray:
+        """Area of each bin of position [m^2], or of the whole shape."""
         positions = self.detector.positions
-        return {} if positions is None else positions.edges(self._shape)
+        return self.area if positions is None else positions.areas(self._sums.shape)
 
-    @cached_property
-    def _direction_edges(self) -> dict[str, np.ndarray]:
-        directions = self.detector.directions
-        return {} if directions is None else directions.edges()
+    def _mass(self, quantity: str) -> float:
+        mass = None if self._is_light else scene_mass(self._scene)
+        if mass is None:
+            self._refuse(quantity, "particles of one known mass", "write Gas(..., mass=...) in kg")
+        return mass
 
-    @property
-    def _direction_axes(self) -> dict[str, np.ndarray]:
-        order = ("mu", "theta", "phi")
-        return {name: self._direction_edges[name] for name in order if name in self._direction_edges}
+    def _need_moments(self, quantity: str) -> None:
+        if not self.detector.moments:
+            self._refuse(quantity, "moments", "write Detector(..., moments=True)")
 
-    @property
-    def _axes(self) -> dict[str, np.ndarray]:
-        return self._position_edges | self._direction_axes
-
-    @cached_property
-    def _areas(self) -> np.ndarray:
-        return self.detector.positions.areas(self._shape)
-
-    def _duration(self, quantity: str) -> Estimate:
+    def _need_clock(self, quantity: str) -> None:
         if self._scene.duration is None:
             self._refuse(quantity, "a clock", "write Scene(..., duration=...)")
-        return Estimate(np.full(len(self._run), self._scene.duration), self._run, "s", exact=True)
 
     def _refuse(self, quantity: str, need: str, cure: str) -> None:
         raise SceneError(f"Detector {self.name!r}: {quantity} needs {need}; {cure}")
@@ -257,11 +316,16 @@ class Reading:
 def _leaves_once(plan, detector: Detector) -> bool:
     """Whether by construction every history leaves once from the detector's side, and never more."""
     scene, shape = plan.scene, plan.scene.shape_of(detector)
-    return not plan.acts and all(
-        scene.shape_of(source) == shape
-        and source.emission.has_side
-        and source.is_back == detector.is_back
-        and source.aim is None
-        and (not shape.is_closed or not source.is_back)
-        for source in scene.sources
+    is_picky = any(getattr(detector, name) is not None for name in ("times", "speeds", "via", "events"))
+    return (
+        not is_picky
+        and not plan.acts
+        and all(
+            scene.shape_of(source) == shape
+            and source.emission.has_side
+            and source.is_back == detector.is_back
+            and source.aim is None
+            and (not shape.is_closed or not source.is_back)
+            for source in scene.sources
+        )
     )

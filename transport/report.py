@@ -1,18 +1,29 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
 from transport.estimates import Estimate
+from transport.phase_space import PhaseSpace, Snapshot
 
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [_head(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
     for detector in result.scene.detectors:
-        lines += ["", f"detector {detector.name!r}, {detector.side}"]
-        for name, quantity in result[detector.name].quantities.items():
+        reading = result[detector.name]
+        lines += ["", _title(detector, reading)]
+        for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
     lines += ["", *cost_lines(result)]
     lines += [f"warning: {warning}" for warning in result.warnings]
     return "\n".join(lines)
+
+
+def _title(detector, reading) -> str:
+    match detector:
+        case PhaseSpace(name=name):
+            return f"phase space {name!r}"
+        case Snapshot(name=name):
+            return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
+    return f"detector {detector.name!r}, {detector.side}"
 
 
 def ledger_lines(ledger) -> list[str]:

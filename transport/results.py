@@ -8,8 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from transport.batches import Batch
+from transport.detectors import Detector
 from transport.estimates import Batches, Estimate
 from transport.plan import Plan
+from transport.phase_readings import PHASE_QUANTITIES, PhaseReading, SnapshotReading
+from transport.phase_space import PhaseSpace, Snapshot
 from transport.readings import QUANTITIES, Reading
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
@@ -69,8 +72,15 @@ class Result:
         if name not in names:
             raise SceneError(f"result has no detector {name!r}; {suggestion(str(name), names)}")
         if name not in self._readings:
-            self._readings[name] = Reading(self, self.scene.detectors[names.index(name)])
+            self._readings[name] = self._read(self.scene.detectors[names.index(name)])
         return self._readings[name]
+
+    def _read(self, detector: Detector | PhaseSpace | Snapshot) -> Reading | PhaseReading | SnapshotReading:
+        if isinstance(detector, PhaseSpace):
+            return PhaseReading(self, detector)
+        if isinstance(detector, Snapshot):
+            return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
+        return Reading(self, detector)
 
     def __contains__(self, name: object) -> bool:
         return name in [detector.name for detector in self.scene.detectors]
@@ -82,8 +92,9 @@ class Result:
     def quantity(self, name: str):
         """The Estimate or EstimateArray called "detector.quantity"."""
         detector, _, quantity = name.partition(".")
-        if quantity not in QUANTITIES:
-            raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, QUANTITIES)}")
+        known = PHASE_QUANTITIES if isinstance(self[detector], PhaseReading) else QUANTITIES
+        if quantity not in known:
+            raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
         return getattr(self[detector], quantity)
 
     @property
@@ -111,7 +122,7 @@ class Result:
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
             )
         aims = [source for source in self.scene.sources if source.aim is not None]
-        for detector in self.scene.detectors if aims else ():
+        for detector in self.scene.meters if aims else ():
             if any(self.scene.shape_of(detector) != source.aim for source in aims):
                 found.append(
                     f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
@@ -132,7 +143,7 @@ class Result:
 class Ledger(Mapping):
     """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
 
-    In watts; with a clock in joules, or particles.  `roulette` is what was killed less what was gained, of expectation
+    In watts or particles per second; with a clock in joules, or particles.  `roulette` is what was killed less what was gained, of expectation
     zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface.
     """
 
@@ -140,15 +151,14 @@ class Ledger(Mapping):
         plan, batches, run = result.plan, result.batches, result.run
         scene = plan.scene
         is_gas = scene.measured_in == "particles"
-        duration = 1.0 if is_gas or scene.duration is None else scene.duration
-        unit = Unit.parse("1" if is_gas else "W" if scene.duration is None else "J")
-        scale = plan.unit * duration
+        unit = Unit.parse("s^-1" if is_gas else "W") * Unit.parse("s") ** plan.has_clock
+        scale = plan.unit
 
         def entry(values: list[float], exact: bool = False) -> Estimate:
             return Estimate(np.array(values) * scale / run.sizes, run, unit, exact=exact)
 
-        power = math.fsum(emitter.power for emitter in plan.emitters)
-        share = power / plan.unit
+        emitted = math.fsum(emitter.amount for emitter in plan.emitters)
+        share = emitted / plan.unit
         self.absorbed_by: dict[str, Estimate] = {}
         for index, surface in enumerate(scene.surfaces):
             rows = [row for row, owner in enumerate(plan.owners) if owner == index]
@@ -157,12 +167,14 @@ class Ledger(Mapping):
                 self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
         aimed = any(emitter.target is not None for emitter in plan.emitters)
         self._entries = {
-            "emitted": Estimate(np.full(len(run), power * duration), run, unit, exact=True),
+            "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
             "absorbed": entry([b.absorbed.sum() for b in batches], not plan.absorbs),
             "escaped": entry(
                 [b.ledger["escaped"] for b in batches], plan.has_clock or not (plan.acts or aimed)
             ),
-            "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock),
+            "in_flight": entry(
+                [b.ledger["in_flight"] for b in batches], not plan.has_clock or not (plan.acts or aimed)
+            ),
             "roulette": entry([b.ledger["roulette"] for b in batches], not plan.has_roulette),
             "unsampled": entry(
                 [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed

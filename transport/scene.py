@@ -5,15 +5,20 @@ from collections.abc import Iterable
 
 from transport.detectors import Detector
 from transport.materials import Surface
+from transport.phase_space import PhaseSpace, Snapshot
 from transport.shapes import Shape
 from transport.soundness import check_scene
-from transport.sources import Gas, Source
+from transport.sources import Source
 from transport.validation import refuse, scene_object, settle_positive, shown, store, suggestion
+
+Looking = Detector | PhaseSpace | Snapshot
 
 
 @scene_object
 class Scene:
     """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
+
+    Among the detectors are those at a place, the `meters`, and `phase_spaces` and `snapshots` of a time.
 
     With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
     Raises SceneError for names that are unknown or not unique and for parts that do not go together.
@@ -21,24 +26,48 @@ class Scene:
 
     sources: tuple[Source, ...]
     surfaces: tuple[Surface, ...] = ()
-    detectors: tuple[Detector, ...] = ()
+    detectors: tuple[Looking, ...] = ()
     duration: float | None = None
 
     def __post_init__(self) -> None:
-        for name, kind in {"sources": Source, "surfaces": Surface, "detectors": Detector}.items():
-            _settle_parts(self, name, kind)
+        _settle_parts(self, "sources", Source)
+        _settle_parts(self, "surfaces", Surface)
+        _settle_parts(self, "detectors", Detector, PhaseSpace, Snapshot)
         if self.duration is not None:
             settle_positive(self, "duration")
         self._check_names()
+        self._check_via()
         self._check_emissions()
-        for user in (*self.sources, *self.detectors):
+        for user in (*self.sources, *self.meters):
             user.check_shape(self.shape_of(user))
+        for user in (*self.sources, *self.detectors):
+            user.check_clock(self.duration)
         check_scene(self)
 
     @property
     def measured_in(self) -> str:
         """What all sources emit: "watts" or "particles"."""
         return self.sources[0].emission.measured_in
+
+    @property
+    def meters(self) -> tuple[Detector, ...]:
+        """The detectors that have a shape: those made as Detector."""
+        return tuple(part for part in self.detectors if isinstance(part, Detector))
+
+    @property
+    def phase_spaces(self) -> tuple[PhaseSpace, ...]:
+        """The detectors made as PhaseSpace."""
+        return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The detectors made as Snapshot."""
+        return tuple(part for part in self.detectors if isinstance(part, Snapshot))
+
+    @property
+    def visited(self) -> tuple[str, ...]:
+        """The names of detectors and surfaces that a `via` asks for, each once."""
+        return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
 
     def surface(self, name: str) -> Surface:
         """The surface of that name."""
@@ -59,40 +88,49 @@ class Scene:
         return named[name]
 
     def _check_names(self) -> None:
-        for kind, parts in {"Surface": self.surfaces, "Detector": self.detectors}.items():
+        for parts in (self.surfaces, self.detectors):
             counts = Counter(part.name for part in parts if part.name is not None)
             for name, count in counts.items():
                 if count > 1:
-                    refuse(
-                        self, f"name must be unique, got {count} {kind}s {name!r}; give each its own name="
-                    )
+                    kinds = Counter(type(part).__name__ for part in parts if part.name == name)
+                    got = " and ".join(f"{n} {kind}{'s' if n > 1 else ''}" for kind, n in kinds.items())
+                    refuse(self, f"name must be unique, got {got} {name!r}; give each its own name=")
         names = {surface.name for surface in self.surfaces}
-        for meter in self.detectors:
-            if meter.name in names and self.shape_of(meter) != self.surface(meter.name).shape:
+        for part in self.detectors:
+            if part.name in names and not self._meters_its_namesake(part):
                 refuse(
-                    meter,
-                    f"name must not be that of a surface it does not meter, got {meter.name!r}; rename it",
+                    part,
+                    f"name must not be that of a surface it does not meter, got {part.name!r}; rename it",
                 )
+
+    def _meters_its_namesake(self, part: Looking) -> bool:
+        return isinstance(part, Detector) and self.shape_of(part) == self.surface(part.name).shape
+
+    def _check_via(self) -> None:
+        names = [part.name for part in (*self.meters, *self.surfaces) if part.name is not None]
+        for meter in self.meters:
+            for name in meter.via or ():
+                if name not in names:
+                    cure = suggestion(name, dict.fromkeys(names))
+                    refuse(meter, f"via must name a detector or a surface, got {name!r}; {cure}")
 
     def _check_emissions(self) -> None:
         if len({source.emission.measured_in for source in self.sources}) > 1:
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
-        if self.duration is None and any(isinstance(source.emission, Gas) for source in self.sources):
-            refuse(self, "duration must be given with a Gas, got None; write duration=... in seconds")
 
 
-def _settle_parts(scene: Scene, name: str, kind: type) -> None:
-    """The field is a tuple of parts of one kind; a single part, or any iterable of them, is accepted."""
+def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:
+    """The field is a tuple of parts of these kinds; a single part, or any iterable of them, is accepted."""
     value = getattr(scene, name)
-    must = f"{name} must be a list of {kind.__name__} objects"
-    if isinstance(value, kind):
+    must = f"{name} must be a list of {' or '.join(kind.__name__ for kind in kinds)} objects"
+    if isinstance(value, kinds):
         value = (value,)
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
         refuse(scene, f"{must}, got {shown(value)}")
     parts = tuple(value)
     for place, part in enumerate(parts):
-        if not isinstance(part, kind):
+        if not isinstance(part, kinds):
             refuse(scene, f"{must}, got {shown(part)} as {name}[{place}]; put it into its own list")
     if name == "sources" and not parts:
         refuse(scene, "sources must hold at least one Source, got none; write sources=[Source(...)]")

@@ -5,7 +5,10 @@ the ball round its `middle` that just holds it) and `is_closed`; those with an a
 """
 
 import math
+from collections.abc import Iterable
 
+from transport.normals import REACH
+from transport.triangles import centroid, corners_of, frame_of, is_on_a_line, normal_and_area
 from transport.validation import (
     as_float,
     as_floats,
@@ -37,6 +40,11 @@ class Shape:
         reach = list(zip(self.middle, self._reach(), strict=True))
         return tuple(c - r for c, r in reach), tuple(c + r for c, r in reach)
 
+    @property
+    def extent(self) -> float:
+        """Half diagonal of its bounds [m]."""
+        return math.hypot(*self._reach())
+
     def _check_size(self, *names: str) -> None:
         """Refuse lengths whose area, volume or bounds leave the range of doubles."""
         sizes = {"area": self.area} | ({"volume": self.volume} if self.is_closed else {})
@@ -51,7 +59,7 @@ class Shape:
 
 
 class FlatShape(Shape):
-    """What Rectangle and Disk share: a unit normal, and `up`, which turns the frame about it."""
+    """What flat shapes share: a unit normal, and `up`, which turns the frame of all but triangles about it."""
 
     def _settle_plane(self) -> None:
         settle_vector(self, "center")
@@ -143,6 +151,59 @@ class Disk(FlatShape):
 
 
 @scene_object(kw_only=True)
+class Triangle(FlatShape):
+    """A flat triangle of three `vertices` [m], whose normal is that of a right hand whose fingers follow them."""
+
+    vertices: tuple[Vector, Vector, Vector]
+
+    def __post_init__(self) -> None:
+        given = self.vertices if isinstance(self.vertices, Iterable) else ()
+        vertices = tuple(as_floats(vertex) for vertex in given)
+        if len(vertices) != 3 or any(vertex is None or len(vertex) != 3 for vertex in vertices):
+            refuse(self, f"vertices must be three points of three finite numbers, got {shown(self.vertices)}")
+        if is_on_a_line(vertices):
+            refuse(self, f"vertices must not lie on one line, got {shown(vertices)}; move one of them")
+        store(self, vertices=vertices)
+        self._check_size("vertices")
+
+    @property
+    def center(self) -> Vector:
+        """Centroid [m]."""
+        return centroid(self.vertices)
+
+    @property
+    def normal(self) -> Vector:
+        """Unit normal; exact to rounding for slivers too."""
+        return normal_and_area(self.vertices)[0]
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        return frame_of(self.vertices)
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """The vertices in the frame, (u, v) from the centroid [m]; they turn to the left."""
+        return corners_of(self.vertices)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]; exact to rounding for slivers too."""
+        return normal_and_area(self.vertices)[1]
+
+    @property
+    def extent(self) -> float:
+        """Distance of the vertex that is farthest from the centroid [m]."""
+        return max(math.dist(self.center, vertex) for vertex in self.vertices)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        axes = list(zip(*self.vertices, strict=True))
+        return tuple(map(min, axes)), tuple(map(max, axes))
+
+
+@scene_object(kw_only=True)
 class Sphere(Shape):
     """A sphere of `radius` [m], its normal outwards; `axis` is the pole of its coordinates."""
 
@@ -212,11 +273,6 @@ class Box(Shape):
         """Volume [m^3]."""
         return math.prod(self.size)
 
-    @property
-    def extent(self) -> float:
-        """Half diagonal [m]."""
-        return math.hypot(*(length / 2 for length in self.size))
-
     def faces(self) -> dict[str, Rectangle]:
         """The faces "-x", "+x", "-y", "+y", "-z", "+z" as rectangles with outward normals."""
         x, y, z = self.size
@@ -259,3 +315,28 @@ class Point(Shape):
 
     def _reach(self) -> Vector:
         return 0.0, 0.0, 0.0
+
+
+@scene_object(kw_only=True)
+class Cloud(Shape):
+    """A Gaussian cloud of positions, for a Gas only; `sigma` [m], one or along each axis, bounds 8.5 sigma away."""
+
+    center: Vector = (0.0, 0.0, 0.0)
+    sigma: Vector | float
+
+    def __post_init__(self) -> None:
+        settle_vector(self, "center")
+        every = as_float(self.sigma)
+        sigma = as_floats(self.sigma if every is None else (every,) * 3)
+        if sigma is None or len(sigma) != 3 or min(sigma) < 0 or not 0 < max(sigma) < 1e300:
+            must = f"one or three lengths, 0 or more and not all 0, got {shown(self.sigma)}"
+            refuse(self, f"sigma must be {must}; a Point has no extent")
+        store(self, sigma=sigma)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3] that holds as many particles at the density of the centre."""
+        return (2 * math.pi) ** 1.5 * math.prod(self.sigma)
+
+    def _reach(self) -> Vector:
+        return tuple(REACH * length for length in self.sigma)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from transport.detectors import Detector
 from transport.distances import in_plane_distances
 from transport.materials import Surface, Transparent
-from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere
+from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere, Triangle
 from transport.vectors import dot
 
 if TYPE_CHECKING:
@@ -27,10 +27,11 @@ ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the roundin
 class Member:
     """A flat or spherical piece of a sheet: what acts on it (None: a transparent meter), and who looks at it."""
 
-    shape: Rectangle | Disk | Sphere
+    shape: Rectangle | Disk | Triangle | Sphere
     surface: Surface | None
     detectors: list[Detector] = field(default_factory=list)
     orientation: float = 1.0  # of its normal against the sheet's
+    mark: str | None = None  # the surface's name, where a detector's `via` asks for it
 
 
 @dataclass
@@ -40,7 +41,7 @@ class Sheet:
     members: list[Member]
 
     @property
-    def support(self) -> Rectangle | Disk | Sphere:
+    def support(self) -> Rectangle | Disk | Triangle | Sphere:
         return self.members[0].shape
 
 
@@ -52,7 +53,7 @@ def pieces(shape: Shape) -> tuple[Shape, ...]:
 def sheets_of(scene: Scene) -> list[Sheet]:
     """The scene's sheets, acting members before meters; surfaces that do nothing and are not looked at are left out."""
     sheets: list[Sheet] = []
-    for member in sorted(_members(scene), key=lambda m: m.surface is None):
+    for member in sorted(_members(scene), key=_precedence):
         home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
         if home is None:
             home = Sheet([])
@@ -62,10 +63,19 @@ def sheets_of(scene: Scene) -> list[Sheet]:
     return sheets
 
 
+def _precedence(member: Member) -> tuple[bool, float]:
+    """What acts comes first; then what knows its plane best, for the first one gives the sheet its normal."""
+    shape = member.shape
+    breadth = shape.area / shape.extent if isinstance(shape, Triangle) else math.inf
+    return member.surface is None, -breadth
+
+
 def are_on_one_support(a: Shape, b: Shape) -> bool:
     """Whether two shapes lie on the same plane or sphere, up to the rounding of their coordinates."""
     if isinstance(a, Sphere) != isinstance(b, Sphere):
         return False
+    if isinstance(a, Triangle) or isinstance(b, Triangle):
+        return _has_vertices_on(a, b) or _has_vertices_on(b, a)
     tolerance = ROUNDING * (_magnitude(a) + _magnitude(b))
     apart = math.dist(a.center, b.center)
     if isinstance(a, Sphere):
@@ -73,6 +83,11 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
     tilt = math.hypot(*(p - q * _sign(a, b) for p, q in zip(a.normal, b.normal, strict=True)))
     offset = abs(dot(tuple(p - q for p, q in zip(a.center, b.center, strict=True)), a.normal))
     return offset <= tolerance and tilt * (apart + a.extent + b.extent) <= tolerance
+
+
+def _has_vertices_on(support: Shape, shape: Shape) -> bool:
+    """Whether a triangle lies on a support by its vertices: a sliver's normal says less than they do."""
+    return isinstance(shape, Triangle) and all(is_on_support(vertex, support) for vertex in shape.vertices)
 
 
 def is_on_support(position: tuple[float, ...], shape: Shape) -> bool:
@@ -99,12 +114,13 @@ def overlap(a: Shape, b: Shape) -> bool:
 
 def _members(scene: Scene) -> Iterator[Member]:
     for surface in scene.surfaces:
-        looking = [d for d in scene.detectors if d.shape == surface.name and surface.name is not None]
+        looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
         acts = not isinstance(surface.material, Transparent)
-        if acts or looking:
+        mark = surface.name if surface.name in scene.visited else None
+        if acts or looking or mark is not None:
             for piece in pieces(surface.shape):
-                yield Member(piece, surface if acts else None, list(looking))
-    for detector in scene.detectors:
+                yield Member(piece, surface if acts else None, list(looking), mark=mark)
+    for detector in scene.meters:
         if isinstance(detector.shape, Shape):
             for piece in pieces(detector.shape):
                 yield Member(piece, None, [detector])

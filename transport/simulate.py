@@ -143,7 +143,7 @@ class _Run:
                 if number is None:
                     break
                 self.finished.put(
-                    (number, batch_of(plan, run_batch(self.machine, self.seed, number, size, bundle)))
+                    (number, batch_of(plan, run_batch(self.machine, self.seed, number, size, bundle, self.limits.batches)))
                 )
         except Stopped:
             pass

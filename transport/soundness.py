@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
-from transport.shapes import Box, Disk, Rectangle, Shape, Sphere
+from transport.materials import Diffuse, Material, Mirror, Surface, Transparent
+from transport.scene_speeds import parts_of
+from transport.shapes import Box, FlatShape, Shape, Sphere, Triangle
 from transport.sheets import are_on_one_support, overlap, sheets_of
 from transport.validation import SceneError, refuse, shown
 
@@ -16,9 +17,18 @@ if TYPE_CHECKING:
 
 def check_scene(scene: Scene) -> None:
     """Refuse a scene whose parts do not go together.  Raises SceneError."""
+    check_surfaces(scene)
     check_supports(scene)
     check_aims(scene)
     check_endless(scene)
+
+
+def check_surfaces(scene: Scene) -> None:
+    """Refuse a triangle that acts; a transparent one may be metered."""
+    for surface in scene.surfaces:
+        if isinstance(surface.shape, Triangle) and not isinstance(surface.material, Transparent):
+            cure = "make it of Rectangles and Disks; surfaces of triangles come with meshes"
+            refuse(surface, f"shape must not be a Triangle that acts, got {surface.shape}; {cure}")
 
 
 def check_supports(scene: Scene) -> None:
@@ -39,11 +49,7 @@ def check_aims(scene: Scene) -> None:
     """Refuse a flat source that aims into its own plane, where none of its directions lead."""
     for source in scene.sources:
         shape, aim = scene.shape_of(source), source.aim
-        if (
-            isinstance(aim, Rectangle | Disk)
-            and isinstance(shape, Rectangle | Disk)
-            and are_on_one_support(shape, aim)
-        ):
+        if isinstance(aim, FlatShape) and isinstance(shape, FlatShape) and are_on_one_support(shape, aim):
             refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim above it")
 
 
@@ -53,9 +59,9 @@ def check_endless(scene: Scene) -> None:
         return
     for surface in scene.surfaces:
         shape = surface.shape
-        if isinstance(surface.material, Transparent) or not shape.is_closed:
+        if not shape.is_closed or _lets_through(surface.material):
             continue
-        if any(_absorbs(other) and _meet(other.shape, shape) for other in scene.surfaces):
+        if any(_absorbs(other.material) and _meet(other.shape, shape) for other in scene.surfaces):
             continue
         for source in scene.sources:
             origin = scene.shape_of(source)
@@ -67,13 +73,21 @@ def check_endless(scene: Scene) -> None:
                 )
 
 
-def _absorbs(surface: Surface) -> bool:
-    match surface.material:
-        case Diffuse(albedo=albedo):
-            return albedo < 1
-        case Mirror(reflectance=reflectance):
-            return reflectance < 1
-    return isinstance(surface.material, Black)
+def _absorbs(material: Material) -> bool:
+    """Whether some of what arrives ends there."""
+    return any(_reflected(part) < 1 for part in parts_of(material) if not isinstance(part, Transparent))
+
+
+def _reflected(material: Material) -> float:
+    """The share that a simple material reflects."""
+    match material:
+        case Diffuse(albedo=share) | Mirror(reflectance=share):
+            return share
+    return 0.0
+
+
+def _lets_through(material: Material) -> bool:
+    return any(isinstance(part, Transparent) for part in parts_of(material))
 
 
 def _meet(a: Shape, b: Shape) -> bool:

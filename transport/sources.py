@@ -2,13 +2,17 @@
 
 import math
 
-from transport.emissions import Beam, Emission, Gas, Isotropic, Lambertian
-from transport.shapes import FlatShape, Point, Shape
+from transport.emissions import Beam, Effusive, Emission, Gas, Isotropic, Lambertian
+from transport.pulses import BoxPulse, GaussianPulse, Instant, Pulse
+from transport.shapes import Cloud, FlatShape, Point, Shape, Triangle
 from transport.sides import Sided
-from transport.validation import check_type, refuse, scene_object, shown
+from transport.speeds import SpeedDistribution
+from transport.validation import SceneError, check_type, refuse, scene_object, shown
 from transport.vectors import dot
 
-__all__ = ["Beam", "Emission", "Gas", "Isotropic", "Lambertian", "Source"]
+__all__ = [
+    "Beam", "BoxPulse", "Effusive", "Emission", "Gas", "GaussianPulse", "Instant", "Isotropic", "Lambertian", "Source",
+]  # fmt: skip
 
 ALONG_PLANE = 1e-15  # the cosine that two rounded unit vectors at right angles may have
 
@@ -18,45 +22,75 @@ class Source(Sided):
     """An emission from a shape, or from the surface of that name.
 
     `side` is the one that a surface source emits from. With `aim`, a shape, directions are sampled only
-    towards it, with the exact weight; the power stays that of the whole source.
+    towards it, with the exact weight; the amount stays that of the whole source. `pulse` says when it emits,
+    within the scene's duration; left out, it emits evenly over all of it.
     """
 
     shape: Shape | str
     emission: Emission
     aim: Shape | None = None
     side: str = "front"
+    pulse: Pulse | None = None
 
     def __post_init__(self) -> None:
         check_type(self, "shape", (Shape, str), "a shape such as Disk(radius=...) or the name of a surface")
         check_type(self, "emission", Emission, "an emission such as Lambertian(radiance=...)")
         self._check_side()
         self._check_aim()
+        self._check_pulse()
         if isinstance(self.shape, Shape):
             self.check_shape(self.shape)
 
-    def power(self, shape: Shape) -> float:
-        """Whole power [W] emitted from the resolved shape; for a Gas, its number of particles."""
-        return self.emission.emitted(shape)
+    def amount(self, shape: Shape, duration: float | None) -> float:
+        """All that the resolved shape emits: [J] or particles; without a duration [s] a rate, [W] or [s^-1]."""
+        return self.emission.amount(shape, duration, self.pulse, self.is_back)
+
+    def check_clock(self, duration: float | None) -> None:
+        """Refuse a scene without the clock that this source needs, and a pulse that does not lie within it."""
+        emission, kind = self.emission, type(self.emission).__name__
+        if duration is None:
+            needs = {
+                "a Gas": isinstance(emission, Gas),
+                f"a pulse such as {shown(self.pulse)}": self.pulse is not None,
+                f"{kind}({emission.given}=...)": emission.is_whole,
+            }
+            for what, is_there in needs.items():
+                if is_there:
+                    raise SceneError(
+                        f"Scene: duration must be given with {what}, got None; write duration=... in seconds"
+                    )
+        elif self.pulse is not None and not (self.pulse.first < duration and self.pulse.last <= duration):
+            reach = f"from {self.pulse.first:g} to {self.pulse.last:g} s"
+            refuse(
+                self,
+                f"pulse must lie within the duration, {duration:g} s, got {self.pulse}, which reaches {reach};"
+                " make the duration longer",
+            )
 
     def check_shape(self, shape: Shape) -> None:
         """Refuse a resolved shape that the emission cannot leave from as told."""
         kind, emission = type(shape).__name__, type(self.emission).__name__
         if not isinstance(shape, self.emission.shapes):
-            possible = " or ".join(cls.__name__ for cls in self.emission.shapes)
-            refuse(
-                self, f"{emission} leaves from a {possible}, got shape={shown(shape)}; {self.emission.cure}"
-            )
+            *others, last = [cls.__name__ for cls in self.emission.shapes]
+            possible = f"{', '.join(others)} or {last}"
+            is_triangle = isinstance(shape, Triangle)
+            cure = "sources of triangles come with meshes" if is_triangle else self.emission.cure
+            refuse(self, f"{emission} leaves from a {possible}, got shape={shown(shape)}; {cure}")
         is_surface_source = self.emission.has_side and not isinstance(shape, Point)
         if self.side != "front" and not is_surface_source:
             refuse(self, f"side means nothing for {emission} from a {kind}, got {self.side!r}; leave it out")
         self._check_side(shape)
-        if isinstance(self.emission, Beam):
-            self._check_beam(shape)
-        if not 0 < self.power(shape) < math.inf:
-            refuse(
-                self,
-                f"power must be positive and finite, got {self.power(shape)} from {shown(self.emission)}",
-            )
+        match self.emission:
+            case Beam():
+                self._check_beam(shape)
+            case Gas(density=density) if density is not None:
+                self._check_density(shape)
+            case Effusive(speed=SpeedDistribution(has_drift=True)):
+                self._check_drift(shape)
+        amount = self.amount(shape, None)
+        if not 0 < amount < math.inf:
+            what = "power" if self.emission.measured_in == "watts" else "number of particles"
+            refuse(self, f"{what} must be positive and finite, got {amount} from {shown(self.emission)}")
 
     def _check_aim(self) -> None:
         if self.aim is None:
@@ -67,8 +101,24 @@ class Source(Sided):
                 self, f"aim goes with Lambertian or Isotropic, got {emission} and {shown(self.aim)}; drop aim"
             )
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
-        if isinstance(self.aim, Point):
+        if isinstance(self.aim, (Point, Cloud)):
             refuse(self, f"aim must have an area, got {self.aim}; aim at a small Disk or Sphere")
+
+    def _check_pulse(self) -> None:
+        if self.pulse is None:
+            return
+        check_type(self, "pulse", Pulse, "a pulse such as Instant() or BoxPulse(start, stop)")
+        emission = self.emission
+        if isinstance(emission, Gas):
+            refuse(
+                self, f"pulse means nothing for a Gas, which is there at time 0, got {self.pulse}; drop it"
+            )
+        if not (self.pulse.holds_rates or emission.is_whole):
+            got = f"{emission.given}={shown(getattr(emission, emission.given))}"
+            refuse(
+                self,
+                f"pulse {self.pulse} needs the whole amount, {emission.whole}=..., got {got}; rates hold for a BoxPulse",
+            )
 
     def _check_beam(self, shape: Shape) -> None:
         beam = self.emission
@@ -83,3 +133,14 @@ class Source(Sided):
             other = "front" if self.is_back else "back"
             must = f"direction must leave the {self.side} (normal {shape.normal})"
             refuse(self, f"{must}, got {beam.direction}; write side={other!r} or turn it")
+
+    def _check_density(self, shape: Shape) -> None:
+        if isinstance(shape, Point) or (isinstance(shape, Cloud) and 0 in shape.sigma):
+            refuse(self, f"density needs a volume, got {self.emission.density} in {shape}; write number=")
+
+    def _check_drift(self, shape: Shape) -> None:
+        speed, kind = self.emission.speed, type(shape).__name__
+        if not isinstance(shape, FlatShape):
+            cure = "take a Rectangle or Disk"
+            refuse(self, f"drift goes with a flat shape, got {shown(speed.drift)} through a {kind}; {cure}")
+        speed.one_way_flux(speed.drift_through(shape, self.is_back))  # within its range

@@ -33,7 +33,7 @@ class Space:
 def space_of(scene: Scene) -> Space:
     """The coordinates in which a scene is simulated."""
     shapes = [surface.shape for surface in scene.surfaces]
-    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.detectors)]
+    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
     largest = float(np.abs(np.array([shape.bounds for shape in shapes]) - np.array(origin)).max())

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from transport.engine.addresses import call_pass, view
-from transport.engine.bundle import LANES
+from transport.engine.bundle import HEADER_WORDS, LANES
 from transport.engine.cache import cached_kernels
 from transport.physics.directions import turned_by
 from transport.physics.streams import DIRECTION, EVENT, POSITION, random_words, short_uniform, uniform
@@ -145,6 +145,8 @@ with cached_kernels():
         for _ in range(repeats):
             for s in range(len(handles)):
                 words = view(handles[s], states.shape[1], np.int64)
+                for k in range(HEADER_WORDS):
+                    words[k] = states[s, k]
                 for row in rows:
                     field, state = words[row : row + LANES], states[s, row : row + LANES]
                     for k in range(LANES):

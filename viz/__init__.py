@@ -2,7 +2,9 @@
 
 from viz.comparisons import comparison
 from viz.cuts import radiance_cuts
+from viz.phase_space import phase_portraits
+from viz.prisms import Starts, prisms
 from viz.profiles import profile
 from viz.radiance import radiance_map
 
-__all__ = ["comparison", "profile", "radiance_cuts", "radiance_map"]
+__all__ = ["Starts", "comparison", "phase_portraits", "prisms", "profile", "radiance_cuts", "radiance_map"]

@@ -21,51 +21,89 @@ from transport.physics.streams import AIM, random_words, short_uniform, uniform
 
 
 @lane_pass(TARGET)
-def aim_at_flat(b, table, first, live):
-    """Towards a point uniform over a rectangle (outer2 = 0) or a disk; a share `natural` keeps its direction."""
+def pick_on_rectangle(b, table, first, live):
+    """A point uniform over a rectangle, and whether the ray as it is would meet it."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
-    half_u, half_v, inner2, outer2 = table.half_u, table.half_v, table.inner2, table.outer2
-    area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
-    natural, scale = table.natural, table.unit
-    is_disk = outer2 > 0.0
+    half_u, half_v = table.half_u, table.half_v
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
-        d0, d1, _, _ = random_words(b.history[k], batch, 1, AIM, seed_low, seed_high)
-        u0, u1 = uniform(w0, w1), uniform(w2, w3)
-        c, s = cos_sin_turn(u1)
-        r = math.sqrt(inner2 + u0 * (outer2 - inner2))
-        u, v = (
-            r * c if is_disk else (2.0 * u0 - 1.0) * half_u,
-            r * s if is_disk else (2.0 * u1 - 1.0) * half_v,
-        )
-        px, py, pz = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
+        u, v = (2.0 * uniform(w0, w1) - 1.0) * half_u, (2.0 * uniform(w2, w3) - 1.0) * half_v
+        b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
-        vx, vy, vz = rx + px, ry + py, rz + pz
-        distance = math.sqrt(vx * vx + vy * vy + vz * vz)
-        inverse = 1.0 / distance if distance > 0.0 else 0.0
+        t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
+        u, v = abs(qx * eux + qy * euy + qz * euz), abs(qx * evx + qy * evy + qz * evz)
+        b.distance[k] = t if (u <= half_u) & (v <= half_v) else 0.0
+    return live
+
+
+@lane_pass(TARGET)
+def pick_on_disk(b, table, first, live):
+    """A point uniform over a disk or annulus, and whether the ray as it is would meet it."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    inner2, outer2 = table.inner2, table.outer2
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
+        c, s = cos_sin_turn(uniform(w2, w3))
+        r = math.sqrt(inner2 + uniform(w0, w1) * (outer2 - inner2))
+        u, v = r * c, r * s
+        b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
         t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
         q2 = qx * qx + qy * qy + qz * qz
-        on_disk = (q2 <= outer2) & (q2 >= inner2)
-        on_rectangle = (abs(qx * eux + qy * euy + qz * euz) <= half_u) & (
-            abs(qx * evx + qy * evy + qz * evz) <= half_v
-        )
+        b.distance[k] = t if (q2 <= outer2) & (q2 >= inner2) else 0.0
+    return live
+
+
+@lane_pass(TARGET)
+def pick_on_triangle(b, table, first, live):
+    """A point uniform over a triangle (edges e_u, e_v from its corner c), and whether the ray as it is would meet it."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
+        s, share = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
+        u, v = s * (1.0 - share), s * share
+        b.ox[k], b.oy[k], b.oz[k] = u * eux + v * evx, u * euy + v * evy, u * euz + v * evz
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, qx, qy, qz = plane_crossing(rx, ry, rz, b.ux[k], b.uy[k], b.uz[k], nx, ny, nz)
+        u, v = qx * ax + qy * ay + qz * az, qx * bx + qy * by + qz * bz
+        b.distance[k] = t if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0.0
+    return live
+
+
+@lane_pass(TARGET)
+def aim_at_picked(b, table, first, live):
+    """Towards the point picked on a flat target; a share `natural` keeps its direction."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
+    natural, scale = table.natural, table.unit
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        d0, d1, _, _ = random_words(b.history[k], batch, 1, AIM, seed_low, seed_high)
+        px, py, pz = b.ox[k], b.oy[k], b.oz[k]
+        vx, vy, vz = cx - b.x[k] + px, cy - b.y[k] + py, cz - b.z[k] + pz
+        distance = math.sqrt(vx * vx + vy * vy + vz * vz)
+        inverse = 1.0 / distance if distance > 0.0 else 0.0
         keeps = uniform(d0, d1) < natural
-        meets = (not keeps) | ((t > 0.0) & (on_disk if is_disk else on_rectangle))
+        reach = b.distance[k] if keeps else distance
         ux = b.ux[k] if keeps else vx * inverse
         uy = b.uy[k] if keeps else vy * inverse
         uz = b.uz[k] if keeps else vz * inverse
         cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
-        reach = t if keeps else distance
         w = aimed_weight(f, area, abs(ux * nx + uy * ny + uz * nz), reach * reach, natural)
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
         b.x[k] = b.x[k] if keeps else cx + px
         b.y[k] = b.y[k] if keeps else cy + py
         b.z[k] = b.z[k] if keeps else cz + pz
         b.start[k] = 0.0 if keeps else -distance
-        b.weight[k] *= w * scale if meets else 0.0
+        b.weight[k] *= w * scale if (not keeps) | (reach > 0.0) else 0.0
     return live
 
 

@@ -1,4 +1,4 @@
-"""Particles are born: where, into which direction, at what time.  Loops over the new lanes [first, live) only."""
+"""Particles are born: where and into which direction; when and how fast are in clocks.py and speeds.py.  Loops over the new lanes [first, live) only."""
 
 import math
 
@@ -7,8 +7,7 @@ from numba import int64
 from transport.engine.passes import lane_pass
 from transport.layout import BEAM, BIRTH, NO_TABLE, PATCH
 from transport.physics.directions import sample_cosine_law, sample_isotropic
-from transport.physics.elementary import cos_sin_turn
-from transport.physics.streams import CLOCK as CLOCK_DRAW
+from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
 
 
@@ -27,6 +26,22 @@ def begin_events(b, table, first, live):
     """No reflection yet; the count numbers the draws to come."""
     for k in range(first, live):
         b.event[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def begin_visits(b, table, first, live):
+    """Nothing crossed yet."""
+    for k in range(first, live):
+        b.visited[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def begin_reflections(b, table, first, live):
+    """Not reflected yet."""
+    for k in range(first, live):
+        b.reflections[k] = 0
     return live
 
 
@@ -147,6 +162,29 @@ def born_in_sphere(b, table, first, live):
     return live
 
 
+@lane_pass(PATCH)
+def born_in_cloud(b, table, first, live):
+    """Normal about a centre, each coordinate with its own standard deviation (Box, Muller 1958)."""
+    cx, cy, cz, half_u, half_v, half_w = (
+        table.cx,
+        table.cy,
+        table.cz,
+        table.half_u,
+        table.half_v,
+        table.half_w,
+    )
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        d0, d1, d2, d3 = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
+        c, s = cos_sin_turn(uniform(w2, w3))
+        e, _ = cos_sin_turn(uniform(d2, d3))
+        r = math.sqrt(-2.0 * log_positive(1.0 - uniform(w0, w1)))
+        q = math.sqrt(-2.0 * log_positive(1.0 - uniform(d0, d1)))
+        b.x[k], b.y[k], b.z[k] = cx + half_u * r * c, cy + half_v * r * s, cz + half_w * q * e
+    return live
+
+
 @lane_pass(NO_TABLE)
 def emit_lambertian(b, table, first, live):
     """Directions by the cosine law about the normal of the emitting side."""
@@ -193,24 +231,4 @@ def emit_along(b, table, first, live):
     ux, uy, uz = table.ux, table.uy, table.uz
     for k in range(first, live):
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
-    return live
-
-
-@lane_pass(BIRTH)
-def start_at_zero(b, table, first, live):
-    """The clock of a gas starts at 0 for all."""
-    speed = table.speed
-    for k in range(first, live):
-        b.time[k], b.speed[k] = 0.0, speed
-    return live
-
-
-@lane_pass(BIRTH)
-def start_any_time(b, table, first, live):
-    """A steady source emits uniformly over the duration."""
-    speed = table.speed
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, _, _ = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
-        b.time[k], b.speed[k] = uniform(w0, w1), speed
     return live

@@ -18,6 +18,11 @@ PITCH = (
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "tallies",  # address of the batch's detector sums
+    "moments",  # address of its rows of three limbs: sums of velocities
+    "records",  # address of the sample taken at snapshots ...
+    "recorded",  # ... how many there are ...
+    "stride",  # ... of how many histories one is taken ...
+    "phase",  # ... and with which of them it begins
     "ledger",  # address of the batch's ledger sums
     "ledger_words",
     "seed_low",
@@ -30,7 +35,7 @@ HEADER = (
 )
 HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one
 
-# What a particle takes along.  Order matters: `carried` counts how many of them a program moves.
+# What a particle takes along: a program moves just the fields that its passes name.
 CARRIED = (
     ("x", "f8"),  # position [scene lengths]
     ("y", "f8"),
@@ -46,10 +51,11 @@ CARRIED = (
     ("start", "f8"),  # where on the ray it is: 0, or negative for one aimed at a target where x is
     ("distance", "f8"),  # along the ray from x to what it meets next
     ("hit", "i8"),  # sheet, surface and meters that it meets next (layout.py)
-    ("time", "f8"),  # [durations]: from here on only with a clock
-    ("speed", "f8"),  # [scene lengths per duration]
+    ("time", "f8"),  # [durations], where there is a clock
+    ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are looked at
+    ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
+    ("reflections", "i8"),  # where a detector asks for `events`
 )
-STEADY, CLOCKED = 14, 16  # fields carried without and with a clock
 
 # What one step computes and the next forgets.
 SCRATCH = (
@@ -65,6 +71,9 @@ SCRATCH = (
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1
+    ("u3", "f8"),  # 52 bits each, where mixtures or thermal walls need more
+    ("u4", "f8"),
+    ("arrival", "f8"),  # when it meets what is ahead [durations]
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
     ("home", "i8"),  # first row of the meter on the side that is scored
     ("meter", "i8"),  # index of the meter's row

@@ -7,14 +7,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import config, njit
+from numba import config, int64, njit
 
 from transport.engine.addresses import call_pass
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
-from transport.layout import ABSORBED
+from transport.layout import ABSORBED, RECORD
 from transport.physics.streams import SHARES, random_words, uniform
+from transport.plan import Plan
 
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 
@@ -24,9 +25,30 @@ class RawSums:
     """What a batch counted: integer rows (high, low, count, slant) of the meters and of the ledger."""
 
     histories: int
-    meters: np.ndarray  # (rows, 4) int64
+    meters: np.ndarray  # (rows, 4) int64; phase space behind the meters
     ledger: np.ndarray  # (rows, 4) int64
+    moments: np.ndarray  # (rows, 4) int64: three limbs, and nothing
+    records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
+    stride: int
     crossings: int
+
+
+class Sums:
+    """The memory that a batch counts into."""
+
+    def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
+        self.tallies = np.zeros((plan.rows, 4), np.int64)
+        self.ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
+        self.moments = np.zeros((plan.long_rows, 4), np.int64)
+        wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
+        self.stride = max(1, math.ceil(histories * batches / wanted))
+        self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
+
+    def enter(self, bundle: np.ndarray) -> None:
+        """Tell a bundle where to count."""
+        for name in ("tallies", "ledger", "moments", "records"):
+            bundle[name] = getattr(self, name).ctypes.data
+        bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
 
 
 class Stopped(Exception):
@@ -40,8 +62,9 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
     offset makes every history's chance right.
     """
     b = bundle[0]
-    w0, w1, _, _ = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
+    w0, w1, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
     offset = uniform(w0, w1)
+    b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     live, history, emitter, end = 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
     while True:
@@ -127,21 +150,24 @@ def _wired(steps):
 
 
 def run_batch(
-    machine: Machine, seed: int, batch: int, histories: int, bundle: np.ndarray | None = None
+    machine: Machine,
+    seed: int,
+    batch: int,
+    histories: int,
+    bundle: np.ndarray | None = None,
+    batches: int = 1,
 ) -> RawSums:
     """The sums of one batch: a pure function of the program, the seed, the batch's number and its size.
 
-    bundle: memory to work in; another thread may read its `started` and set its `stop`.
+    bundle: memory to work in; another thread may read its `started` and set its `stop`.  batches: how many of them
+    the run has, among which the sample of a Snapshot is divided.
     Raises Stopped if it was, and OverflowError before a sum could leave its range.
     """
     plan = machine.program.plan
     bundle = empty_bundle() if bundle is None else bundle
-    tallies = np.zeros((plan.rows, 4), np.int64)
-    ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
+    sums = Sums(plan, histories, batches)
+    sums.enter(bundle)
     header = {
-        "tallies": tallies.ctypes.data,
-        "ledger": ledger.ctypes.data,
-        "ledger_words": ledger.size,
         "seed_low": seed & 0xFFFFFFFF,
         "seed_high": (seed >> 32) & 0xFFFFFFFF,
         "batch": batch,
@@ -156,9 +182,11 @@ def run_batch(
     drive(lanes, handle, *wiring, machine.emitters, machine.shares, histories)
     if bundle["stop"][0]:
         raise Stopped
-    if bundle["crossings"][0] >= MOST_CROSSINGS:
+    crossings = int(bundle["crossings"][0])
+    if crossings >= MOST_CROSSINGS:
         raise OverflowError(
             f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
-    return RawSums(histories, tallies, ledger, int(bundle["crossings"][0]))
+    records = sums.records[: int(bundle["recorded"][0])]
+    return RawSums(histories, sums.tallies, sums.ledger, sums.moments, records, sums.stride, crossings)

@@ -1,4 +1,4 @@
-"""From here to the next crossing: find the nearest sheet ahead, keep the clock, move, leave the scene.
+"""From here to the next crossing: find the nearest sheet ahead, move, leave the scene.
 
 An acting surface takes a ray that a rounding error carried past its edge (layout.ROUNDING and the slack of compile.py bound that rounding), so that
 no ray slips between two walls that share an edge; a meter counts by its exact bounds.
@@ -12,17 +12,16 @@ from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.layout import (
-    CLOCK,
     DISK,
     EDGE,
     ESCAPED,
-    IN_FLIGHT,
     LOST,
     NO_TABLE,
     RECTANGLE,
     ROUNDING,
     SHEET_SHIFT,
     SPHERE,
+    TRIANGLE,
 )
 from transport.physics.rays import plane_crossing, sphere_crossing
 
@@ -135,22 +134,21 @@ def cover_sphere(b, table, first, live):
     return live
 
 
-@lane_pass(CLOCK)
-def stop_clock(b, table, first, live):
-    """Particles that are still flying when the clock stops go into the ledger; the others' clocks advance."""
-    high, low, duration = 0, 0, table.duration
+@lane_pass(TRIANGLE)
+def cover_triangle(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
+    code, sheet = table.code, table.sheet
     for k in range(first, live):
-        flight = b.distance[k] - b.start[k]
-        late = flight > (duration - b.time[k]) * b.speed[k]
-        w_high, w_low = limbs(b.weight[k] if late else 0.0)
-        high += w_high
-        low += w_low
-        b.time[k] += flight / b.speed[k]
-        b.hit[k] = 0 if late else b.hit[k]
-        b.weight[k] = 0.0 if late else b.weight[k]
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * IN_FLIGHT] += high
-    ledger[4 * IN_FLIGHT + 1] += low
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
     return live
 
 

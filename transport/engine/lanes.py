@@ -4,14 +4,17 @@ import numpy as np
 from numba import int64, uint64
 
 from transport.engine.addresses import view
-from transport.engine.bundle import CARRIED_WORDS, PITCH
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH
 from transport.engine.passes import lane_pass
 from transport.layout import MOVED
 
 
+FIELDS = len(CARRIED)
+
+
 @lane_pass(MOVED)
 def fill_gaps(b, table, first, live):
-    """Returns the number of lanes that are kept.  Every carried field moves: a new one cannot be forgotten.
+    """Returns the number of lanes that are kept.  All fields that the program names move: a new one cannot be forgotten.
 
     A few ended lanes are kept idle: at weight 0 they are never counted, and moving costs more than they do.
     """
@@ -29,9 +32,10 @@ def fill_gaps(b, table, first, live):
     for k in range(uint64(alive), uint64(live)):
         b.movers[movers] = k
         movers += 1 if b.weight[k] != 0.0 else 0
-    words = view(b.address, CARRIED_WORDS + table.fields * PITCH, np.int64)
-    for field in range(table.fields):
-        row = CARRIED_WORDS + field * PITCH
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for f in range(table.count):
+        row = CARRIED_WORDS + fields[f] * PITCH
         for j in range(gaps):
             words[row + b.listed[j]] = words[row + b.movers[j]]
     return alive

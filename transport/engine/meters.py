@@ -8,7 +8,7 @@ from numba import float64, int64
 
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs, salt_of, slant
+from transport.engine.sums import limbs, long_limbs, salt_of, slant
 from transport.layout import (
     LAYER,
     LAYERS,
@@ -16,6 +16,7 @@ from transport.layout import (
     LOOK_BASE,
     LOOK_CELLS,
     LOOK_CELLS_SHIFT,
+    MOMENTS,
     NO_TABLE,
     SHEET_SHIFT,
 )
@@ -105,4 +106,28 @@ def score_all(b, table, first, live):
     """The same where nearly every lane has a bin; row 0 takes the others and is nobody's."""
     for k in range(first, live):
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    return live
+
+
+@lane_pass(MOMENTS)
+def score_moments(b, table, first, live):
+    """Momentum along the normal, speed and squared speed that the lanes with a bin carry, in three rows a bin.
+
+    Matter of speed v carries v a unit of mass, light of energy w carries w/v; both in units of the scene's extremes.
+    """
+    n, fastest, slowest, is_light = 0, table.fastest, table.slowest, table.is_light
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if b.bin[k] != 0 else 0
+    for j in range(n):
+        k = b.listed[j]
+        weight, v = b.weight[k], b.speed[k] / fastest
+        momentum = slowest / b.speed[k] if is_light != 0 else v
+        row = b.moments + 96 * b.bin[k]
+        high, middle, low = long_limbs(weight * abs(b.mu[k]) * momentum)
+        add_to_row(row, high, middle, low, 0)
+        high, middle, low = long_limbs(weight * v)
+        add_to_row(row + 32, high, middle, low, 0)
+        high, middle, low = long_limbs(weight * v * v)
+        add_to_row(row + 64, high, middle, low, 0)
     return live

@@ -1,6 +1,7 @@
 """A program: the list of just the passes that a scene calls for, each with its table.  The order is on one screen."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -9,14 +10,18 @@ from transport.engine import (
     aims,
     birthplaces,
     births,
+    clocks,
     flights,
+    histories,
     landings,
     lanes,
     meters,
     refinements,
+    snapshots,
+    speeds,
     surfaces,
 )
-from transport.engine.bundle import CLOCKED, STEADY
+from transport.engine.bundle import CARRIED
 from transport.engine.passes import Pass
 from transport.plan import Plan
 from transport.shapes import Sphere
@@ -24,6 +29,7 @@ from transport.shapes import Sphere
 Step = tuple[Pass, np.ndarray]
 NOTHING = layout.row(layout.NO_TABLE)
 METERS = (1 << layout.METERS_A_SHEET) - 1
+REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place")  # times and speeds lie in blocks, so they come first
 
 
 @dataclass
@@ -33,6 +39,7 @@ class Program:
     plan: Plan
     steps: list[Step] = field(default_factory=list)
     births: list[list[Step]] = field(default_factory=list)
+    moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.MOVED))
     machine: object = None  # driver.machine_of it, once it is made
 
     @property
@@ -40,31 +47,51 @@ class Program:
         """Every pass once, in order of first use."""
         return list(dict.fromkeys(p for part in (*self.births, self.steps) for p, _ in part))
 
+    @cached_property
+    def carried(self) -> tuple[str, ...]:
+        """The fields that a particle takes along: those that a pass names."""
+        named = {name for lane_pass in self.passes for name in lane_pass.fields}
+        return tuple(name for name, _ in CARRIED if name in named)
+
+    @cached_property
+    def carried_numbers(self) -> np.ndarray:
+        """Their numbers among CARRIED; the table of `fill_gaps` points here."""
+        return np.array([k for k, (name, _) in enumerate(CARRIED) if name in self.carried], np.int64)
+
 
 def program_of(plan: Plan) -> Program:
     """The program of a scene's plan."""
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
-    program.steps = [*_flight(plan), *_landing(plan), *_crossing(plan)]
+    program.steps = [*_flight(plan, program.moved), *_landing(plan), *_crossing(plan, program.moved)]
+    numbers = program.carried_numbers
+    program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
     return program
 
 
 def _births(plan, emitter):
     yield _step(births.begin, emitter.birth)
     yield _named(births, emitter.place)
-    yield _named(births, emitter.law)
+    yield _named(speeds if emitter.law[0] == "emit_from_drifting_gas" else births, emitter.law)
     if plan.has_clock:
-        is_gas = plan.scene.measured_in == "particles"
-        yield _step(births.start_at_zero if is_gas else births.start_any_time, emitter.birth)
+        yield _named(clocks, emitter.moment)
+    if plan.has_speeds:
+        for step in emitter.speed:
+            yield _named(speeds, step)
     if emitter.target is not None:
         if emitter.place[0] != "born_on_sphere":
             yield _step(births.take_normal, emitter.place[1])
-        yield _named(aims, emitter.target)
+        for step in emitter.target:
+            yield _named(aims, step)
         yield _step(aims.account_born)
     if plan.reflects:
         yield _step(births.begin_events)
     if plan.has_roulette:
         yield _step(births.remember_birth_weight)
+    if plan.marks:
+        yield _step(births.begin_visits)
+    if plan.counts_reflections:
+        yield _step(births.begin_reflections)
     sheet = emitter.birth["sheet"]
     metered = [
         (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
@@ -84,18 +111,25 @@ def _birth_counted(plan, emitter, metered):
             yield _named(birthplaces, (f"born_over_{type(shape).__name__.lower()}", row))
     yield from _stand(plan)
     yield from _metering(plan, meters.bin_departures)
+    yield from _visits(plan)
     if emitter.target is not None:
         yield _step(birthplaces.return_to_target)
 
 
-def _flight(plan):
+def _flight(plan, moved):
     yield _step(flights.look_ahead)
     for name, row, _ in plan.members:
         yield _named(flights, (name, row))
     if plan.has_clock:
-        yield _step(flights.stop_clock, layout.row(layout.CLOCK, duration=1.0))
+        clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
+        yield _step(clocks.time_arrival_by_speed) if plan.has_speeds else _step(clocks.time_arrival, clock)
+        for row in plan.phase_spaces:
+            yield _step(snapshots.count_phase_space, row)
+        for row in plan.snapshots:
+            yield _step(snapshots.record_snapshot, row)
+        yield _step(clocks.stop_clock, clock)
     yield _step(flights.leave)
-    yield _step(lanes.fill_gaps, _moved(plan))
+    yield _step(lanes.fill_gaps, moved)
     if plan.crossings:
         yield _step(landings.remember_origin)
     yield _step(flights.move)
@@ -117,11 +151,16 @@ def _stand(plan):
     yield _step(landings.take_cosine)
 
 
-def _crossing(plan):
+def _crossing(plan, moved):
     if not plan.acts:
         yield from _metering(plan, meters.bin_crossings)
+        yield from _visits(plan)
         return
     yield from _metering(plan, meters.bin_arrivals)
+    if plan.draws_again:
+        yield _step(surfaces.draw_again)
+    if plan.has_mixtures:
+        yield _step(surfaces.choose_part, _rows(plan.surfaces))
     yield _step(surfaces.look_up_surface, _rows(plan.surfaces))
     if plan.absorbs:
         yield _step(surfaces.absorb)
@@ -132,36 +171,60 @@ def _crossing(plan):
         yield _step(surfaces.reflect_diffusely)
     if layout.MIRROR in plan.materials:
         yield _step(surfaces.reflect_specularly)
+    if plan.has_thermal_walls:
+        yield _step(speeds.take_wall_speed, _rows(plan.surfaces))
+    if plan.counts_reflections:
+        yield _step(surfaces.count_reflections)
     yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
+    yield from _visits(plan)
     if plan.has_roulette:
         yield _step(surfaces.play_roulette)
     if plan.reflects:
         yield _step(surfaces.give_up)
     if plan.absorbs or plan.reflects:
-        yield _step(lanes.fill_gaps, _moved(plan))
+        yield _step(lanes.fill_gaps, moved)
 
 
 def _metering(plan, binning, is_known=False):
     """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already."""
     for layer, rows in enumerate(plan.layers):
-        table = layout.row(
-            layout.LAYERS,
-            rows=rows.ctypes.data,
-            count=len(rows),
-            layer=layer,
-            half=plan.half,
-            meters=plan.meters.ctypes.data,
-            meter_count=len(plan.meters),
-        )
+        table = _layer(plan, layer)
+        if not (rows["look"] != 0).any():
+            continue
         if not is_known:
             yield _step(meters.look_up_meter, table)
         yield _step(binning, table)
-        if plan.axes:
+        asked = plan.axes | plan.filters
+        if asked:
             yield _step(refinements.know_meter, table)
-        for axis in sorted(plan.axes):
-            yield _named(refinements, (f"refine_by_{axis}", table))
+        for what in sorted(plan.filters):
+            yield _named(histories, (f"require_{what}", table))
+        for axis in REFINEMENTS:
+            if axis in plan.axes:
+                yield _named(refinements, (f"refine_by_{axis}", table))
         is_dense = bool((rows[1:]["look"] != 0).all())
         yield _step(meters.score_all if is_dense and plan.acts else meters.score)
+        if plan.moments is not None:
+            yield _step(meters.score_moments, plan.moments)
+
+
+def _visits(plan):
+    """Mark what detectors ask for in `via`, after all meters of this crossing."""
+    for layer, rows in enumerate(plan.layers):
+        if (rows["mark"] != 0).any():
+            yield _step(histories.mark_visit, _layer(plan, layer))
+
+
+def _layer(plan: Plan, layer: int) -> np.ndarray:
+    return layout.row(
+        layout.LAYERS,
+        rows=plan.layers[layer].ctypes.data,
+        count=len(plan.layers[layer]),
+        layer=layer,
+        half=plan.half,
+        meters=plan.meters.ctypes.data,
+        meter_count=len(plan.meters),
+    )
 
 
 def _step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
@@ -178,7 +241,3 @@ def _named(family, step: tuple[str, np.ndarray]) -> Step:
 def _rows(array: np.ndarray) -> np.ndarray:
     """A table that points to an array, which the plan keeps alive."""
     return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
-
-
-def _moved(plan: Plan) -> np.ndarray:
-    return layout.row(layout.MOVED, fields=CLOCKED if plan.has_clock else STEADY)

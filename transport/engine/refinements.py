@@ -1,4 +1,4 @@
-"""Finer bins for the meters that ask for them: azimuth, edges of their own, world frame, cone, position.
+"""Finer bins for the meters that ask for them: time, speed, azimuth, edges of their own, world frame, cone, position.
 
 Each pass works on the lanes that have a bin already and exists only where a meter has that axis.  A coordinate
 outside its edges goes to the meter's row for the outside.
@@ -62,6 +62,36 @@ def know_meter(b, table, first, live):
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
         b.meter[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_time(b, table, first, live):
+    """When it crosses.  Each bin of time has rows of its own for what falls outside the bins of direction and place."""
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] != 0:
+            m = meters[b.meter[k]]
+            if m.time_cells != 0:
+                found = cell(b.time[k], m.time_cells, m.time_edges)
+                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                b.bin[k] = shifted(b.bin[k], outside, found, m.time_stride)
+                b.home[k] = shifted(b.home[k], outside, found, m.time_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_speed(b, table, first, live):
+    """How fast it is; laid out like time."""
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.home[k]:
+            m = meters[b.meter[k]]
+            if m.speed_cells != 0:
+                found = cell(b.speed[k], m.speed_cells, m.speed_edges)
+                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                b.bin[k] = shifted(b.bin[k], outside, found, m.speed_stride)
+                b.home[k] = shifted(b.home[k], outside, found, m.speed_stride)
     return live
 
 

@@ -22,6 +22,16 @@ def limbs(weight):
 
 
 @device
+def long_limbs(value):
+    """A value of size 1 at most in units of 2^-32, what is left in units of 2^-63, and of that in units of 2^-94."""
+    scaled = value * 4294967296.0
+    high = int64(scaled)
+    rest = (scaled - float64(high)) * 2147483648.0
+    middle = int64(rest)
+    return high, middle, int64((rest - float64(middle)) * 2147483648.0)
+
+
+@device
 def slant(weight, mu, salt):
     """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
 

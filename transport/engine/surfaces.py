@@ -18,12 +18,14 @@ from transport.layout import (
     SURFACE,
     SURFACE_MASK,
     SURFACE_SHIFT,
+    TRANSPARENT,
 )
 from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
-from transport.physics.streams import EVENT, random_words, short_uniform, uniform
+from transport.physics.streams import EVENT, WALL, random_words, short_uniform, uniform
 
 MOST_EVENTS = 1 << 24  # after which a history is given up
+WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)  # bits of a hit
 
 
 @lane_pass(ROWS)
@@ -32,6 +34,31 @@ def look_up_surface(b, table, first, live):
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
         b.albedo[k] = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].albedo
+    return live
+
+
+@lane_pass(NO_TABLE)
+def draw_again(b, table, first, live):
+    """A second random block, where mixtures choose or thermal walls give speeds."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], WALL, seed_low, seed_high)
+        b.u3[k], b.u4[k] = uniform(w0, w1), uniform(w2, w3)
+    return live
+
+
+@lane_pass(ROWS)
+def choose_part(b, table, first, live):
+    """A mixture acts as one of its parts, with the chance of its share: the hit becomes that part's."""
+    surfaces = view(table.rows, table.count, SURFACE)
+    for k in range(first, live):
+        surface = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
+        parts, chosen = surfaces[surface].parts, 0
+        while chosen < parts - 1 and b.u3[k] >= surfaces[surface + chosen].share:
+            chosen += 1
+        if parts > 1:
+            bits = ((surface + chosen) << SURFACE_SHIFT) | (surfaces[surface + chosen].material << MATERIAL_SHIFT)
+            b.hit[k] = (b.hit[k] & ~WHAT_ACTS) | bits
     return live
 
 
@@ -95,6 +122,15 @@ def reflect_specularly(b, table, first, live):
         b.uz[k] = uz if here else b.uz[k]
         b.mu[k] = -b.mu[k] if here else b.mu[k]
         b.event[k] += 1 if here else 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def count_reflections(b, table, first, live):
+    """What acts and does not swallow has reflected."""
+    for k in range(first, live):
+        acts = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) != TRANSPARENT
+        b.reflections[k] += 1 if acts else 0
     return live
 
 

@@ -10,7 +10,8 @@ from numba import float64, int64, uint64
 from transport.physics.bits import float_of
 from transport.physics.device import device
 
-EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES = range(7)  # purposes: the fourth word of the counter
+# Purposes: the fourth word of the counter.
+EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL = range(9)
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)

@@ -1,0 +1,315 @@
+"""Directions: they are counted, and the shares are solid angles.
+
+Derivation.  A direction is a point of the unit sphere.  Between the polar angles θ and θ + dθ and the azimuths φ and
+φ + dφ lies dω = sinθ dθ dφ (Hanrahan 2001, Stanford CS 348B, lecture 4, "Differential Solid Angles"), so that
+
+    ∫ dω = 2π over a hemisphere, 4π over the sphere;    ∫ cosθ dω = π over a hemisphere.
+
+An isotropic source sends the share dω/4π of its particles into dω, a diffuse one (the cosine law) cosθ dω/π.  So the
+share of isotropic directions that meet a shape, times 4π, is the solid angle that it fills: an area that does not lie
+on the sphere counts by its projection.  A disk of radius R seen from the distance d on its axis fills
+2π (1 - d/√(R² + d²)), a square of side a 4 atan(a²/(2d √(4d² + 2a²))), a triangle what Van Oosterom and Strackee
+(1983, eq. 8) say, an octant π/2, a face of a dodecahedron 4π/12 = 1.0472 sr: nearly a steradian, not one.
+
+Scene.  A point within a sphere whose inside is binned in θ and φ;  a tilted diffuse disk;  a dome of uniform radiance
+over a disk and a ball, for the integrals as a receiver makes them;  a point and a shape that its directions are aimed
+at (`tp.solid_angle`);  a point within a dodecahedron of 36 triangles.
+
+Chi-square.  With N directions and K bins of the probabilities p, X² = Σ (counts - N p)²/(N p) has the expectation
+K - 1, exactly and for any N (Pearson 1900).  Each batch gives one X²; their mean over K - 1 is an estimate of 1.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance, sharp
+from transport.counting import counted_solid_angle, solid_angle_scene
+from transport.experiment import Outcome
+from transport.theory import polygons, solid_angles
+
+law = (
+    "dω = sinθ dθ dφ, ∫dω = 4π, ∫cosθ dω = π; Ω = 4π times the share of directions that meet a shape"
+    " (Hanrahan 2001, Stanford CS 348B, lecture 4; Van Oosterom, Strackee 1983)"
+)
+question = "Do directions follow sinθ dθ dφ and cosθ sinθ dθ dφ, and what solid angles do shapes fill?"
+particles = 1_000_000
+
+CAPS = (30, 60, 90, 120, 180)  # degrees
+POLAR, AZIMUTHS = 24, 40  # bins
+TILTED = (1.0, 2.0, -3.0)  # normal of the diffuse disk
+BALL = 0.3  # radius of the ball and of the disk in the dome, whose own is 1
+SHAPES = {  # seen from the origin; lengths in `size`
+    "disk": tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0),
+    "square": tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1.0, height=1.0),
+    "triangle": tp.Triangle(vertices=((1, 0.2, 1.5), (-0.7, 1.1, 2.0), (0.3, -1.3, 0.8))),
+    "octant": tp.Triangle(vertices=((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+    "sliver": tp.Triangle(vertices=((1, 0, 1), (1, 1e-4, 1), (0, 1, 1))),
+}
+SUBJECTS = ("isotropic", "cosine law", "dome", *SHAPES, "dodecahedron")
+FACE, FACES = "a face of a dodecahedron", "its twelve faces"
+CHI_SQUARE = "χ² per degree of freedom"
+
+
+def cases() -> list[dict[str, object]]:
+    return [{"subject": subject} for subject in SUBJECTS]
+
+
+def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> tp.Scene:
+    """What directions are counted of.  power [W] of the source;  size: what all lengths are multiplied by [m]."""
+    if subject not in SUBJECTS:
+        raise tp.SceneError(f"directions: subject must be one of {', '.join(SUBJECTS)}, got {subject!r}")
+    point = tp.Source(tp.Point(), tp.Isotropic(power=power))
+    match subject:
+        case "isotropic":
+            sky = tp.Positions(u=2 * POLAR, v=AZIMUTHS)
+            return tp.Scene(
+                point, detectors=tp.Detector(tp.Sphere(radius=size), "sky", "inside", positions=sky)
+            )
+        case "cosine law":
+            disk = tp.Disk(normal=TILTED, radius=size)
+            leaving = tp.Detector(disk, "leaving", directions=tp.Directions(theta=POLAR, phi=AZIMUTHS))
+            return tp.Scene(tp.Source(disk, tp.Lambertian(power=power)), detectors=leaving)
+        case "dome":
+            center, radius = (0, 0.2 * size, 0.4 * size), BALL * size
+            dome = tp.Source(tp.Sphere(radius=size), tp.Lambertian(power=power), side="inside")
+            shapes = {
+                "ball": tp.Sphere(center=center, radius=radius),
+                "disk": tp.Disk(center=center, radius=radius),
+            }
+            return tp.Scene(dome, detectors=[tp.Detector(shape, name) for name, shape in shapes.items()])
+        case "dodecahedron":
+            triangles = map(lambda vertices: tp.Triangle(vertices=vertices), _triangles(size))
+            return tp.Scene(point, detectors=[*map(tp.Detector, triangles, _names())])
+    return solid_angle_scene(_scaled(SHAPES[subject], size), (0, 0, 0), power)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    names = list(result)
+    if names == ["sky"]:
+        return _isotropic_rows(result)
+    if names == ["leaving"]:
+        return _cosine_rows(result)
+    if names == ["ball", "disk"]:
+        return _dome_rows(result)
+    return _dodecahedron_rows(result) if len(names) > 1 else {"solid angle": counted_solid_angle(result)}
+
+
+def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> dict[str, float]:
+    match subject:
+        case "isotropic":
+            caps = {_cap(angle): float(solid_angles.cap_solid_angle(math.radians(angle))) for angle in CAPS}
+            return caps | {CHI_SQUARE: 1.0}
+        case "cosine law":
+            caps = {_projected(angle): _projected_cap(angle) for angle in CAPS if angle <= 90}
+            return caps | {CHI_SQUARE: 1.0}
+        case "dome":
+            return {"∫dω, by a ball": 4 * math.pi, "∫cosθ dω, by a disk": math.pi, "... its back": math.pi}
+        case "disk":
+            shape = SHAPES[subject]
+            return {"solid angle": float(solid_angles.disk_solid_angle(shape.radius, shape.center[2]))}
+        case "square":
+            shape = SHAPES[subject]
+            sides = shape.width, shape.height, shape.center[2]
+            return {"solid angle": float(solid_angles.rectangle_solid_angle(*sides))}
+        case "dodecahedron":
+            return {FACE: polygons.DODECAHEDRON_FACE, FACES: 4 * math.pi}
+    return {"solid angle": polygons.triangle_solid_angle(SHAPES[subject].vertices)}
+
+
+# ---- the laws of directions ----
+
+
+def isotropic_probabilities() -> np.ndarray:
+    """Of the bins of the sky, (2 POLAR, AZIMUTHS): (cosθ1 - cosθ2)/2 (φ2 - φ1)/2π."""
+    rings = -np.diff(np.cos(np.linspace(0, math.pi, 2 * POLAR + 1))) / 2
+    return np.outer(rings, np.full(AZIMUTHS, 1 / AZIMUTHS))
+
+
+def cosine_probabilities() -> np.ndarray:
+    """Of the bins of the hemisphere, (POLAR, AZIMUTHS): (sin²θ2 - sin²θ1) (φ2 - φ1)/2π."""
+    rings = np.diff(np.sin(np.linspace(0, math.pi / 2, POLAR + 1)) ** 2)
+    return np.outer(rings, np.full(AZIMUTHS, 1 / AZIMUTHS))
+
+
+def sky_shares(result: tp.Result) -> tp.EstimateArray:
+    """Share of the directions in each bin of the sky."""
+    return result["sky"].counts / constant(result, result.particles, "1")
+
+
+def leaving_shares(result: tp.Result) -> tp.EstimateArray:
+    """Share of the directions in each bin above the diffuse disk."""
+    leaving = result["leaving"]
+    edges = (leaving.intensity_out.coords[name] for name in ("theta", "phi"))
+    theta, phi = edges
+    plain = solid_angles.bin_solid_angles(np.cos(theta[::-1]), phi)[::-1]
+    return leaving.intensity_out * plain * constant(result, 1.0, "sr") / result.ledger["emitted"]
+
+
+def chi_square(shares: tp.EstimateArray, probabilities: np.ndarray) -> tp.Estimate:
+    """X²/(K - 1) as the mean over batches; of right directions its expectation is 1, whatever their number."""
+    expected = shares.run.sizes[:, None, None] * probabilities
+    counts = shares.run.sizes[:, None, None] * shares.values
+    values = ((counts - expected) ** 2 / expected).sum(axis=(1, 2)) / (probabilities.size - 1)
+    return tp.Estimate(values, shares.run, "1")
+
+
+def _isotropic_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    shares = sky_shares(result)
+    return _cap_rows(result, shares, 4 * math.pi, _cap) | {
+        CHI_SQUARE: chi_square(shares, isotropic_probabilities())
+    }
+
+
+def _cosine_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    shares = leaving_shares(result)
+    caps = _cap_rows(result, shares, math.pi, _projected)
+    return caps | {CHI_SQUARE: chi_square(shares, cosine_probabilities())}
+
+
+def _cap_rows(result: tp.Result, shares: tp.EstimateArray, whole: float, name) -> dict[str, tp.Estimate]:
+    """The directions within each cap's angle, times what all of them make [sr]."""
+    rings, full = shares.sum("phi" if "phi" in shares.dims else "v"), constant(result, whole, "sr")
+    step = 90 / POLAR
+    caps = [angle for angle in CAPS if angle <= len(rings) * step]
+    rows = {name(angle): rings[: round(angle / step)].sum() * full for angle in caps}
+    return rows | {name(caps[-1]): sharp(rows[name(caps[-1])], of=full)}
+
+
+def _cap(angle: float) -> str:
+    return f"∫dω, θ up to {angle}°"
+
+
+def _projected(angle: float) -> str:
+    return f"∫cosθ dω, θ up to {angle}°"
+
+
+def _projected_cap(angle: float) -> float:
+    return float(solid_angles.cap_projected_solid_angle(math.radians(angle)))
+
+
+# ---- receivers and shapes ----
+
+
+def _dome_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    """Fluence rate and irradiance over the dome's radiance, which is its exitance over π."""
+    [source], ball, disk = result.scene.sources, result["ball"], result["disk"]
+    radiance = result.ledger["emitted"] / constant(result, math.pi * source.shape.area, "m^2 sr")
+    section = constant(result, math.pi * ball.detector.shape.radius**2, "m^2")
+    return {
+        "∫dω, by a ball": ball.flux_in / section / radiance,
+        "∫cosθ dω, by a disk": disk.irradiance / radiance,
+        "... its back": disk.exitance / radiance,
+    }
+
+
+def _dodecahedron_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    full = constant(result, 4 * math.pi, "sr")
+    faces = [face * full for face in face_shares(result)]
+    return {FACE: faces[0], FACES: sharp(sum(faces), of=full)}
+
+
+def face_shares(result: tp.Result) -> list[tp.Estimate]:
+    """Share of the directions that leave through each face of the dodecahedron."""
+    triangles = [result[name].flux_out / result.ledger["emitted"] for name in _names()]
+    return [sum(triangles[i : i + 3]) for i in range(0, len(triangles), 3)]
+
+
+def _triangles(size: float) -> list[np.ndarray]:
+    """The twelve faces as fans of three triangles, normals outwards."""
+    faces = polygons.dodecahedron_faces(size)
+    return [face[[0, i, i + 1]] for face in faces for i in (1, 2, 3)]
+
+
+def _names() -> list[str]:
+    return [f"face {face}, triangle {part}" for face in range(1, 13) for part in (1, 2, 3)]
+
+
+def _scaled(shape, size: float):
+    """The shape with all lengths multiplied."""
+    match shape:
+        case tp.Disk():
+            return tp.Disk(
+                center=size * np.array(shape.center), normal=shape.normal, radius=size * shape.radius
+            )
+        case tp.Rectangle():
+            sides = {"width": size * shape.width, "height": size * shape.height}
+            return tp.Rectangle(center=size * np.array(shape.center), normal=shape.normal, **sides)
+    return tp.Triangle(vertices=size * np.array(shape.vertices))
+
+
+# ---- answer and pictures ----
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    found = {o.parameters.get("subject", "isotropic"): o for o in outcomes}
+    said = []
+    laws = [found[name][CHI_SQUARE].estimate for name in ("isotropic", "cosine law") if name in found]
+    if laws:
+        said.append(f"directions follow their laws, χ² per degree of freedom {' and '.join(map(str, laws))}")
+    if "dome" in found:
+        said.append(
+            "a receiver's integrals are " + ", ".join(str(row.estimate) for row in found["dome"].rows)
+        )
+    shapes = [f"{found[name].rows[0].estimate} ({name})" for name in SHAPES if name in found]
+    if shapes:
+        said.append(f"by counting shapes fill {', '.join(shapes)}")
+    if "dodecahedron" in found:
+        said.append(f"a face of a dodecahedron fills {found['dodecahedron'][FACE].estimate}, not 1 sr")
+    return "; ".join(said).capitalize() + "."
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by polar angle."""
+    from viz import comparison
+
+    path, paths = Path(path), []
+    table = {}
+    for outcome in outcomes:
+        subject = outcome.parameters.get("subject", "isotropic")
+        for row in outcome.rows:
+            name = subject if row.name == "solid angle" else f"{row.name} ({subject})"
+            table[name] = (row.estimate, row.exact)
+    paths.append(path)
+    comparison(table, path, title="Solid angles by counting directions", note=provenance(outcomes))
+    for outcome in outcomes:
+        if "sky" in outcome.result or "leaving" in outcome.result:
+            name = "isotropic" if "sky" in outcome.result else "cosine_law"
+            paths.append(path.with_stem(f"{path.stem}_{name}"))
+            draw_law(outcome, paths[-1])
+    return paths
+
+
+def draw_law(outcome: Outcome, path: Path) -> None:
+    """Share of the directions per degree of polar angle, against the law."""
+    from viz import profile
+
+    result = outcome.result
+    if "sky" in result:
+        shares, expected, reach = sky_shares(result).sum("v"), isotropic_probabilities(), 180
+        curve, title = lambda theta: np.sin(theta) / 2, "Isotropic directions: sinθ dθ dφ / 4π"
+    else:
+        shares, expected, reach = leaving_shares(result).sum("phi"), cosine_probabilities(), 90
+        curve, title = lambda theta: np.sin(2 * theta), "The cosine law: cosθ sinθ dθ dφ / π"
+    per_degree = POLAR / 90
+    profile(
+        np.linspace(0, reach, len(shares) + 1),
+        shares * per_degree,
+        path,
+        exact=lambda angle: curve(np.radians(angle)) * math.pi / 180,
+        expected=expected.sum(axis=1) * per_degree,
+        xlabel="polar angle θ  [deg]",
+        ylabel="share of the directions per degree",
+        title=title,
+        note=provenance([outcome]),
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,327 @@
+"""Flows: what starts in the oblique prism crosses its base, history by history; what flows out of a closed meter.
+
+Derivation.  Particles of density n fly with the velocity v.  Those that cross the patch dA within dt are those that
+start in the oblique prism with the base dA and the edge -v dt: a particle that starts at x = p - s v dt, p on the
+patch and 0 < s <= 1, is at p after s dt.  The volume of the prism is d³x = v·dA dt = v cosθ dA dt, so that
+
+    Q = n v cosθ dA dt,    Φ = dQ/dt = n v·dA,    dΦ/dA = n v cosθ    (Hanrahan 2001, Stanford CS 348B, lecture 4).
+
+Particles that fly against the normal cross from the other side: a counter of one side reads n v max(cosθ, 0), the
+cosine clamped at 0 (Akenine-Möller, Haines, Hoffman 2008, eq. 7.5), and that of the other side n v max(-cosθ, 0).
+
+What leaves through a closed meter and does not come back through it has started inside, so that the flux out of it
+less the flux into it is the power of the sources inside, whatever stands in the way, inside or outside, as long as it
+absorbs nothing (Gauss's theorem for n v).  It holds for each history, so the error is that of the power alone.
+
+Scene.  A black patch in a stream along +z; a sample of the particles is written down at the start and after dt.
+Who is missing then has crossed; who had to is told by the places at the start.  The gas fills a box round the prism
+only, so that it is as full at 89.99° as at 0°.  The closed meters are a sphere, a tetrahedron, a box and an empty
+sphere that overlap, with two sources within, one outside, a white ball that two of them cut, and a mirror.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance, sharp
+from transport.experiment import Outcome
+from transport.theory import gas
+
+law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
+question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
+particles = 1_000_000
+
+WIDTH, HEIGHT = 1.0, 0.6  # m, of the patch
+REACH = 1.0  # m that a particle flies within dt
+MARGIN = 0.1  # of gas beyond the prism, as a share of the prism
+THINNEST = 1e-4  # cosine down to which the gas gets thinner as the prism does
+EDGES = np.array([0, 1 / 8, 1 / 4, 1 / 2, 1])  # of the times, in dt
+SAMPLE = 100_000  # particles whose places are written down
+ROUNDING = 1e-15  # a cosine below is that of 90°
+
+STARTED, CROSSED, DIFFER = "started in the prism", "crossed within dt", "histories that differ"
+ALONG, AGAINST, NET = "along the normal", "against the normal", "net"
+METERS = {"sphere": 1, "tetrahedron": 1, "box": 2, "empty sphere": 0}  # sources of equal power inside
+CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # of a tetrahedron
+SHOWN = 0.05  # cosine above which a prism is thick enough to be drawn
+
+
+def cases() -> list[dict[str, object]]:
+    patches = [{"tilt": angle * tp.deg} for angle in (0, 60, 89, 89.99, 90, 120, 180)]
+    return [*patches, {"meter": "closed"}]
+
+
+def scene(
+    meter: str = "patch", tilt: float = 0.0, density: float = 1e6, speed: float = 500.0, power: float = 1.0
+) -> tp.Scene:
+    """A patch in a stream of `density` [m^-3], its normal at `tilt` [rad] to the stream; or closed meters.
+
+    speed [m/s];  power [W] of each source inside a closed meter.
+    """
+    if meter not in ("patch", "closed"):
+        raise tp.SceneError(f"flows: meter must be 'patch' or 'closed', got {meter!r}")
+    return _stream(tilt, density, speed) if meter == "patch" else _closed(power, speed)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    return _patch_rows(result) if result.scene.duration is not None else _closed_rows(result)
+
+
+def exact(
+    meter: str = "patch", tilt: float = 0.0, density: float = 1e6, speed: float = 500.0, power: float = 1.0
+) -> dict[str, float]:
+    if meter == "closed":
+        return {f"{NET}, {name}": inside * power for name, inside in METERS.items()}
+    mu, area, duration = _cosine(tilt), WIDTH * HEIGHT, REACH / speed
+    along, against = (float(gas.stream_flux_density(density, speed, cosine)) for cosine in (mu, -mu))
+    through = (along + against) * area
+    return {
+        STARTED: through * duration,
+        CROSSED: through * duration,
+        DIFFER: 0.0,
+        ALONG: along,
+        AGAINST: against,
+        NET: along - against,
+        **{name: through for name in _interval_names()},
+    }
+
+
+# ---- a patch in a stream ----
+
+
+def _cosine(tilt: float) -> float:
+    """cos(tilt), 0 at 90° where a rounded angle leaves 6e-17."""
+    mu = math.cos(tilt)
+    return mu if abs(mu) > ROUNDING else 0.0
+
+
+def _stream(tilt: float, density: float, speed: float) -> tp.Scene:
+    mu, sine, duration = _cosine(tilt), math.sin(tilt), REACH / speed
+    patch = tp.Surface(
+        tp.Rectangle(normal=(sine, 0, mu), width=WIDTH, height=HEIGHT), tp.Black(), name="patch"
+    )
+    depth = WIDTH * abs(sine) + REACH  # of the prism along the stream
+    size = np.array([WIDTH * max(abs(mu), THINNEST), HEIGHT, depth]) * (1 + MARGIN)
+    box = tp.Box(center=(0, 0, -REACH / 2), size=size)
+    times = EDGES * duration
+    detectors = [
+        tp.Detector("patch", ALONG, side="back", times=times),
+        tp.Detector("patch", AGAINST, side="front", times=times),
+        tp.Snapshot(time=0.0, particles=SAMPLE, name="start"),
+        tp.Snapshot(time=duration, particles=SAMPLE, name="end"),
+    ]
+    source = tp.Source(box, tp.Gas(density, speed, direction=(0, 0, 1)))
+    return tp.Scene(source, surfaces=patch, detectors=detectors, duration=duration)
+
+
+def in_prism(patch: tp.Rectangle, path: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Which places (N, 3) [m] lie in the oblique prism before a patch, on either side of it.
+
+    path: the prism's edge v dt [m], one for all or one a place, (N, 3).
+    """
+    e_u, e_v, normal = np.array(patch.frame)
+    offset = places - patch.center
+    with np.errstate(divide="ignore", invalid="ignore"):  # along the patch the prism has no volume
+        s = -(offset @ normal) / (path @ normal)
+        foot = offset + s[:, None] * path
+        u, v = np.abs(foot @ e_u), np.abs(foot @ e_v)
+    return (u <= patch.width / 2) & (v <= patch.height / 2) & (0 < s) & (s <= 1)
+
+
+def started_and_crossed(result: tp.Result) -> tuple[np.ndarray, np.ndarray]:
+    """For each history of the sample: whether it started in the prism, and whether it crossed, (N,) of bool."""
+    start, end = result["start"], result["end"]
+    [source], [surface] = result.scene.sources, result.scene.surfaces
+    path = np.array(source.emission.direction) * source.emission.speed * result.scene.duration
+    return in_prism(surface.shape, path, start.positions), ~np.isin(_identities(start), _identities(end))
+
+
+def _identities(snapshot) -> np.ndarray:
+    """One number for each history of the sample, the same at every instant."""
+    return (snapshot.batches.astype(np.int64) << 40) + snapshot.histories
+
+
+def _patch_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    started, crossed = started_and_crossed(result)
+    along, against = result[ALONG], result[AGAINST]
+    shares = np.diff(EDGES)
+    through = along.flux_in + against.flux_in
+    one_way = {
+        name: (reading.irradiance * shares).sum() for name, reading in ((ALONG, along), (AGAINST, against))
+    }
+    return {
+        STARTED: _number(result, started),
+        CROSSED: _number(result, crossed),
+        DIFFER: constant(result, np.count_nonzero(started != crossed), "1"),
+        **one_way,
+        NET: one_way[ALONG] - one_way[AGAINST],
+        **{name: through[i] for i, name in enumerate(_interval_names())},
+    }
+
+
+def _number(result: tp.Result, chosen: np.ndarray) -> tp.Estimate:
+    """The particles that the chosen histories of the sample at the start stand for."""
+    start = result["start"]
+    sets = start.batches[chosen], start.batches
+    found, taken = (np.bincount(batches, minlength=len(result.run)) for batches in sets)
+    return tp.Estimate(found / taken, result.run, "1") * result.ledger["emitted"]
+
+
+def _interval_names() -> list[str]:
+    return [f"ΔQ/Δt, t/dt {low:g} to {high:g}" for low, high in zip(EDGES, EDGES[1:], strict=False)]
+
+
+# ---- closed meters ----
+
+
+def _closed(power: float, speed: float) -> tp.Scene:
+    """Overlapping closed meters; two of the three sources lie in the box, one in the sphere and the tetrahedron."""
+    point = tp.Source(tp.Point(position=(0.3, 0, 0)), tp.Isotropic(power=power, speed=speed))
+    disk = tp.Disk(center=(-0.5, 0.2, 0.1), normal=(1, 2, -2), radius=0.2)
+    outside = tp.Box(center=(3, 1, 0.5), size=0.5)
+    sources = [
+        point,
+        tp.Source(disk, tp.Lambertian(power=power, speed=speed)),
+        tp.Source(outside, tp.Isotropic(power=2 * power, speed=speed)),
+    ]
+    ball = tp.Surface(tp.Sphere(center=(0.4, -0.5, 0.2), radius=0.25), tp.Diffuse(1.0), name="white ball")
+    mirror = tp.Surface(tp.Disk(center=(0, 0, -2), radius=3), tp.Mirror(), name="mirror")
+    meters = {
+        "sphere": tp.Sphere(center=(0.3, 0, 0), radius=0.5),
+        "box": tp.Box(size=(2, 2, 1.5)),
+        "empty sphere": tp.Sphere(center=(-0.3, 0.3, 0.9), radius=0.4),
+    } | {name: face for name, face in zip(_faces(), _tetrahedron((0.3, 0, 0), 0.6), strict=True)}
+    detectors = [tp.Detector(shape, name) for name, shape in meters.items()]
+    return tp.Scene(sources, surfaces=[ball, mirror], detectors=detectors)
+
+
+def _faces() -> list[str]:
+    return [f"tetrahedron, face {k}" for k in range(4)]
+
+
+def _tetrahedron(center: tuple, size: float) -> list[tp.Triangle]:
+    """Four triangles with normals outwards, `size` from the centre to each corner along each axis."""
+    faces = []
+    for opposite, corners in enumerate(reversed(list(combinations(CORNERS, 3)))):
+        a, b, c = corners
+        outwards = np.cross(b - a, c - a) @ CORNERS[opposite] < 0
+        corners = corners if outwards else (a, c, b)
+        faces.append(tp.Triangle(vertices=[np.array(center) + size * corner for corner in corners]))
+    return faces
+
+
+def _closed_rows(result: tp.Result) -> dict[str, tp.Estimate]:
+    rows = {}
+    for name in METERS:
+        parts = [result[face] for face in _faces()] if name == "tetrahedron" else [result[name]]
+        out, into = sum(part.flux_out for part in parts), sum(part.flux_in for part in parts)
+        rows[f"{NET}, {name}"] = sharp(out - into, of=out)
+    return rows
+
+
+# ---- answer and pictures ----
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    patches, closed = _sorted(outcomes)
+    said = []
+    if patches:
+        histories = sum(int(started_and_crossed(o.result)[1].sum()) for o in patches)
+        differ = sum(int(o[DIFFER].estimate.value) for o in patches)
+        answer = "none differs" if differ == 0 else f"{differ} differ"
+        said.append(
+            f"{histories} sampled histories crossed within dt and they are those that started in the prism:"
+            f" {answer}; each side counts n v cosθ where that is positive, and 0 where not"
+        )
+    for outcome in closed:
+        inside = ", ".join(f"{outcome[f'{NET}, {name}'].estimate} ({name})" for name in METERS)
+        said.append(f"the net flux out of a closed meter is the power inside: {inside}")
+    return "; ".join(said).capitalize() + "."
+
+
+def _sorted(outcomes: list[Outcome]) -> tuple[list[Outcome], list[Outcome]]:
+    """The outcomes with a patch, and those with closed meters."""
+    patches = [o for o in outcomes if o.result.scene.duration is not None]
+    return patches, [o for o in outcomes if o.result.scene.duration is None]
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Prisms with who crosses; as <name>_tilt the net flux by angle, as <name>_closed the closed meters."""
+    from viz import comparison
+
+    patches, closed = _sorted(outcomes)
+    path, paths = Path(path), []
+    thick = [o for o in patches if abs(_mu(o)) > SHOWN]
+    if thick:
+        paths.append(path)
+        _draw_prisms(thick, path)
+    if len(patches) > 2:
+        paths.append(path.with_stem(path.stem + "_tilt") if paths else path)
+        _draw_tilts(patches, paths[-1])
+    rest = closed if paths else outcomes
+    if rest:
+        table = {
+            row.name if len(rest) == 1 else f"{row.name}, {o.title}": (row.estimate, row.exact)
+            for o in rest
+            for row in o.rows
+        }
+        paths.append(path.with_stem(path.stem + "_closed") if paths else path)
+        title = "Net flux out of closed meters: the power inside" if closed else "A patch in a stream"
+        comparison(table, paths[-1], title=title, note=provenance(rest))
+    return paths
+
+
+def _mu(outcome: Outcome) -> float:
+    return outcome.result.scene.surfaces[0].shape.normal[2]
+
+
+def _draw_tilts(patches: list[Outcome], path: Path) -> None:
+    from viz import profile
+
+    ordered = sorted(patches, key=_mu, reverse=True)
+    emission = ordered[0].result.scene.sources[0].emission
+    beam = emission.density * emission.speed
+    profile(
+        [math.degrees(math.acos(_mu(o))) for o in ordered],
+        [o[NET].estimate for o in ordered],
+        path,
+        exact=lambda angle: beam * np.cos(np.radians(angle)),
+        guides={"one counter: max(cosθ, 0)": lambda angle: beam * np.maximum(np.cos(np.radians(angle)), 0)},
+        xlabel="θ between the stream and the normal  [deg]",
+        ylabel="net flux density",
+        title="A stream on a tilted patch: n v cosθ",
+        note=provenance(patches),
+    )
+
+
+def _draw_prisms(patches: list[Outcome], path: Path) -> None:
+    """Seen from the side: along the stream and across it."""
+    from viz import Starts, prisms
+
+    panels = {}
+    for outcome in patches:
+        result, patch = outcome.result, outcome.result.scene.surfaces[0].shape
+        started, crossed = started_and_crossed(result)
+        places = result["start"].positions
+        beside = np.abs(places[:, 1]) <= HEIGHT / 2  # neither before the patch nor behind it
+        e_u, _, normal = np.array(patch.frame)
+        ends = np.array([-0.5, 0.5])[:, None] * WIDTH * e_u
+        angle = math.degrees(math.acos(normal[2]))
+        words = f"θ = {angle:.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
+        title = f"{words}, {np.count_nonzero(started != crossed)} differ"
+        panels[title] = Starts(
+            places[beside][:, [2, 0]], crossed[beside], ends[:, [2, 0]], normal[[2, 0]], (REACH, 0)
+        )
+    title = "Who starts in the oblique prism v dt · dA crosses dA within dt"
+    prisms(panels, path, title=title, labels=("z  [m]", "x  [m]"), note=provenance(patches))
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,297 @@
+"""Phase space: position against velocity, measured while a cloud expands, shears and mixes.
+
+A particle is a point in phase space, and n(x, v, t) the number of such points per volume of it (Hanrahan 2001, Stanford
+CS 348B, lecture 4, "Particle density").  Here they are counted in bins of x and v_x.
+
+Derivation.  Without forces x = x0 + v t: phase space is sheared, with determinant 1, so that n stays the same along
+each trajectory (Liouville 1838).
+- A cloud N(0, σ₀) of velocities N(0, σ_v) has the density N(0, σ), σ² = σ₀² + σ_v² t², the mean velocity
+  u = x σ_v² t/σ² and the variance σ_v² σ₀²/σ² = k T/m at each place: it cools although nothing collides.
+- Its covariance shears, ⟨x²⟩ + 2 t⟨x v⟩ + t²⟨v²⟩ and ⟨x v⟩ + t⟨v²⟩, and ⟨x²⟩⟨v²⟩ - ⟨x v⟩² stays.
+- Between mirrors the unfolded flight is free, so that densities are sums over images of the box.  They become uniform,
+  while n(x, v, t) winds into filaments: a water bag, n = n0 within and 0 without, never takes a value between.
+A bin holds the average over it, and a bin's variance of velocities the spread of u over it as well; all exact values
+are such averages.  The moments of the shear come from bins of width h: ⟨x²⟩ from their middles, less h²/12 (Sheppard
+1898), which for a normal law is exact but for exp(-2 π² σ²/h²), here below 1e-40.
+
+Scene.  "cloud" and "shear" are in free space, the first in three dimensions, the second in one.  "point", "half" and
+"waterbag" fly along x between mirrors at 0 and `length`: from a place at a quarter of it or from its left half, with
+normal velocities, or with ones uniform up to `speed`.  There is one particle in all, so that densities are shares.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import free_flight, phase_mixing
+
+law = (
+    "n(x, v, t) = n(x - v t, v, 0); σ² = σ₀² + σ_v² t², u = x σ_v² t/σ², kT/m = (σ_v σ₀/σ)² (Liouville 1838)"
+)
+question = (
+    "How does a cloud move through phase space, and what of it is seen in density, velocity and temperature?"
+)
+particles = 1_000_000
+
+# In units of `length`, `speed` and length/speed.
+CLOUDS = {"cloud": (0.5, 1.2), "shear": (math.sqrt(0.2875), math.sqrt(0.2))}  # σ₀ and σ_v
+BOXES = {  # where particles start between the mirrors, and how fast they are
+    "point": (0.25, phase_mixing.Normal(1.0)),
+    "half": ((0.0, 0.5), phase_mixing.Normal(1.0)),
+    "waterbag": ((0.0, 0.5), phase_mixing.Uniform(1.0)),
+}
+TIMES = {
+    "cloud": (0.0, 0.3, 1.0, 5.0),
+    "shear": (0.25, 0.75, 2.25),
+    "point": (0.1, 0.3, 0.6, 1.0),
+    "half": (0.0, 0.1, 0.3, 1.0),
+    "waterbag": (0.0, 0.25, 0.5, 2.5),
+}
+CELLS = {  # of the pictures: edges of positions and of velocities
+    "cloud": (np.linspace(-6, 6, 61), np.linspace(-3.6, 3.6, 49)),
+    "shear": (np.linspace(-3.05, 3.05, 62), np.linspace(-1.65, 1.65, 34)),
+    "point": (np.linspace(0, 1, 51), np.linspace(-3, 3, 61)),
+    "half": (np.linspace(0, 1, 51), np.linspace(-3, 3, 61)),
+    "waterbag": (np.linspace(0, 1, 51), np.linspace(-1, 1, 41)),
+}
+SLABS = np.linspace(-3.05, 3.05, 62)  # of the cloud, in standard deviations of its positions at the time
+TOLD = {"σ/2": 35, "σ": 40, "2σ": 50}  # slabs round these places
+GRID = np.linspace(-9.25, 9.25, 75), np.linspace(-3.6, 3.6, 37)  # for the covariance: all of the shear
+PATHS = {"slow": (0.3, 0.2), "back": (0.5, -0.4)}  # trajectories at the first time: middles of cells
+QUARTERS = np.linspace(0, 1, 5), np.array([-9.0, 0.0, 9.0])
+EMITTANCE = "⟨x²⟩⟨v²⟩ - ⟨x v⟩²"
+UNITS = {"⟨x²⟩": "m^2", "⟨x v⟩": "m^2 s^-1", "⟨v²⟩": "m^2 s^-2", EMITTANCE: "m^4 s^-2"}
+UNITS |= {f"n in quarter {i}": "m^-1" for i in (1, 2, 3, 4)}  # of sums of numbers
+TITLES = {
+    "cloud": "A cloud that expands freely",
+    "shear": "Free flight shears phase space; the density goes along",
+    "point": "From one place, between mirrors",
+    "half": "From the left half, between mirrors",
+    "waterbag": "A water bag between mirrors winds into filaments",
+}
+WORDS = {"point": "what starts at one place", "half": "what fills one half", "waterbag": "a water bag"}
+
+
+def cases() -> list[dict[str, object]]:
+    return [{"start": start} for start in TIMES]
+
+
+def scene(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> tp.Scene:
+    """One of five starts.  length: of the box, the unit of all places [m];  speed: the unit of all velocities [m/s]."""
+    if start not in TIMES:
+        raise tp.SceneError(f"phase_space: start must be one of {', '.join(TIMES)}, got {start!r}")
+    times = [t * length / speed for t in TIMES[start]]
+    if start == "cloud":
+        counters = [
+            tp.PhaseSpace(name=f"slabs {k}", x=edges * length, time=times[k], moments=True)
+            for k, edges in enumerate(map(_slabs, TIMES[start]))
+        ]
+    else:
+        x, v = GRID if start == "shear" else QUARTERS
+        counters = [tp.PhaseSpace(name="all", x=x * length, vx=v * speed, time=times)]
+    x, v = CELLS[start]
+    return tp.Scene(
+        sources=_source(start, length, speed),
+        surfaces=_mirrors(length) if start in BOXES else [],
+        detectors=[tp.PhaseSpace(name=start, x=x * length, vx=v * speed, time=times), *counters],
+        duration=times[-1],
+    )
+
+
+def _source(start: str, length: float, speed: float) -> tp.Source:
+    if start in CLOUDS:
+        s0, sv = CLOUDS[start][0] * length, CLOUDS[start][1] * speed
+        in_three = start == "cloud"
+        gas = tp.Gas(number=1.0, speed=tp.Maxwellian(sigma=sv), direction=None if in_three else (1, 0, 0))
+        return tp.Source(tp.Cloud(sigma=s0 if in_three else (s0, 0, 0)), gas)
+    uniform, normal = tp.SpeedTable(speeds=[-speed, speed], density=[1, 1]), tp.Maxwellian(sigma=speed)
+    gas = tp.Gas(number=1.0, speed=uniform if start == "waterbag" else normal, direction=(1, 0, 0))
+    if start == "point":
+        return tp.Source(tp.Point(position=(BOXES[start][0] * length, 0, 0)), gas)
+    low, high = BOXES[start][0]
+    middle, size = (low + high) / 2 * length, ((high - low) * length, 0.5 * length, 0.5 * length)
+    return tp.Source(tp.Box(center=(middle, 0, 0), size=size), gas)
+
+
+def _mirrors(length: float) -> list[tp.Surface]:
+    """Two that face each other; particles fly straight between them."""
+    ends = [
+        tp.Rectangle(center=(x, 0, 0), normal=(1, 0, 0), width=length, height=length) for x in (0, length)
+    ]
+    return [tp.Surface(end, tp.Mirror()) for end in ends]
+
+
+def _slabs(t: float) -> np.ndarray:
+    return SLABS * free_flight.width(t, *CLOUDS["cloud"])
+
+
+# What is counted, and what should be: the rows are read off both in the same way.
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    start, length, speed = setting(result)
+    rows = {}
+    for k, time in enumerate(_names(start, length, speed)):
+        found = {"picture": result[start].density[k]}
+        if start == "cloud":
+            slabs = result[f"slabs {k}"]
+            found |= {"n": slabs.density, "u": slabs.mean_vx, "kT/m": slabs.variance_vx}
+        else:
+            found["number"] = result["all"].number[k]
+        for name, value in _read(start, k, length, speed, found).items():
+            rows[f"{name}, {time}"] = value * constant(result, 1.0, UNITS.get(name, "1"))
+    return rows
+
+
+def exact(start: str = "cloud", length: float = 1.0, speed: float = 1.0) -> dict[str, float]:
+    rows = {}
+    for k, time in enumerate(_names(start, length, speed)):
+        read = _read(start, k, length, speed, expected(start, k, length, speed))
+        rows |= {f"{name}, {time}": float(value) for name, value in read.items()}
+    return rows
+
+
+def setting(result: tp.Result) -> tuple[str, float, float]:
+    """Start, length [m] and speed [m/s] of a run."""
+    picture = result.scene.detectors[0]
+    x, v = CELLS[picture.name]
+    return picture.name, picture.x[-1] / x[-1], picture.vx[-1] / v[-1]
+
+
+def expected(start: str, k: int, length: float = 1.0, speed: float = 1.0) -> dict[str, np.ndarray]:
+    """What a run without noise counts at the k-th time, in SI: bin averages, shares of the particles, moments."""
+    t = TIMES[start][k]
+
+    def shares(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        if start in BOXES:
+            return phase_mixing.bin_shares(x, t, *BOXES[start], v_edges=v)
+        return free_flight.cell_shares(x, v, t, *CLOUDS[start])
+
+    x, v = CELLS[start]
+    found = {"picture": shares(x, v) / np.outer(np.diff(x), np.diff(v)) / (length * speed)}
+    if start != "cloud":
+        return found | {"number": shares(*(GRID if start == "shear" else QUARTERS))}
+    slabs, cloud = _slabs(t), (t, *CLOUDS[start])
+    return found | {
+        "n": free_flight.bin_shares(slabs, *cloud) / np.diff(slabs) / length,
+        "u": free_flight.bin_mean_velocities(slabs, *cloud) * speed,
+        "kT/m": free_flight.bin_velocity_variances(slabs, *cloud) * speed**2,
+    }
+
+
+def _names(start: str, length: float, speed: float) -> list[str]:
+    return [f"t = {t * length / speed:.4g} s" for t in TIMES[start]]
+
+
+def _read(start: str, k: int, length: float, speed: float, found: dict) -> dict:
+    """The rows of the k-th time from counted or from expected arrays."""
+    if start == "cloud":
+        return {f"{q} at x = {place}": found[q][i] for q in ("n", "u", "kT/m") for place, i in TOLD.items()}
+    if start == "shear":
+        paths = {
+            f"n along the {path} path": found["picture"][cell] for path, cell in _cells_of_paths(k).items()
+        }
+        return _moments(found["number"], GRID[0] * length, GRID[1] * speed) | paths
+    width, shares = length * np.diff(QUARTERS[0]), found["number"]
+    seen = expected(start, k)["number"].sum(axis=1) > 0.01
+    rows = {f"n in quarter {i + 1}": (shares[i, 0] + shares[i, 1]) / width[i] for i in np.flatnonzero(seen)}
+    rows["share in the left half flying right"] = shares[0, 1] + shares[1, 1]
+    if start == "waterbag" and TIMES[start][k] > 0:
+        bag = expected(start, k)["picture"]
+        within, without = (bag > 1 - 1e-9).astype(float), (bag == 0).astype(float)
+        rows["n within the bag"] = (found["picture"] * within).sum() / within.sum()
+        rows["n outside of it"] = (found["picture"] * without).sum() / without.sum()
+    return rows
+
+
+def _moments(number: object, x_edges: np.ndarray, v_edges: np.ndarray) -> dict:
+    """Second moments from the middles of bins, less Sheppard's h²/12, and the emittance squared."""
+    x, v = ((edges[1:] + edges[:-1]) / 2 for edges in (x_edges, v_edges))
+    widths = x[1] - x[0], v[1] - v[0]
+    xx = (number * (x**2 - widths[0] ** 2 / 12)[:, None]).sum()
+    vv = (number * (v**2 - widths[1] ** 2 / 12)).sum()
+    xv = (number * np.outer(x, v)).sum()
+    return {"⟨x²⟩": xx, "⟨x v⟩": xv, "⟨v²⟩": vv, EMITTANCE: xx * vv - xv**2}
+
+
+def _cells_of_paths(k: int) -> dict[str, tuple[int, int]]:
+    """The cells of the picture in which the trajectories are at the k-th time."""
+    elapsed = TIMES["shear"][k] - TIMES["shear"][0]
+    edges = CELLS["shear"]
+    return {
+        path: tuple(int(np.searchsorted(*each)) - 1 for each in zip(edges, (x + v * elapsed, v), strict=True))
+        for path, (x, v) in PATHS.items()
+    }
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = []
+    for outcome in outcomes:
+        start, length, speed = setting(outcome.result)
+        names = _names(start, length, speed)
+        if start == "cloud":
+            cooled = [outcome[f"kT/m at x = σ, {name}"].estimate for name in (names[0], names[-1])]
+            said.append(f"a free cloud cools at each place to {cooled[1] / cooled[0]} of its temperature")
+        elif start == "shear":
+            areas = [outcome[f"{EMITTANCE}, {name}"].estimate for name in (names[0], names[-1])]
+            along = [outcome[f"n along the back path, {name}"].estimate for name in (names[0], names[-1])]
+            said.append(f"sheared, it keeps its area in phase space (squared: {areas[1] / areas[0]} of it)")
+            said.append(f"and its density along a path ({along[1] / along[0]}, but for the bins' size)")
+        else:
+            ends = [
+                row.estimate.value
+                for row in outcome.rows
+                if "n in quarter" in row.name and names[-1] in row.name
+            ]
+            spread = max(abs(end * length - 1) for end in ends)
+            said.append(f"{WORDS[start]} is uniform to {spread:.1%} at {names[-1]}")
+    words = "; ".join(said)
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Position against velocity in time, a picture a start; beside the cloud's, as <name>_velocity, its mean velocity."""
+    from viz import phase_portraits, profile
+
+    path, paths = Path(path), []
+    for outcome in outcomes:
+        start, length, speed = setting(outcome.result)
+        names = _names(start, length, speed)
+        density = outcome.result[start].density
+        paths.append(path.with_stem(f"{path.stem}_{start}") if paths else path)
+        phase_portraits(
+            {name: density[k] for k, name in enumerate(names)},
+            paths[-1],
+            exact={n: expected(start, k, length, speed)["picture"] for k, n in enumerate(names)},
+            contours=start in CLOUDS,
+            power=0.5 if start in ("cloud", "point") else 1.0,
+            title=TITLES[start],
+            note=provenance([outcome]),
+        )
+        if start == "cloud":
+            paths.append(path.with_stem(f"{path.stem}_velocity"))
+            t = TIMES[start][1]
+            profile(
+                _slabs(t) * length,
+                outcome.result["slabs 1"].mean_vx,
+                paths[-1],
+                expected=expected(start, 1, length, speed)["u"],
+                guides={"x / t, as from a point": lambda x, t=t * length / speed: x / t},
+                xlabel="position x  [m]",
+                ylabel="mean velocity",
+                title=f"A free cloud sorts its velocities: x σ_v² t/σ² at {names[1]}",
+                note=provenance([outcome]),
+            )
+    return paths
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,317 @@
+"""Two elements: the first law of radiance as it is proved, by the rays that join two elements of area.
+
+Derivation.  Rays leave dA₁ for dA₂, tilted by θ₁ and θ₂ to the line r between them.  Seen from dA₁ the other one fills
+dω₁ = dA₂ cosθ₂/r², and seen from dA₂ it is dω₂ = dA₁ cosθ₁/r².  The rays that leave are those that arrive,
+
+    L₁ dω₁ dA₁ cosθ₁ = d²Φ = L₂ dω₂ dA₂ cosθ₂,
+
+and the two products are the same dA₁ cosθ₁ dA₂ cosθ₂/r² = d²T, the throughput, which counts rays: so L₁ = L₂ (Hanrahan
+2001, Stanford CS 348B, lecture 4, "1st law", "Throughput").  Elements of finite size hold T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂,
+and Φ = L T is exact; the radiance by their middles is L T/d²T, off by a multiple of (a/r)².
+
+Scenes.  "first law": a diffuse wall close behind dA₁, so large that every ray from dA₁ to dA₂ begins on it, shines at
+dA₂; a counter on dA₁ sees the rays leave, and one on dA₂ counts those that came through dA₁ (`via`).  "throughput": two
+coaxial disks that shine at one another, counted at both and on a tilted plane between them.  "lines": the inner side
+of a sphere round the disks sends out uniform random lines; those that meet both disks are counted, whichever they meet
+first.  "chord": the black inner side of a convex body sends out such lines at a constant rate.  A particle stays for
+chord/v, so that power × mean chord/v is in flight at any time from the longest stay on; the mean chord is 4 V/S
+(Cauchy 1850; Dirac 1943; Coleman 1969).
+
+Aimed sources send out only the rays that are wanted here; that is what the warnings of their counters tell.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance, sharp
+from transport.experiment import Outcome
+from transport.theory import chords, elements
+
+law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
+question = "Do rays that join two elements carry the same radiance at both ends?"
+particles = 1_000_000
+
+SHOWS = ("first law", "throughput", "lines", "chord")
+BODIES = {
+    "sphere": None,
+    "cube": (1, 1, 1),
+    "box": (1, 2, 3),
+}  # edges in units of size_1, which is the sphere's radius
+DEPTH = 0.05  # of the wall behind dA₁, in half sides
+PLANE = math.radians(20)  # tilt of the plane between
+LAST = 1.05  # duration over the longest stay
+
+L1, L2 = "L₁ = Φ₁/(dω₁ dA₁ cosθ₁)", "L₂ = Φ₂/(dω₂ dA₂ cosθ₂)"
+SAME, WHOLE, BIAS = "Φ₁ − Φ₂", "Φ₂/T", "T/(dA₁ dA₂/r²) − 1"
+AT_2, AT_1, UP, DOWN = "T at dA₂", "T at dA₁", "T through the plane, up", "T through the plane, down"
+THERE, BACK, ALL = "T, lines by dA₁ to dA₂", "T, lines by dA₂ to dA₁", "π dA₁, all lines by dA₁"
+CHORD = "mean chord"
+
+
+def cases() -> list[dict[str, object]]:
+    tilts = [(0, 0, 0.05), (75, 45, 0.05), (75, 45, 0.2)]
+    tilted = [
+        {"show": "first law", "size_1": a, "size_2": a, "tilt_1": one * tp.deg, "tilt_2": two * tp.deg}
+        for one, two, a in tilts
+    ]
+    disks = [(1.0, 1.0), (0.1, 0.1), (0.01, 0.01), (0.001, 0.001), (1.0, 2.0)]
+    seen = [{"show": "throughput", "size_1": one, "size_2": two} for one, two in disks]
+    lines = {"show": "lines", "size_1": 1.0, "size_2": 1.0}
+    return [*tilted, *seen, lines, *({"show": "chord", "size_1": 1.0, "body": body} for body in BODIES)]
+
+
+def scene(
+    show: str = "first law",
+    size_1: float = 0.1,
+    size_2: float = 0.1,
+    tilt_1: float = 0.0,
+    tilt_2: float = 0.0,
+    distance: float = 1.0,
+    radiance: float = 100.0,
+    body: str = "sphere",
+) -> tp.Scene:
+    """Two elements `distance` apart, or the inside of a body.
+
+    size_1, size_2: half sides of the squares of "first law", radii of the disks [m], scale of the body;  tilt_1,
+    tilt_2: of the squares, about axes at right angles to one another [rad].
+    """
+    if show not in SHOWS:
+        raise tp.SceneError(f"two_elements: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    if body not in BODIES:
+        raise tp.SceneError(f"two_elements: body must be one of {', '.join(BODIES)}, got {body!r}")
+    shine = tp.Lambertian(radiance=radiance)
+    if show == "first law":
+        return _tilted_squares(size_1, size_2, tilt_1, tilt_2, distance, shine)
+    if show == "throughput":
+        return _facing_disks(size_1, size_2, distance, shine)
+    if show == "lines":
+        return _random_lines(size_1, size_2, distance, shine)
+    return _convex_body(_body(body, size_1), shine)
+
+
+def squares(
+    size_1: float, size_2: float, tilt_1: float, tilt_2: float, distance: float
+) -> tuple[tp.Rectangle, tp.Rectangle]:
+    """dA₁ at the origin, which looks up, and dA₂ above it, which looks down."""
+    normal_1 = math.sin(tilt_1), 0.0, math.cos(tilt_1)
+    normal_2 = 0.0, math.sin(tilt_2), -math.cos(tilt_2)
+    one = tp.Rectangle(normal=normal_1, up=(0, 1, 0), width=2 * size_1, height=2 * size_1)
+    two = tp.Rectangle(
+        center=(0, 0, distance), normal=normal_2, up=(1, 0, 0), width=2 * size_2, height=2 * size_2
+    )
+    return one, two
+
+
+def _tilted_squares(size_1, size_2, tilt_1, tilt_2, distance, shine) -> tp.Scene:
+    one, two = squares(size_1, size_2, tilt_1, tilt_2, distance)
+    depth = DEPTH * size_1
+    reach = 2 * (size_1 + depth * _steepest(one, two))
+    behind = [-depth * component for component in one.normal]
+    wall = tp.Rectangle(center=behind, normal=one.normal, up=one.up, width=reach, height=reach)
+    counters = [tp.Detector(one, "dA1"), tp.Detector(two, "dA2", via="dA1")]
+    return tp.Scene(sources=tp.Source(wall, shine, aim=two), detectors=counters)
+
+
+def _steepest(one: tp.Rectangle, two: tp.Rectangle) -> float:
+    """The largest tangent to dA₁'s normal of a ray between the two, which is that of a ray between corners."""
+    rays = np.array([q - p for p in _corners(one) for q in _corners(two)])
+    cosines = rays / np.linalg.norm(rays, axis=1, keepdims=True) @ np.transpose([one.normal, two.normal])
+    if not (cosines[:, 0].min() > 0 > cosines[:, 1].max()):
+        raise tp.SceneError(
+            "two_elements: one element reaches behind the other; tilt them less or make them smaller"
+        )
+    return math.tan(math.acos(cosines[:, 0].min()))
+
+
+def _corners(shape: tp.Rectangle) -> list[np.ndarray]:
+    u, v = sides_of(shape) / 2
+    return [shape.center + i * u + j * v for i in (-1, 1) for j in (-1, 1)]
+
+
+def sides_of(shape: tp.Rectangle) -> np.ndarray:
+    """The two side vectors [m], (2, 3)."""
+    e_u, e_v, _ = shape.frame
+    return np.array([np.multiply(e_u, shape.width), np.multiply(e_v, shape.height)])
+
+
+def disks(radius_1: float, radius_2: float, distance: float) -> tuple[tp.Disk, tp.Disk]:
+    """Coaxial ones that face one another."""
+    return tp.Disk(radius=radius_1), tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=radius_2)
+
+
+def _facing_disks(size_1, size_2, distance, shine) -> tp.Scene:
+    one, two = disks(size_1, size_2, distance)
+    normal = math.sin(PLANE), 0.0, math.cos(PLANE)
+    plane = tp.Disk(center=(0, 0, distance / 2), normal=normal, radius=1.3 * max(size_1, size_2))
+    sources = [tp.Source(one, shine, aim=two), tp.Source(two, shine, aim=one)]
+    counters = [tp.Detector(shape, name) for name, shape in {"dA1": one, "dA2": two, "plane": plane}.items()]
+    return tp.Scene(sources=sources, detectors=counters)
+
+
+def _random_lines(size_1, size_2, distance, shine) -> tp.Scene:
+    one, two = disks(size_1, size_2, distance)
+    bounds = tp.Sphere(
+        center=(0, 0, distance / 2), radius=1.05 * math.hypot(distance / 2, max(size_1, size_2))
+    )
+    counters = [
+        tp.Detector(one, "dA1"),
+        tp.Detector(two, "dA2"),
+        tp.Detector(one, "dA1 via dA2", via="dA2"),
+        tp.Detector(two, "dA2 via dA1", via="dA1"),
+    ]
+    return tp.Scene(sources=tp.Source(bounds, shine, side="back"), detectors=counters)
+
+
+def _body(body: str, scale: float) -> tp.Sphere | tp.Box:
+    edges = BODIES[body]
+    return tp.Sphere(radius=scale) if edges is None else tp.Box(size=[scale * edge for edge in edges])
+
+
+def _convex_body(shape: tp.Sphere | tp.Box, shine: tp.Lambertian) -> tp.Scene:
+    return tp.Scene(
+        sources=tp.Source("wall", shine, side="back"),
+        surfaces=tp.Surface(shape, tp.Black(), name="wall"),
+        duration=LAST * 2 * shape.extent / tp.speed_of_light,
+    )
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    scene, names = result.scene, {detector.name for detector in result.scene.detectors}
+    shine = constant(result, scene.sources[0].emission.radiance, "W m^-2 sr^-1")
+    if not names:
+        stay = result.ledger["in_flight"] / result.ledger["emitted"] * constant(result, scene.duration, "s")
+        return {CHORD: stay * constant(result, tp.speed_of_light, "m s^-1")}
+    if "plane" in names:
+        plane, at_1, at_2 = result["plane"], result["dA1"], result["dA2"]
+        fluxes = {AT_2: at_2.flux_in, AT_1: at_1.flux_in, UP: plane.flux_out, DOWN: plane.flux_in}
+        rows = {name: flux / shine for name, flux in fluxes.items()}
+        one, two = at_1.detector.shape, at_2.detector.shape
+        by_middles = elements.element_throughput(one.area, 1.0, two.area, 1.0, two.center[2])
+        return rows | {BIAS: rows[AT_2] / constant(result, by_middles, "m^2 sr") - 1}
+    if "dA2 via dA1" in names:
+        there, back = result["dA2 via dA1"].flux_in, result["dA1 via dA2"].flux_in
+        return {THERE: there / shine, BACK: back / shine, ALL: result["dA1"].flux_in / shine}
+    return _first_law(result)
+
+
+def _first_law(result: tp.Result) -> dict[str, tp.Estimate]:
+    one, two = result["dA1"].detector.shape, result["dA2"].detector.shape
+    leaving, arriving = result["dA1"].flux_out, result["dA2"].flux_in
+    mu_1, mu_2, distance = one.normal[2], -two.normal[2], two.center[2]
+    solid_angle_1, solid_angle_2 = two.area * mu_2 / distance**2, one.area * mu_1 / distance**2
+    return {
+        L1: leaving / constant(result, solid_angle_1 * one.area * mu_1, "sr m^2"),
+        L2: arriving / constant(result, solid_angle_2 * two.area * mu_2, "sr m^2"),
+        SAME: sharp(leaving - arriving, of=leaving),
+        WHOLE: arriving / constant(result, throughput_of(one, two), "sr m^2"),
+    }
+
+
+def throughput_of(one: tp.Rectangle, two: tp.Rectangle) -> float:
+    """All rays that join two squares [m^2 sr], by quadrature."""
+    return elements.tilted_throughput(one.center, sides_of(one), two.center, sides_of(two))
+
+
+def exact(
+    show: str = "first law",
+    size_1: float = 0.1,
+    size_2: float = 0.1,
+    tilt_1: float = 0.0,
+    tilt_2: float = 0.0,
+    distance: float = 1.0,
+    radiance: float = 100.0,
+    body: str = "sphere",
+) -> dict[str, float]:
+    if show == "chord":
+        shape = _body(body, size_1)
+        return {CHORD: float(chords.mean_chord(shape.volume, shape.area))}
+    if show == "first law":
+        one, two = squares(size_1, size_2, tilt_1, tilt_2, distance)
+        by_middles = elements.element_throughput(
+            one.area, math.cos(tilt_1), two.area, math.cos(tilt_2), distance
+        )
+        seen = radiance * throughput_of(one, two) / by_middles
+        return {L1: seen, L2: seen, SAME: 0.0, WHOLE: radiance}
+    rays = float(elements.disks_throughput(size_1, size_2, distance))
+    if show == "lines":
+        return {THERE: rays, BACK: rays, ALL: math.pi * math.pi * size_1**2}
+    bias = float(elements.disks_bias(size_1 / distance, size_2 / distance))
+    return {AT_2: rays, AT_1: rays, UP: rays, DOWN: rays, BIAS: bias}
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    """One sentence for each thing that was shown."""
+    sentences = []
+    for outcome in outcomes:
+        row = {row.name: row for row in outcome.rows}
+        if L1 in row and not sentences:
+            sentences.append(f"The same rays give {row[L1].estimate} at dA₁ and {row[L2].estimate} at dA₂.")
+    biases = [abs(o[BIAS].estimate.value) for o in _alike(outcomes)]
+    if len(biases) > 1:
+        sizes = [o.result["dA1"].detector.shape.radius for o in _alike(outcomes)]
+        slope = np.polyfit(np.log(sizes[1:]), np.log(biases[1:]), 1)[0] if len(sizes) > 2 else math.nan
+        sentences.append(f"The bias of finite elements falls as (a/r)^{slope:.3f}.")
+    named = {THERE: "Uniform random lines count", AT_2: "Rays from dA₁ count", CHORD: "The mean chord is"}
+    for name, words in named.items():
+        found = [row for o in outcomes for row in o.rows if row.name == name]
+        if found:
+            sentences.append(f"{words} {found[0].estimate}, exact {found[0].exact:.6g}.")
+    return " ".join(sentences)
+
+
+def _alike(outcomes: list[Outcome]) -> list[Outcome]:
+    """Cases of two facing disks of one size, which the bias's fall is read from."""
+    facing = [o for o in outcomes if "plane" in o.result]
+    return [o for o in facing if o.result["dA1"].area == o.result["dA2"].area]
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """The bias of elements against their size; beside it, as <name>_laws, the laws against exact values."""
+    from viz import comparison, profile
+
+    path, alike = Path(path), _alike(outcomes)
+    paths = [path]
+    if len(alike) > 1:
+        ratios = [
+            o.result["dA1"].detector.shape.radius / o.result["dA2"].detector.shape.center[2] for o in alike
+        ]
+        profile(
+            ratios,
+            [-1 * o[BIAS].estimate for o in alike],
+            path,
+            exact=lambda ratio: -elements.disks_bias(ratio, ratio),
+            guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
+            xlabel="radius of both disks over their distance, a/r",
+            ylabel="1 − L by the middles / L",
+            title="Finite elements: what their middles get wrong falls as (a/r)²",
+            log_x=True,
+            log_y=True,
+            note=provenance(alike),
+        )
+        paths.append(path.with_stem(path.stem + "_laws"))
+    shown = [(o, row) for o in outcomes for row in o.rows if len(alike) < 2 or o not in alike]
+    rows = {f"{row.name}\n{_shown(o)}": (row.estimate, row.exact) for o, row in shown if row.name != SAME}
+    comparison(rows, paths[-1], title="Rays that join two elements", note=provenance(outcomes))
+    return paths
+
+
+def _shown(outcome: Outcome) -> str:
+    """What the case shows, in a few words."""
+    of = outcome.parameters
+    if of.get("show", "first law") == "chord":
+        return str(of.get("body", "sphere"))
+    if of.get("show", "first law") == "first law":
+        tilts = [f"{math.degrees(of.get(name, 0.0)):.3g}°" for name in ("tilt_1", "tilt_2")]
+        return f"tilts {' and '.join(tilts)}, a = {of.get('size_1', 0.1):g} m"
+    return f"disks of {of.get('size_1', 0.1):g} m and {of.get('size_2', 0.1):g} m"
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,270 @@
+"""tp.solid_angle counts what closed forms say, from anywhere and at any scale; the forms hold where terms cancel.
+
+A comment such as `B.solid_angle_cap` names the entry of the project's reference collection that a number comes from.
+Each statistical test fails right code in one of 10^5 seeds; the seed is 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.agreement import assert_agrees, assert_z_spread
+from transport.theory import polygons, solid_angles
+
+FALSE_ALARM = 1e-5
+ORIGIN = (0.0, 0.0, 0.0)
+TRIANGLES = {  # B.solid_angle_triangle
+    "octant": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "generic": ((1, 0.2, 1.5), (-0.7, 1.1, 2.0), (0.3, -1.3, 0.8)),
+    "sliver": ((1, 0, 1), (1, 1e-4, 1), (0, 1, 1)),
+    "near hemisphere": (
+        (1, 0, 0.001),
+        (-0.5, 0.8660254037844386, 0.001),
+        (-0.5, -0.8660254037844386, 0.001),
+    ),
+}
+VALUES = {"octant": 1.5707963267948966, "generic": 0.6524030913100265}  # B.solid_angle_triangle
+mp.mp.dps = 60
+
+
+def counted(shape, position, particles=400_000, seed=1):
+    return tp.solid_angle(shape, position, particles=particles, seed=seed)
+
+
+def oosterom(vertices, position=ORIGIN):
+    """The formula of Van Oosterom and Strackee, in 60 digits."""
+    a, b, c = (
+        [mp.mpf(float(x)) - mp.mpf(float(p)) for x, p in zip(v, position, strict=True)] for v in vertices
+    )
+    volume = mp.det(mp.matrix([a, b, c]))
+    length_a, length_b, length_c = (mp.sqrt(mp.fdot(v, v)) for v in (a, b, c))
+    below = length_a * length_b * length_c
+    below += mp.fdot(a, b) * length_c + mp.fdot(b, c) * length_a + mp.fdot(c, a) * length_b
+    return abs(2 * mp.atan2(volume, below))
+
+
+# ---- the closed forms ----
+
+
+@pytest.mark.parametrize("name", TRIANGLES)
+def test_a_triangle_follows_van_oosterom_and_strackee(name):
+    value = polygons.triangle_solid_angle(TRIANGLES[name])
+    assert value == pytest.approx(float(oosterom(TRIANGLES[name])), rel=1e-15)
+    if name in VALUES:
+        assert value == pytest.approx(VALUES[name], rel=1e-13)
+
+
+def hard_triangles():
+    """Slivers, far triangles, points close to a vertex, to an edge and to the plane: 30 of each."""
+    random = np.random.default_rng(1)
+    for _ in range(30):
+        v, w = random.normal(size=(3, 3)), random.normal(size=3)
+        yield "sliver", (v[0], v[0] + 1e-9 * w, v[2]), random.normal(size=3)
+        yield "needle", (v[0], v[1], 0.3 * v[0] + 0.7 * v[1] + 1e-12 * w), random.normal(size=3)
+        yield "far", v, 1e8 * w
+        yield "at a vertex", v, v[0] + 1e-10 * w
+        yield "at an edge", v, v[0] + random.random() * (v[1] - v[0]) + 1e-11 * w
+        flat = v * (1, 1, 0)
+        yield "at the plane", flat, flat.mean(axis=0) + (0, 0, 1e-13)
+
+
+def test_no_triangle_is_too_thin_too_far_or_too_near():
+    def off(value, exact):
+        return float(abs(value - exact) / exact)
+
+    worst, plain = {}, {}
+    for name, vertices, position in hard_triangles():
+        exact = oosterom(vertices, position)
+        worst[name] = max(worst.get(name, 0), off(polygons.triangle_solid_angle(vertices, position), exact))
+        a, b, c = np.array(vertices) - position
+        u, v, w = (x / np.linalg.norm(x) for x in (a, b, c))
+        textbook = 2 * math.atan2(abs(u @ np.cross(v, w)), 1 + u @ v + v @ w + w @ u)
+        plain[name] = max(plain.get(name, 0), off(textbook, exact))
+    assert max(worst.values()) < 1e-15
+    # the formula as it stands, in doubles, cancels
+    assert min(plain[name] for name in ("sliver", "far", "at an edge", "at the plane")) > 1e-12, plain
+
+
+def test_a_point_in_the_plane_sees_all_or_nothing_and_one_on_the_edge_neither():
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    assert polygons.polygon_solid_angle(square, (0.3, 0.6, 0)) == 2 * math.pi
+    assert polygons.polygon_solid_angle(square, (1.5, 0.5, 0)) == 0
+    assert math.isnan(polygons.polygon_solid_angle(square, (0.5, 0, 0)))
+
+
+def test_a_polygon_need_not_be_convex():
+    dart = [(0, 0, 1), (2, 0, 1), (0.5, 0.5, 1), (0, 2, 1)]
+    parts = [polygons.triangle_solid_angle([dart[i] for i in part]) for part in ((0, 1, 2), (0, 2, 3))]
+    for turn in range(4):  # whichever vertex the fan starts from
+        turned = dart[turn:] + dart[:turn]
+        assert polygons.polygon_solid_angle(turned) == pytest.approx(sum(parts), rel=1e-14)
+
+
+def test_regular_polygons_lie_between_a_triangle_and_a_disk():
+    assert polygons.regular_polygon_solid_angle(4, math.sqrt(0.5), 1) == pytest.approx(
+        0.8054316831613233, rel=1e-15
+    )  # B.solid_angle_rectangle
+    for sides in (3, 5, 12):
+        angles = 2 * math.pi * np.arange(sides) / sides
+        corners = np.stack([0.7 * np.cos(angles), 0.7 * np.sin(angles), np.full(sides, 0.4)], axis=1)
+        by_fan = polygons.polygon_solid_angle(corners)
+        assert polygons.regular_polygon_solid_angle(sides, 0.7, 0.4) == pytest.approx(by_fan, rel=1e-14)
+    round_one = polygons.regular_polygon_solid_angle(100_000, 0.7, 0.4)
+    assert round_one == pytest.approx(solid_angles.disk_solid_angle(0.7, 0.4), rel=1e-8)
+    assert polygons.regular_polygon_solid_angle(3, 1e-9, 1) == pytest.approx(3**1.5 / 4 * 1e-18, rel=1e-14)
+
+
+def test_a_dodecahedron_has_twelve_faces_of_a_twelfth_of_the_sphere():
+    faces = polygons.dodecahedron_faces(2.5)
+    assert faces.shape == (12, 5, 3)
+    assert np.allclose(np.linalg.norm(faces, axis=2), 2.5, rtol=1e-15)
+    edges = np.linalg.norm(np.roll(faces, -1, axis=1) - faces, axis=2)
+    assert np.allclose(edges, edges[0, 0], rtol=1e-14)
+    for face in faces:
+        assert polygons.polygon_solid_angle(face) == pytest.approx(4 * math.pi / 12, rel=1e-14)
+        assert np.cross(face[1] - face[0], face[2] - face[1]) @ face[0] > 0  # counterclockwise from outside
+    assert round(polygons.DODECAHEDRON_FACE, 4) == 1.0472
+
+
+# ---- counting ----
+
+
+@pytest.mark.parametrize("name", TRIANGLES)
+def test_a_triangle_is_counted(name):
+    exact = polygons.triangle_solid_angle(TRIANGLES[name])
+    found = counted(tp.Triangle(vertices=TRIANGLES[name]), ORIGIN)
+    assert found.unit == tp.Unit.parse("sr")
+    assert 0 < found.relative_error < 0.01
+    assert_agrees(found, exact, FALSE_ALARM)
+    turned = tp.Triangle(vertices=TRIANGLES[name][::-1])  # seen from its other side
+    assert_agrees(counted(turned, ORIGIN), exact, FALSE_ALARM)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "exact"),
+    [(1, 1, 0.8054316831613233), (100, 100, 6.170067073507106), (1000, 0.01, 0.01999979333595329)],
+)
+def test_a_rectangle_is_counted(width, height, exact):
+    # B.solid_angle_rectangle
+    found = counted(tp.Rectangle(center=(0, 0, 1), width=width, height=height), ORIGIN)
+    assert_agrees(found, exact, FALSE_ALARM)
+    assert found.relative_error < (0.02 if width < 1000 else 0.1)
+
+
+def test_a_disk_and_a_ring_are_counted():
+    disk = tp.Disk(center=(0, 0, 1), radius=0.8)
+    ring = tp.Disk(center=(0, 0, 1), radius=0.8, inner_radius=0.7)
+    whole, hole = (solid_angles.disk_solid_angle(radius, 1.0) for radius in (0.8, 0.7))
+    assert_agrees(counted(disk, ORIGIN), whole, FALSE_ALARM)
+    assert_agrees(counted(ring, ORIGIN), whole - hole, FALSE_ALARM)
+
+
+def test_a_disk_is_counted_from_beside_its_axis():
+    x, w = np.polynomial.legendre.leggauss(60)
+    r, turn = 0.4 * (x + 1), math.pi * (x[:, None] + 1)
+    cube = ((r * np.cos(turn) + 1.5) ** 2 + (r * np.sin(turn)) ** 2 + 0.25) ** 1.5
+    exact = float((0.5 * r / cube * w * 0.4).sum(axis=1) @ w * math.pi)
+    assert_agrees(counted(tp.Disk(radius=0.8), (-1.5, 0, -0.5)), exact, FALSE_ALARM)
+
+
+def test_a_ball_fills_a_cap_exactly():
+    for angle, exact in ((0.01, 9.569838457281188e-08), (30, 0.8417872144769327), (60, 3.1415926535897922)):
+        found = counted(tp.Sphere(radius=3), (0, 0, 3 / math.sin(math.radians(angle))), particles=10_000)
+        assert found.exact
+        assert found.value == pytest.approx(exact, rel=1e-13)  # B.solid_angle_cap
+
+
+@pytest.mark.parametrize(
+    "shape", [tp.Sphere(center=(1, 2, 3), radius=2), tp.Box(center=(1, 2, 3), size=(2, 3, 4))]
+)
+def test_from_within_a_closed_shape_all_directions_count(shape):
+    found = counted(shape, (1.5, 1.3, 4), particles=10_000)
+    assert found.exact
+    assert found.value == pytest.approx(4 * math.pi, rel=1e-15)
+
+
+@pytest.mark.parametrize("position", [(3, 0, 0), (2, 3, -1), (1.0 + 1e-9, 0.2, 0.9), (1, 4, 0)])
+def test_a_box_is_counted_from_outside(position):
+    """(1, 4, 0) lies in the plane of a face, which is edge-on then."""
+    box = tp.Box(size=(2, 3, 4))
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1.5, 1.5) for z in (-2, 2)])
+    faces = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
+    exact = sum(polygons.polygon_solid_angle(corners[list(face)], position) for face in faces) / 2
+    assert_agrees(counted(box, position), exact, FALSE_ALARM)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e12])
+def test_the_unit_of_length_does_not_matter(size):
+    vertices = TRIANGLES["generic"]
+    scaled = tp.Triangle(vertices=size * np.array(vertices))
+    found, usual = counted(scaled, ORIGIN, 10_000), counted(tp.Triangle(vertices=vertices), ORIGIN, 10_000)
+    assert found.value == pytest.approx(usual.value, rel=1e-12)
+
+
+def test_far_shapes_and_near_ones_are_counted_as_well():
+    disk = tp.Disk(radius=1)
+    assert_agrees(counted(disk, (0, 0, 1e8)), solid_angles.disk_solid_angle(1, 1e8), FALSE_ALARM)
+    near = counted(disk, (0.3, -0.2, 1e-9))
+    assert_agrees(near, 2 * math.pi * (1 - 1e-9), FALSE_ALARM)
+    assert near.relative_error < 0.01
+
+
+@pytest.mark.parametrize("position", [(2, 0, 0), (0.1, 0, 0)])
+def test_a_flat_shape_seen_from_its_own_plane_fills_nothing(position):
+    """Also from within the hole of a ring."""
+    found = counted(tp.Disk(radius=1, inner_radius=0.5), position, particles=1000)
+    assert (found.value, found.error, found.exact) == (0, 0, True)
+
+
+def test_errors_are_right():
+    """Over seeds z follows Student's t: natural and aimed directions are mixed here."""
+    shape, exact = tp.Triangle(vertices=TRIANGLES["generic"]), VALUES["generic"]
+    z = [counted(shape, ORIGIN, 4_000, seed).z(exact) for seed in range(300)]
+    assert_z_spread(np.array(z), math.inf, FALSE_ALARM)
+
+
+def test_an_area_that_is_not_on_the_sphere_counts_by_its_projection():
+    """Planted: A/r² without the cosine, and without the distance that grows towards the rim."""
+    tilted = tp.Disk(center=(0, 0, 10), normal=(0, 1, 1), radius=0.1)
+    found = counted(tilted, ORIGIN)
+    cosine = math.sqrt(0.5)
+    assert_agrees(found, math.pi * 1e-4 * cosine, FALSE_ALARM)
+    with pytest.raises(AssertionError):
+        assert_agrees(found, math.pi * 1e-4, FALSE_ALARM)
+    with pytest.raises(AssertionError):
+        assert_agrees(counted(tp.Disk(center=(0, 0, 1), radius=0.5), ORIGIN), math.pi / 4, FALSE_ALARM)
+
+
+# ---- refusals ----
+
+
+@pytest.mark.parametrize(
+    ("shape", "position", "words"),
+    [
+        (
+            tp.Disk(radius=1),
+            (0.5, 0, 0),
+            r"position must not lie on the Disk.*\(0\.5, 0\.0, 0\.0\); move it off",
+        ),
+        (tp.Sphere(radius=2), (0, 0, 2), "must not lie on the Sphere"),
+        (tp.Box(size=2), (1, 0.2, 0.3), "must not lie on the Box"),
+        (tp.Triangle(vertices=TRIANGLES["octant"]), (1 / 3, 1 / 3, 1 / 3), "must not lie on the Triangle"),
+        (tp.Disk(radius=1), (0, 0), r"three finite numbers, got \(0, 0\)"),
+        (tp.Disk(radius=1), (0, 0, math.nan), "three finite numbers"),
+        (tp.Point(), (0, 0, 1), "shape must be a Rectangle.*has an area"),
+        ("lid", (0, 0, 1), "shape must be a Rectangle"),
+    ],
+)
+def test_what_has_no_answer_is_refused(shape, position, words):
+    with pytest.raises(tp.SceneError, match=words):
+        tp.solid_angle(shape, position)
+
+
+def test_a_run_that_cannot_be_made_is_refused():
+    with pytest.raises(tp.SceneError, match="particles must be"):
+        tp.solid_angle(tp.Disk(radius=1), (0, 0, 1), particles=0)

@@ -1,0 +1,85 @@
+"""The clock: when a particle is born, when it arrives, and that it stops.  Only for scenes with a duration.
+
+Times are in durations.  A flight lasts from `time` to `arrival`, and the next begins at that very number: so an instant
+belongs to one flight of each history, and what is counted at an instant is counted once.
+"""
+
+import math
+
+import numpy as np
+
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.layout import CLOCK, IN_FLIGHT, MOMENT, NO_TABLE
+from transport.physics.elementary import cos_sin_turn, log_positive
+from transport.physics.streams import CLOCK as CLOCK_DRAW
+from transport.physics.streams import random_words, uniform
+
+
+@lane_pass(MOMENT)
+def start_at(b, table, first, live):
+    """All at one instant."""
+    start = table.start
+    for k in range(first, live):
+        b.time[k] = start
+    return live
+
+
+@lane_pass(MOMENT)
+def start_within(b, table, first, live):
+    """Uniformly over a span of time: a steady source, or a pulse of constant power."""
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        b.time[k] = start + uniform(w0, w1) * width
+    return live
+
+
+@lane_pass(MOMENT)
+def start_about(b, table, first, live):
+    """A Gaussian pulse; width: its standard deviation (Box, Muller 1958)."""
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        c, _ = cos_sin_turn(uniform(w2, w3))
+        b.time[k] = start + width * c * math.sqrt(-2.0 * log_positive(1.0 - uniform(w0, w1)))
+    return live
+
+
+@lane_pass(CLOCK)
+def time_arrival(b, table, first, live):
+    """When it meets what is ahead, where all fly alike; never, where nothing is ahead."""
+    slowness = table.slowness
+    for k in range(first, live):
+        b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) * slowness
+    return live
+
+
+@lane_pass(NO_TABLE)
+def time_arrival_by_speed(b, table, first, live):
+    """The same at its own speed; one at rest never arrives."""
+    for k in range(first, live):
+        b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) / b.speed[k]
+    return live
+
+
+@lane_pass(CLOCK)
+def stop_clock(b, table, first, live):
+    """Particles that are still flying when the clock stops go into the ledger; the others' clocks advance."""
+    high, low, duration = 0, 0, table.duration
+    for k in range(first, live):
+        arrival = b.arrival[k]
+        late = arrival > duration
+        w_high, w_low = limbs(b.weight[k] if late else 0.0)
+        high += w_high
+        low += w_low
+        b.time[k] = arrival
+        b.hit[k] = 0 if late else b.hit[k]
+        b.weight[k] = 0.0 if late else b.weight[k]
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[4 * IN_FLIGHT] += high
+    ledger[4 * IN_FLIGHT + 1] += low
+    return live

@@ -1,0 +1,94 @@
+"""What is in phase space at an instant: counted in bins, or a sample of it written down.
+
+A flight from `time` to `arrival` holds the instant where time <= instant < arrival: exactly one of a history's flights
+does, from its birth to its end, so that every particle alive is counted once.
+"""
+
+import numpy as np
+
+from transport.engine.addresses import add_to_row, view
+from transport.engine.passes import lane_pass
+from transport.engine.refinements import cell
+from transport.engine.sums import limbs, long_limbs
+from transport.layout import PHASE, RECORD, SNAPSHOT
+from transport.physics.device import device
+
+
+@device
+def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
+    """One of layout.COORDINATES, by its number."""
+    value = x
+    value = y if kind == 2 else value
+    value = z if kind == 3 else value
+    value = vx if kind == 4 else value
+    value = vy if kind == 5 else value
+    value = vz if kind == 6 else value
+    value = speed if kind == 7 else value
+    return mu if kind == 8 else value
+
+
+@lane_pass(PHASE)
+def count_phase_space(b, table, first, live):
+    """Add each particle alive at the instant to its bin, or to the row for the outside."""
+    n, instant = 0, table.time
+    for k in range(first, live):  # no branch, so nothing to mispredict
+        b.listed[n] = k
+        n += 1 if (b.time[k] <= instant) & (instant < b.arrival[k]) & (b.weight[k] != 0.0) else 0
+    for j in range(n):
+        k = b.listed[j]
+        speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
+        way = b.start[k] + (instant - b.time[k]) * speed
+        x, y, z = b.x[k] + way * ux, b.y[k] + way * uy, b.z[k] + way * uz
+        vx, vy, vz = speed * ux, speed * uy, speed * uz
+        inside = (x >= table.low_x) & (x <= table.high_x) & (y >= table.low_y) & (y <= table.high_y)
+        inside &= (z >= table.low_z) & (z <= table.high_z)
+        a = coordinate(table.a_kind, x, y, z, vx, vy, vz, speed, uz)
+        found = cell(a, table.a_cells, table.a_edges) if inside else -1
+        row = 1 + found * table.a_stride if found >= 0 else 0
+        if found >= 0 and table.b_kind != 0:
+            other = coordinate(table.b_kind, x, y, z, vx, vy, vz, speed, uz)
+            found = cell(other, table.b_cells, table.b_edges)
+            row = row + found * table.b_stride if found >= 0 else 0
+        high, low = limbs(b.weight[k])
+        add_to_row(b.tallies + 32 * (table.first + row), high, low, 1, 0)
+        if table.moments >= 0:
+            inverse, weight = 1.0 / table.fastest, b.weight[k]
+            vx, vy, vz, speed = vx * inverse, vy * inverse, vz * inverse, speed * inverse
+            sums = b.moments + 32 * (table.moments + 7 * row)
+            add_velocity(sums, weight * vx)
+            add_velocity(sums + 32, weight * vy)
+            add_velocity(sums + 64, weight * vz)
+            add_velocity(sums + 96, weight * vx * vx)
+            add_velocity(sums + 128, weight * vy * vy)
+            add_velocity(sums + 160, weight * vz * vz)
+            add_velocity(sums + 192, weight * speed)
+    return live
+
+
+@device
+def add_velocity(address, value):
+    """Add to a row of three limbs."""
+    high, middle, low = long_limbs(value)
+    add_to_row(address, high, middle, low, 0)
+
+
+@lane_pass(SNAPSHOT)
+def record_snapshot(b, table, first, live):
+    """Write down one in `stride` of the histories that are alive at the instant."""
+    n, instant = 0, table.time
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if (b.time[k] <= instant) & (instant < b.arrival[k]) & (b.weight[k] != 0.0) else 0
+    stride, phase = b.stride, b.phase
+    for j in range(n):
+        k = b.listed[j]
+        if b.history[k] % stride == phase:
+            row = view(b.records + 72 * b.recorded, 1, RECORD)[0]
+            speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
+            way = b.start[k] + (instant - b.time[k]) * speed
+            row.x, row.y, row.z = b.x[k] + way * ux, b.y[k] + way * uy, b.z[k] + way * uz
+            row.vx, row.vy, row.vz = speed * ux, speed * uy, speed * uz
+            row.weight = b.weight[k]
+            row.history, row.snapshot = b.history[k], table.number
+            b.recorded += 1
+    return live

@@ -1,0 +1,119 @@
+"""Speeds: drawn at birth, shifted by a drift, drawn anew at thermal walls.  Only where speeds differ or are looked at."""
+
+import math
+
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.layout import (
+    CELL_TERMS,
+    DRIFTING,
+    NO_TABLE,
+    OCTAVE,
+    QUANTILES,
+    ROWS,
+    SURFACE,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    VELOCITY,
+)
+from transport.physics.device import device
+from transport.physics.elementary import cos_sin_turn, log_positive
+from transport.physics.quantiles import cell_place, octave_of, polynomial
+from transport.physics.streams import SPEED, random_words, uniform
+import numpy as np
+
+
+@device
+def quantile(octaves, cells, u):
+    """The speed below which the share u of the distribution lies."""
+    octave, mantissa = octave_of(u)
+    row = octaves[octave]
+    cell, t = cell_place(mantissa, row.level)
+    c = CELL_TERMS * (row.first + cell)
+    return polynomial(cells[c], cells[c + 1], cells[c + 2], cells[c + 3], cells[c + 4], cells[c + 5], t)
+
+
+@lane_pass(VELOCITY)
+def take_speed(b, table, first, live):
+    """One speed for all of this emitter."""
+    speed = table.vx
+    for k in range(first, live):
+        b.speed[k] = speed
+    return live
+
+
+@lane_pass(NO_TABLE)
+def draw_speed(b, table, first, live):
+    """The uniform number that a speed is made of."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
+        b.u0[k] = uniform(w0, w1)
+    return live
+
+
+@lane_pass(QUANTILES)
+def take_quantile(b, table, first, live):
+    """The speed of that quantile; the gather is a pass of its own."""
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    for k in range(first, live):
+        b.speed[k] = quantile(octaves, cells, b.u0[k])
+    return live
+
+
+@lane_pass(VELOCITY)
+def add_drift(b, table, first, live):
+    """Velocity by components, the drift added; a negative speed turns round.  At rest the direction stays as it is."""
+    dx, dy, dz = table.vx, table.vy, table.vz
+    for k in range(first, live):
+        v, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
+        vx, vy, vz = v * ux + dx, v * uy + dy, v * uz + dz
+        largest = max(abs(vx), max(abs(vy), abs(vz)))
+        scale = 1.0 / largest if largest > 0.0 else 0.0  # squares of very slow velocities would vanish
+        sx, sy, sz = vx * scale, vy * scale, vz * scale
+        length = math.sqrt(sx * sx + sy * sy + sz * sz)
+        inverse = 1.0 / length if largest > 0.0 else 0.0
+        b.speed[k] = largest * length
+        b.ux[k] = sx * inverse if largest > 0.0 else ux
+        b.uy[k] = sy * inverse if largest > 0.0 else uy
+        b.uz[k] = sz * inverse if largest > 0.0 else uz
+    return live
+
+
+@lane_pass(DRIFTING)
+def emit_from_drifting_gas(b, table, first, live):
+    """Effusion from a Maxwellian that drifts: the normal component by its quantile, the others normal about the drift."""
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    side, sigma, drift_u, drift_v = table.side, table.sigma, table.drift_u, table.drift_v
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
+        d0, d1, d2, d3 = random_words(b.history[k], batch, 1, SPEED, seed_low, seed_high)
+        c, s = cos_sin_turn(uniform(d2, d3))
+        r = sigma * math.sqrt(-2.0 * log_positive(1.0 - uniform(d0, d1)))
+        vn, vu, vv = side * quantile(octaves, cells, uniform(w0, w1)), r * c + drift_u, r * s + drift_v
+        vx = vu * table.eux + vv * table.evx + vn * table.nx
+        vy = vu * table.euy + vv * table.evy + vn * table.ny
+        vz = vu * table.euz + vv * table.evz + vn * table.nz
+        largest = max(abs(vx), max(abs(vy), abs(vz)))
+        sx, sy, sz = vx / largest, vy / largest, vz / largest
+        length = math.sqrt(sx * sx + sy * sy + sz * sz)
+        b.speed[k] = largest * length
+        b.ux[k], b.uy[k], b.uz[k] = sx / length, sy / length, sz / length
+    return live
+
+
+@lane_pass(ROWS)
+def take_wall_speed(b, table, first, live):
+    """What a thermal wall gives off leaves at a speed of the wall's own."""
+    surfaces = view(table.rows, table.count, SURFACE)
+    for k in range(first, live):
+        at = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].quantiles
+        if at != 0 and b.weight[k] != 0.0:
+            row = view(at, 1, QUANTILES)[0]
+            octaves = view(row.octaves, row.octave_count, OCTAVE)
+            cells = view(row.cells, row.cell_count * CELL_TERMS, np.float64)
+            b.speed[k] = quantile(octaves, cells, b.u4[k])
+    return live

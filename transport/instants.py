@@ -1,0 +1,54 @@
+"""Phase space and snapshots as rows of tables: at which instant to look, and in which bins."""
+
+import math
+
+import numpy as np
+
+from transport import layout
+from transport.looks import axis_columns
+from transport.phase_space import PhaseSpace
+from transport.plan import Plan
+
+
+def fill_phase_spaces(plan: Plan) -> None:
+    """A row for each instant of each PhaseSpace; its sums lie behind those of the meters, its moments behind theirs."""
+    for phase_space in plan.scene.phase_spaces:
+        plan.bases[phase_space.name] = plan.rows
+        if phase_space.moments:
+            plan.long_bases[phase_space.name] = plan.long_rows
+        for time in phase_space.times:
+            row = _row(plan, phase_space, time)
+            if phase_space.moments:
+                plan.long_rows += len(layout.VELOCITY_SUMS) * (1 + bins_of(phase_space))
+            plan.phase_spaces.append(row)
+
+
+def fill_snapshots(plan: Plan) -> None:
+    """A row for each Snapshot, numbered in their order."""
+    for number, snapshot in enumerate(plan.scene.snapshots):
+        plan.snapshots.append(layout.row(layout.SNAPSHOT, time=snapshot.time / plan.tempo, number=number))
+
+
+def bins_of(phase_space: PhaseSpace) -> int:
+    """Number of bins at one time."""
+    return math.prod(len(edges) - 1 for edges in phase_space.axes.values())
+
+
+def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
+    size, speed = plan.space.size, plan.space.size / plan.tempo
+    values = {"time": time / plan.tempo, "first": plan.rows, "fastest": plan.fastest / speed or 1.0, "moments": -1}
+    if phase_space.moments:
+        values["moments"] = plan.long_rows
+    low, high = ((-math.inf,) * 3, (math.inf,) * 3) if phase_space.within is None else phase_space.within.bounds
+    for k, axis in enumerate("xyz"):
+        origin = plan.space.origin[k]
+        values |= {f"low_{axis}": (low[k] - origin) / size, f"high_{axis}": (high[k] - origin) / size}
+    strides = (len(list(phase_space.axes.values())[-1]) - 1, 1) if len(phase_space.axes) == 2 else (1, 1)
+    for name, stride, (coordinate, edges) in zip("ab", strides, phase_space.axes.items(), strict=False):
+        values[f"{name}_kind"] = layout.COORDINATES.index(coordinate) + 1
+        if coordinate in ("x", "y", "z"):
+            edges = (edges - plan.space.origin["xyz".index(coordinate)]) / size
+        elif coordinate != "mu":
+            edges = edges / speed
+        values |= axis_columns(plan, name, edges, stride)
+    return layout.row(layout.PHASE, **values)

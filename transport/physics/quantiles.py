@@ -1,0 +1,37 @@
+"""Speeds by the inverse of their cumulative distribution: polynomials in cells that grow finer towards both tails.
+
+Octave k of a tail holds the probabilities from 2^-(k+1) to 2^-k, from the lower end or from the upper one, so that a
+tail is as exact as the middle (hierarchical segmentation: Lee, Cheung, Villasenor, Luk 2007).
+"""
+
+from numba import float64
+
+from transport.physics.bits import bits_of, float_of
+from transport.physics.device import device
+
+MANTISSA, EXPONENT_OF_ONE = 0x000FFFFFFFFFFFFF, 0x3FF0000000000000
+LAST = 53  # octave of the smallest probability that a uniform number can have
+
+
+@device
+def octave_of(u):
+    """The tail's octave, numbered through both tails, and the place in it as a mantissa, for u in [0, 1)."""
+    is_upper = u >= 0.5
+    x = 1.0 - u if is_upper else u
+    bits = bits_of(x)
+    k = 1022 - (bits >> 52)
+    inside = k <= LAST
+    return (k if inside else LAST) + (LAST + 1 if is_upper else 0), (bits & MANTISSA) if inside else 0
+
+
+@device
+def cell_place(mantissa, level):
+    """The cell within an octave of 2^level cells, and the place in the cell in [-1, 1)."""
+    place = float_of(((mantissa << level) & MANTISSA) | EXPONENT_OF_ONE)
+    return mantissa >> (52 - level), 2.0 * float64(place) - 3.0
+
+
+@device
+def polynomial(c0, c1, c2, c3, c4, c5, t):
+    """Horner's scheme of degree 5."""
+    return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))

@@ -1,0 +1,52 @@
+"""The speeds of a scene: which there are, and whether particles must carry them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from transport.materials import Diffuse, Material, Mixture
+
+if TYPE_CHECKING:
+    from transport.scene import Scene
+    from transport.speeds import SpeedDistribution
+
+
+def scene_speeds(scene: Scene) -> set[float | SpeedDistribution]:
+    """The speeds [m/s] and distributions of speeds with which particles are emitted or leave walls."""
+    emitted = {source.emission.speed for source in scene.sources}
+    return emitted | {
+        part.speed
+        for surface in scene.surfaces
+        for part in parts_of(surface.material)
+        if isinstance(part, Diffuse) and part.speed is not None
+    }
+
+
+def scene_has_speeds(scene: Scene) -> bool:
+    """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
+    differ = speeds_differ(scene_speeds(scene))
+    looked_at = any(meter.speeds is not None or meter.moments for meter in scene.meters)
+    return (differ and scene.duration is not None) or looked_at or bool(scene.phase_spaces or scene.snapshots)
+
+
+def speeds_differ(speeds: set[float | SpeedDistribution]) -> bool:
+    """Whether there is more than one speed."""
+    return len(speeds) > 1 or not all(isinstance(speed, float) for speed in speeds)
+
+
+def parts_of(material: Material) -> tuple[Material, ...]:
+    """A mixture's materials, or the material itself."""
+    return tuple(part for part, _ in material.parts) if isinstance(material, Mixture) else (material,)
+
+
+def fastest_of(speed: float | SpeedDistribution) -> float:
+    """A bound [m/s] of the speeds."""
+    if isinstance(speed, float):
+        return speed
+    return speed.fastest + sum(map(abs, getattr(speed, "drift", ())))
+
+
+def scene_mass(scene: Scene) -> float | None:
+    """The mass [kg] of every particle, where it is known and the same for all."""
+    masses = {getattr(source.emission, "mass", None) for source in scene.sources}
+    return masses.pop() if len(masses) == 1 else None

@@ -1,0 +1,121 @@
+"""Position against velocity as pictures in time: the density in phase space, and how far it is from the exact one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, PowerNorm
+from matplotlib.figure import Figure
+
+from transport import EstimateArray
+from viz.cuts import TRUSTED
+from viz.style import INK, PALE, figure_at, with_unit
+
+DENSITY, SCORE = "inferno", "RdBu_r"
+FURTHEST = 4.0  # standard errors at the ends of the scale
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the largest exact density, where it is drawn as contours
+PANEL, BAR = (4.7, 4.2), 1.9  # inches
+
+
+def phase_portraits(
+    panels: Mapping[str, EstimateArray],
+    path: str | os.PathLike,
+    exact: Mapping[str, np.ndarray] | None = None,
+    contours: bool = False,
+    power: float = 1.0,
+    xlabel: str = "position x  [m]",
+    ylabel: str = "velocity  [m/s]",
+    title: str | None = None,
+    note: str | None = None,
+) -> str | os.PathLike:
+    """Draw densities in phase space side by side, one a label, all on one scale; returns the path.
+
+    panels: label -> density with two axes, the first across and the second upwards, such as x and vx.
+    exact: label -> means of the exact density over the same bins; below each panel its score z is drawn, grey where the
+    error is unknown or above a quarter of the exact value.  contours: whether lines of the exact density are drawn over the
+    measured one, for a smooth one.  power: exponent of the colour scale; below 1 it shows what is faint.
+    Raises ValueError for no panels, for other numbers of axes, unlike units, and an `exact` that does not fit.
+    """
+    _check(panels, exact or {})
+    rows = 2 if exact else 1
+    size = PANEL[0] * len(panels) + BAR, PANEL[1] * rows + 0.8 + (0.7 if title else 0)
+    with figure_at(path, size, title, note) as figure:
+        axes = figure.subplots(rows, len(panels), sharex=True, sharey=True, squeeze=False)
+        _draw_densities(figure, axes[0], panels, exact if contours else None, power)
+        if exact:
+            _draw_scores(figure, axes[1], panels, exact)
+        for each in axes[-1]:
+            each.set_xlabel(xlabel)
+        for each in axes[:, 0]:
+            each.set_ylabel(ylabel)
+    return path
+
+
+def _draw_densities(
+    figure: Figure, row: np.ndarray, panels: Mapping, exact: Mapping | None, power: float
+) -> None:
+    top = max((np.nanmax(each.value) for each in panels.values()), default=0.0)
+    norm = PowerNorm(power, vmin=0.0, vmax=top if top > 0 else 1.0)
+    for axes, (label, each) in zip(row, panels.items(), strict=True):
+        _map(axes, each, each.value, norm, DENSITY)
+        axes.set_title(label)
+        if exact and label in exact:
+            middles = [(edges[1:] + edges[:-1]) / 2 for edges in each.coords.values()]
+            levels = [level * exact[label].max() for level in LEVELS]
+            axes.contour(*middles, exact[label].T, levels=levels, colors="white", linewidths=1.3, alpha=0.8)
+    unit = next(iter(panels.values())).unit
+    _bar(figure, row, norm, DENSITY, with_unit("density", unit))
+
+
+def _draw_scores(figure: Figure, row: np.ndarray, panels: Mapping, exact: Mapping) -> None:
+    norm = Normalize(-FURTHEST, FURTHEST)
+    for axes, (label, each) in zip(row, panels.items(), strict=True):
+        axes.set_facecolor(PALE)
+        if label not in exact:
+            continue
+        z = scores(each, exact[label])
+        _map(axes, each, z, norm, SCORE)
+        told = np.isfinite(z)
+        words = (
+            f"rms {np.sqrt(np.mean(z[told] ** 2)):.3f} in {told.sum()} bins" if told.any() else "no bin told"
+        )
+        axes.set_title(words, fontsize=18)
+    _bar(figure, row, norm, SCORE, "z  [standard errors]", extend="both")
+
+
+def scores(estimates: EstimateArray, exact: np.ndarray) -> np.ndarray:
+    """z of each bin; nan where the error is unknown, or above a quarter of the exact value."""
+    certain = estimates.error <= TRUSTED * np.abs(exact)
+    return np.where(certain, estimates.z(exact), np.nan)
+
+
+def _map(axes: Axes, bins: EstimateArray, field: np.ndarray, norm: Normalize, colours: str) -> None:
+    across, up = bins.coords.values()
+    field = np.ma.masked_invalid(field.T)
+    axes.pcolormesh(across, up, field, norm=norm, cmap=colours, rasterized=True)
+    axes.grid(False)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(True)
+
+
+def _bar(figure: Figure, row: np.ndarray, norm: Normalize, colours: str, label: str, **options: str) -> None:
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(row), pad=0.015, aspect=18, **options)
+    bar.set_label(label, color=INK)
+
+
+def _check(panels: Mapping[str, EstimateArray], exact: Mapping[str, np.ndarray]) -> None:
+    if not panels:
+        raise ValueError("phase_portraits: at least one panel is needed, got none")
+    for label, each in panels.items():
+        if len(each.dims) != 2:
+            raise ValueError(f"phase_portraits: {label!r} must have two axes, got {each.dims}; take one time")
+    if len(units := {str(each.unit) for each in panels.values()}) > 1:
+        raise ValueError(f"phase_portraits: panels of one unit are needed, got {sorted(units)}")
+    for label, values in exact.items():
+        if label not in panels or np.shape(values) != panels[label].shape:
+            must = f"must be one of {list(panels)}, with its bins"
+            raise ValueError(f"phase_portraits: exact {label!r} {must}, got shape {np.shape(values)}")
