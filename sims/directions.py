@@ -37,7 +37,7 @@ law = (
     " (Hanrahan 2001, Stanford CS 348B, lecture 4; Van Oosterom, Strackee 1983)"
 )
 question = "Do directions follow sinθ dθ dφ and cosθ sinθ dθ dφ, and what solid angles do shapes fill?"
-particles = 1_000_000
+particles = 4_000_000
 
 CAPS = (30, 60, 90, 120, 180)  # degrees
 POLAR, AZIMUTHS = 24, 40  # bins
@@ -260,7 +260,7 @@ def verdict(outcomes: list[Outcome]) -> str:
         said.append(f"by counting shapes fill {', '.join(shapes)}")
     if "dodecahedron" in found:
         said.append(f"a face of a dodecahedron fills {found['dodecahedron'][FACE].estimate}, not 1 sr")
-    return "; ".join(said).capitalize() + "."
+    return (answer := "; ".join(said))[0].upper() + answer[1:] + "."
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:

@@ -34,13 +34,12 @@ from transport.theory import gas
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
-particles = 1_000_000
+particles = 4_000_000
 
 WIDTH, HEIGHT = 1.0, 0.6  # m, of the patch
 REACH = 1.0  # m that a particle flies within dt
 MARGIN = 0.1  # of gas beyond the prism, as a share of the prism
 THINNEST = 1e-4  # cosine down to which the gas gets thinner as the prism does
-EDGES = np.array([0, 1 / 8, 1 / 4, 1 / 2, 1])  # of the times, in dt
 SAMPLE = 100_000  # particles whose places are written down
 ROUNDING = 1e-15  # a cosine below is that of 90°
 
@@ -52,20 +51,26 @@ SHOWN = 0.05  # cosine above which a prism is thick enough to be drawn
 
 
 def cases() -> list[dict[str, object]]:
-    patches = [{"tilt": angle * tp.deg} for angle in (0, 60, 89, 89.99, 90, 120, 180)]
+    patches = [{"tilt": angle * tp.deg, "intervals": 1} for angle in (0, 60, 89, 89.99, 90, 120, 180)]
+    patches[1]["intervals"] = 4
     return [*patches, {"meter": "closed"}]
 
 
 def scene(
-    meter: str = "patch", tilt: float = 0.0, density: float = 1e6, speed: float = 500.0, power: float = 1.0
+    meter: str = "patch",
+    tilt: float = 0.0,
+    density: float = 1e6,
+    speed: float = 500.0,
+    intervals: int = 4,
+    power: float = 1.0,
 ) -> tp.Scene:
     """A patch in a stream of `density` [m^-3], its normal at `tilt` [rad] to the stream; or closed meters.
 
-    speed [m/s];  power [W] of each source inside a closed meter.
+    speed [m/s];  intervals: of dt, each as long as all before it;  power [W] of each source inside a closed meter.
     """
     if meter not in ("patch", "closed"):
         raise tp.SceneError(f"flows: meter must be 'patch' or 'closed', got {meter!r}")
-    return _stream(tilt, density, speed) if meter == "patch" else _closed(power, speed)
+    return _stream(tilt, density, speed, edges(intervals)) if meter == "patch" else _closed(power, speed)
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -73,7 +78,12 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def exact(
-    meter: str = "patch", tilt: float = 0.0, density: float = 1e6, speed: float = 500.0, power: float = 1.0
+    meter: str = "patch",
+    tilt: float = 0.0,
+    density: float = 1e6,
+    speed: float = 500.0,
+    intervals: int = 4,
+    power: float = 1.0,
 ) -> dict[str, float]:
     if meter == "closed":
         return {f"{NET}, {name}": inside * power for name, inside in METERS.items()}
@@ -87,8 +97,17 @@ def exact(
         ALONG: along,
         AGAINST: against,
         NET: along - against,
-        **{name: through for name in _interval_names()},
+        **{name: through for name in interval_names(edges(intervals))},
     }
+
+
+def edges(intervals: int) -> np.ndarray:
+    """0 and the halves of dt, up to 1: intervals that are each as long as all before it together [dt]."""
+    return np.array([0.0, *(0.5**k for k in reversed(range(intervals)))])
+
+
+def interval_names(edges: np.ndarray) -> list[str]:
+    return [f"ΔQ/Δt, t/dt {low:g} to {high:g}" for low, high in zip(edges, edges[1:], strict=False)]
 
 
 # ---- a patch in a stream ----
@@ -100,7 +119,7 @@ def _cosine(tilt: float) -> float:
     return mu if abs(mu) > ROUNDING else 0.0
 
 
-def _stream(tilt: float, density: float, speed: float) -> tp.Scene:
+def _stream(tilt: float, density: float, speed: float, edges: np.ndarray) -> tp.Scene:
     mu, sine, duration = _cosine(tilt), math.sin(tilt), REACH / speed
     patch = tp.Surface(
         tp.Rectangle(normal=(sine, 0, mu), width=WIDTH, height=HEIGHT), tp.Black(), name="patch"
@@ -108,7 +127,7 @@ def _stream(tilt: float, density: float, speed: float) -> tp.Scene:
     depth = WIDTH * abs(sine) + REACH  # of the prism along the stream
     size = np.array([WIDTH * max(abs(mu), THINNEST), HEIGHT, depth]) * (1 + MARGIN)
     box = tp.Box(center=(0, 0, -REACH / 2), size=size)
-    times = EDGES * duration
+    times = edges * duration
     detectors = [
         tp.Detector("patch", ALONG, side="back", times=times),
         tp.Detector("patch", AGAINST, side="front", times=times),
@@ -149,7 +168,8 @@ def _identities(snapshot) -> np.ndarray:
 def _patch_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     started, crossed = started_and_crossed(result)
     along, against = result[ALONG], result[AGAINST]
-    shares = np.diff(EDGES)
+    edges = np.array(along.detector.times) / result.scene.duration
+    shares = np.diff(edges)
     through = along.flux_in + against.flux_in
     one_way = {
         name: (reading.irradiance * shares).sum() for name, reading in ((ALONG, along), (AGAINST, against))
@@ -160,7 +180,7 @@ def _patch_rows(result: tp.Result) -> dict[str, tp.Estimate]:
         DIFFER: constant(result, np.count_nonzero(started != crossed), "1"),
         **one_way,
         NET: one_way[ALONG] - one_way[AGAINST],
-        **{name: through[i] for i, name in enumerate(_interval_names())},
+        **{name: through[i] for i, name in enumerate(interval_names(edges))},
     }
 
 
@@ -170,10 +190,6 @@ def _number(result: tp.Result, chosen: np.ndarray) -> tp.Estimate:
     sets = start.batches[chosen], start.batches
     found, taken = (np.bincount(batches, minlength=len(result.run)) for batches in sets)
     return tp.Estimate(found / taken, result.run, "1") * result.ledger["emitted"]
-
-
-def _interval_names() -> list[str]:
-    return [f"ΔQ/Δt, t/dt {low:g} to {high:g}" for low, high in zip(EDGES, EDGES[1:], strict=False)]
 
 
 # ---- closed meters ----
@@ -241,7 +257,7 @@ def verdict(outcomes: list[Outcome]) -> str:
     for outcome in closed:
         inside = ", ".join(f"{outcome[f'{NET}, {name}'].estimate} ({name})" for name in METERS)
         said.append(f"the net flux out of a closed meter is the power inside: {inside}")
-    return "; ".join(said).capitalize() + "."
+    return (answer := "; ".join(said))[0].upper() + answer[1:] + "."
 
 
 def _sorted(outcomes: list[Outcome]) -> tuple[list[Outcome], list[Outcome]]:

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from sims import constant, provenance, sharp
 from transport.experiment import Outcome
 from transport.theory import free_flight, phase_mixing
 
@@ -63,8 +63,9 @@ CELLS = {  # of the pictures: edges of positions and of velocities
 SLABS = np.linspace(-3.05, 3.05, 62)  # of the cloud, in standard deviations of its positions at the time
 TOLD = {"σ/2": 35, "σ": 40, "2σ": 50}  # slabs round these places
 GRID = np.linspace(-9.25, 9.25, 75), np.linspace(-3.6, 3.6, 37)  # for the covariance: all of the shear
-PATHS = {"slow": (0.3, 0.2), "back": (0.5, -0.4)}  # trajectories at the first time: middles of cells
+PATHS = {"a": (0.3, 0.2), "b": (0.5, -0.4)}  # trajectories at the first time: middles of cells
 QUARTERS = np.linspace(0, 1, 5), np.array([-9.0, 0.0, 9.0])
+WITHIN, OUTSIDE = "n within the bag", "n outside of it"
 EMITTANCE = "⟨x²⟩⟨v²⟩ - ⟨x v⟩²"
 UNITS = {"⟨x²⟩": "m^2", "⟨x v⟩": "m^2 s^-1", "⟨v²⟩": "m^2 s^-2", EMITTANCE: "m^4 s^-2"}
 UNITS |= {f"n in quarter {i}": "m^-1" for i in (1, 2, 3, 4)}  # of sums of numbers
@@ -146,6 +147,8 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
             found["number"] = result["all"].number[k]
         for name, value in _read(start, k, length, speed, found).items():
             rows[f"{name}, {time}"] = value * constant(result, 1.0, UNITS.get(name, "1"))
+        if (outside := f"{OUTSIDE}, {time}") in rows:
+            rows[outside] = sharp(rows[outside], of=rows[f"{WITHIN}, {time}"])
     return rows
 
 
@@ -194,9 +197,7 @@ def _read(start: str, k: int, length: float, speed: float, found: dict) -> dict:
     if start == "cloud":
         return {f"{q} at x = {place}": found[q][i] for q in ("n", "u", "kT/m") for place, i in TOLD.items()}
     if start == "shear":
-        paths = {
-            f"n along the {path} path": found["picture"][cell] for path, cell in _cells_of_paths(k).items()
-        }
+        paths = {f"n along path {path}": found["picture"][cell] for path, cell in _cells_of_paths(k).items()}
         return _moments(found["number"], GRID[0] * length, GRID[1] * speed) | paths
     width, shares = length * np.diff(QUARTERS[0]), found["number"]
     seen = expected(start, k)["number"].sum(axis=1) > 0.01
@@ -205,8 +206,8 @@ def _read(start: str, k: int, length: float, speed: float, found: dict) -> dict:
     if start == "waterbag" and TIMES[start][k] > 0:
         bag = expected(start, k)["picture"]
         within, without = (bag > 1 - 1e-9).astype(float), (bag == 0).astype(float)
-        rows["n within the bag"] = (found["picture"] * within).sum() / within.sum()
-        rows["n outside of it"] = (found["picture"] * without).sum() / without.sum()
+        rows[WITHIN] = (found["picture"] * within).sum() / within.sum()
+        rows[OUTSIDE] = (found["picture"] * without).sum() / without.sum()
     return rows
 
 
@@ -220,13 +221,18 @@ def _moments(number: object, x_edges: np.ndarray, v_edges: np.ndarray) -> dict:
     return {"⟨x²⟩": xx, "⟨x v⟩": xv, "⟨v²⟩": vv, EMITTANCE: xx * vv - xv**2}
 
 
-def _cells_of_paths(k: int) -> dict[str, tuple[int, int]]:
-    """The cells of the picture in which the trajectories are at the k-th time."""
+def _paths(k: int) -> dict[str, tuple[float, float]]:
+    """Position and velocity on the trajectories at the k-th time."""
     elapsed = TIMES["shear"][k] - TIMES["shear"][0]
+    return {path: (x + v * elapsed, v) for path, (x, v) in PATHS.items()}
+
+
+def _cells_of_paths(k: int) -> dict[str, tuple[int, int]]:
+    """The cells of the picture in which the trajectories are then."""
     edges = CELLS["shear"]
     return {
-        path: tuple(int(np.searchsorted(*each)) - 1 for each in zip(edges, (x + v * elapsed, v), strict=True))
-        for path, (x, v) in PATHS.items()
+        path: tuple(int(np.searchsorted(along, at)) - 1 for along, at in zip(edges, place, strict=True))
+        for path, place in _paths(k).items()
     }
 
 
@@ -240,17 +246,17 @@ def verdict(outcomes: list[Outcome]) -> str:
             said.append(f"a free cloud cools at each place to {cooled[1] / cooled[0]} of its temperature")
         elif start == "shear":
             areas = [outcome[f"{EMITTANCE}, {name}"].estimate for name in (names[0], names[-1])]
-            along = [outcome[f"n along the back path, {name}"].estimate for name in (names[0], names[-1])]
+            along = [outcome[f"n along path b, {name}"].estimate for name in (names[0], names[-1])]
             said.append(f"sheared, it keeps its area in phase space (squared: {areas[1] / areas[0]} of it)")
             said.append(f"and its density along a path ({along[1] / along[0]}, but for the bins' size)")
         else:
-            ends = [
-                row.estimate.value
-                for row in outcome.rows
-                if "n in quarter" in row.name and names[-1] in row.name
-            ]
-            spread = max(abs(end * length - 1) for end in ends)
-            said.append(f"{WORDS[start]} is uniform to {spread:.1%} at {names[-1]}")
+            density = [row.estimate.value * length for row in outcome.rows if "n in quarter" in row.name]
+            spread = max(abs(n - 1) for n in density[-4:])
+            said.append(f"{WORDS[start]} is within {spread:.2g} of uniform at {names[-1]}")
+            if start == "waterbag":
+                said.append(
+                    f"its density {outcome[f'{WITHIN}, {names[-1]}'].estimate} within filaments, 0 without"
+                )
     words = "; ".join(said)
     return f"{words[0].upper()}{words[1:]}."
 
@@ -269,7 +275,8 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
             {name: density[k] for k, name in enumerate(names)},
             paths[-1],
             exact={n: expected(start, k, length, speed)["picture"] for k, n in enumerate(names)},
-            contours=start in CLOUDS,
+            contours=_contours(start, length, speed, names) if start in CLOUDS else None,
+            marks=_marks(length, speed, names) if start == "shear" else None,
             power=0.5 if start in ("cloud", "point") else 1.0,
             title=TITLES[start],
             note=provenance([outcome]),
@@ -285,10 +292,28 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
                 guides={"x / t, as from a point": lambda x, t=t * length / speed: x / t},
                 xlabel="position x  [m]",
                 ylabel="mean velocity",
-                title=f"A free cloud sorts its velocities: x σ_v² t/σ² at {names[1]}",
+                title=rf"A free cloud sorts its velocities: $u = x\,\sigma_v^2 t/\sigma^2$ at {names[1]}",
                 note=provenance([outcome]),
             )
     return paths
+
+
+def _contours(start: str, length: float, speed: float, names: list[str]) -> dict:
+    """The exact density in phase space as functions of position and velocity."""
+    times = [t * length / speed for t in TIMES[start]]
+    cloud = CLOUDS[start][0] * length, CLOUDS[start][1] * speed
+    return {
+        name: lambda x, v, t=t: free_flight.phase_density(x, v, t, *cloud)
+        for name, t in zip(names, times, strict=True)
+    }
+
+
+def _marks(length: float, speed: float, names: list[str]) -> dict:
+    """Where the two trajectories are."""
+    return {
+        name: {path: (x * length, v * speed) for path, (x, v) in _paths(k).items()}
+        for k, name in enumerate(names)
+    }
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     wall, inside = result["wall"], {detector.name for detector in result.scene.detectors}
     rows = {"pressure": wall.pressure}
     if result.scene.measured_in == "watts" and result.scene.duration is not None:
-        energy_density = 4 / constant(result, tp.speed_of_light, "m s^-1") * wall.irradiance
+        energy_density = wall.irradiance * constant(result, 4 / tp.speed_of_light, "m^-1 s Pa m^3 J^-1")
         rows["p / u, of u = 4E/c"] = wall.pressure / energy_density
     if "middle" in inside:
         rows["pressure across the middle"] = result["middle"].pressure
@@ -165,11 +165,9 @@ def _words(outcome: Outcome) -> str:
     stuff = "light" if found.measured_in == "watts" else "gas"
     is_stream = len(found.surfaces) == 1
     wall = next(name for name, material in WALLS.items() if material == found.surface("wall").material)
-    article = "a stream of " if is_stream else ""
-    tilted = ""
-    if is_stream and (tilt := math.acos(min(found.surface("wall").shape.normal[2], 1.0))) > 0:
-        tilted = f" at {math.degrees(tilt):.3g}°"
-    return f"{article}{stuff} on a {wall} wall{tilted}".replace("mirror wall", "mirror")
+    tilt = math.acos(min(found.surface("wall").shape.normal[2], 1.0)) if is_stream else 0.0
+    tilted = f" at {math.degrees(tilt):.3g}°" if tilt > 0 else ""
+    return f"{stuff}{' beam' if is_stream else ''}, {wall}{tilted}"
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:

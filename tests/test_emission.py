@@ -306,7 +306,7 @@ def test_a_wrong_weight_is_caught(aim):
     for wrong in ({"area": 0.85, "half_u": 0.92}, {"lambertian": 0.0}):
         scene = Scene([emitter("disk", shape)], detectors=[Detector(shape, name="meter")])
         plan = compile_scene.__wrapped__(scene)
-        target = plan.emitters[0].target[1]
+        target = plan.emitters[0].target[0][1]  # one row for all its passes
         for name, factor in wrong.items():
             target[name] *= factor
         if "lambertian" in wrong:

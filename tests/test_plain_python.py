@@ -23,10 +23,13 @@ from transport.detectors import Detector, Directions, Positions
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.passes import Pass
 from transport.engine.program import program_of
-from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.materials import Black, Diffuse, Mirror, Mixture, Surface
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
+from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
+from transport.speeds import Maxwellian
 
 ROOT = Path(__file__).resolve().parents[1]
 HISTORIES = 200
@@ -100,6 +103,52 @@ def flash():
     return Scene(sources, walls, [Detector("+z", side="back")], duration=2.0)
 
 
+def vessel():
+    """Gases of many speeds in a box of thermal and mixed walls; meters by time and speed, phase space, a sample."""
+    hot = Maxwellian(sigma=1.5, mass=2.0)
+    kinds = [Diffuse(1.0, speed=hot), Mirror(), Diffuse(1.0, speed=0.8), Black(), Diffuse(0.6)]
+    kinds.append(Mixture({Mirror(): 0.25, Diffuse(0.9, speed=hot): 0.5, Black(): 0.25}))
+    walls = [
+        Surface(face, kind, name)
+        for kind, (name, face) in zip(kinds, Box(size=2.0).faces().items(), strict=True)
+    ]
+    wind = Maxwellian(sigma=0.5, mass=2.0, drift=(0.3, 0.2, -0.1))
+    sources = [
+        Source(Cloud(sigma=(0.1, 0.2, 0.3)), Gas(50.0, wind)),
+        Source(Box(size=1.0), Gas(50.0, Maxwellian(sigma=1.0, mass=2.0), direction=(1, 1, 0))),
+        Source("-z", Effusive(20.0, wind), side="back"),
+        Source("-x", Effusive(20.0, hot), side="back", pulse=BoxPulse(0.1, 0.5)),
+    ]
+    looks = [
+        Detector("-x", side="back", times=3, moments=True, directions=Directions(mu=2)),
+        Detector("+z", side="back", speeds=(0, 0.5, 1, 9), times=(0.2, 0.7), moments=True),
+        Detector(Disk(radius=0.5), "pane", via="-x", events=(1, 3), positions=Positions(u=2)),
+        Detector(Disk(radius=0.5, center=(0, 0, 0.5)), "other", via=("pane", "+y")),
+        PhaseSpace(x=(-1, 0, 1), vx=(-2, 0, 2), time=(0.0, 0.5, 1.0), moments=True),
+        PhaseSpace(mu=3, time=0.3, name="cosines", within=Box(size=1.5)),
+        Snapshot(0.6, particles=40),
+    ]
+    return Scene(sources, walls, looks, duration=1.0)
+
+
+def burst():
+    """Pulses of light that all fly alike, seen by triangles, which are also aimed at."""
+    triangle = Triangle(vertices=((1, 0, 0.2), (0, 1, 0.2), (-0.5, -0.5, 0.3)))
+    glow = Isotropic(energy=1.0, speed=1.0)
+    sources = [
+        Source(Point(), glow, pulse=Instant(0.1)),
+        Source(Point(position=(0, 0, 1)), glow, pulse=GaussianPulse(0.5, 0.05), aim=triangle),
+        Source(Box(size=0.4), glow, aim=triangle),
+    ]
+    return Scene(sources, [], [Detector(triangle, "triangle", times=4)], duration=1.5)
+
+
+def glow():
+    """Light in a steady scene of mirrors: its pressure, which needs a speed but no clock."""
+    walls = [Surface(face, Mirror(0.5), name) for name, face in Box(size=2.0).faces().items()]
+    return Scene([Source(Point(), GLOW)], walls, [Detector("+x", side="back", moments=True)])
+
+
 def beams():
     """Parallel rays from all shapes on meters."""
     down = Beam((0.1, 0.2, -1), power=1.0)
@@ -143,7 +192,7 @@ def aims():
     return Scene([*sources, Source(floor, LIGHT)], [], meters)
 
 
-SCENES = {scene.__name__: scene for scene in (room, furnace, gas, flash, beams, aims)}
+SCENES = {scene.__name__: scene for scene in (room, furnace, gas, flash, vessel, burst, glow, beams, aims)}
 
 
 def sums_of(names):
@@ -156,6 +205,8 @@ def sums_of(names):
         results[name] = {
             "meters": raw.meters.tolist(),
             "ledger": raw.ledger.tolist(),
+            "moments": raw.moments.tolist(),
+            "records": [list(map(float, record)) for record in raw.records.tolist()],
             "crossings": raw.crossings,
         }
     return {"sums": results, "passes": sorted(passes)}
@@ -187,6 +238,11 @@ def test_plain_python_counts_what_compiled_code_counts(plain, name):
         assert (
             np.abs(one[:, 3] - other[:, 3]).max() <= 2 * other[:, 2].max()
         )  # slants, each rounded to its unit
+    one, other = (np.array(sums["moments"]).reshape(-1, 4) for sums in (interpreted, compiled))
+    limbs = np.array([2.0**-32, 2.0**-63, 2.0**-94, 0.0])
+    assert np.abs((one - other) @ limbs).max(initial=0.0) <= 1e-12 * HISTORIES
+    one, other = (np.array(sums["records"]) for sums in (interpreted, compiled))
+    assert one == pytest.approx(other, rel=1e-9, abs=1e-12)
     assert np.array(compiled["meters"])[:, 2].sum() > HISTORIES // 20
 
 

@@ -76,7 +76,7 @@ def test_the_unit_of_length_or_power_does_not_matter(name, change):
     area = change.get("length", 1.0) ** 2 if scene.sources[0].emission.power is None else 1.0
     factor = area * change.get("power", 1.0)
     emitted = [
-        math.fsum(s.power(where.shape_of(s)) for s in where.sources)
+        math.fsum(s.amount(where.shape_of(s), where.duration) for s in where.sources)
         for where in (scene, moved(scene, **change))
     ]
     assert emitted[1] == pytest.approx(factor * emitted[0], rel=1e-14)

@@ -206,7 +206,7 @@ POWERS = [
 @pytest.mark.parametrize("shape, emission, side, power", POWERS)
 def test_power_of_a_source(shape, emission, side, power):
     source = Source(shape, emission, side=side)
-    assert source.power(shape) == pytest.approx(power, rel=1e-14)
+    assert source.amount(shape, None) == pytest.approx(power, rel=1e-14)
     assert source.is_back == (side in ("back", "inside"))
 
 
@@ -285,5 +285,5 @@ def test_a_scene_resolves_names():
     assert meter.name == "floor"
     assert [scene.shape_of(user) for user in (lamp, meter, own)] == [DISK, DISK, BALL]
     assert scene.surface("floor") is WALL
-    assert lamp.power(scene.shape_of(lamp)) == pytest.approx(2 * PI**2)
+    assert lamp.amount(scene.shape_of(lamp), None) == pytest.approx(2 * PI**2)
     assert scene.measured_in == "watts" and Scene(GAS, duration=1).measured_in == "particles"

@@ -87,7 +87,7 @@ def test_no_triangle_is_too_thin_too_far_or_too_near():
         plain[name] = max(plain.get(name, 0), off(textbook, exact))
     assert max(worst.values()) < 1e-15
     # the formula as it stands, in doubles, cancels
-    assert min(plain[name] for name in ("sliver", "far", "at an edge", "at the plane")) > 1e-12, plain
+    assert min(plain[name] for name in ("sliver", "needle", "far", "at an edge")) > 1e-12
 
 
 def test_a_point_in_the_plane_sees_all_or_nothing_and_one_on_the_edge_neither():
@@ -208,7 +208,10 @@ def test_the_unit_of_length_does_not_matter(size):
 
 def test_far_shapes_and_near_ones_are_counted_as_well():
     disk = tp.Disk(radius=1)
-    assert_agrees(counted(disk, (0, 0, 1e8)), solid_angles.disk_solid_angle(1, 1e8), FALSE_ALARM)
+    far = counted(disk, (0, 0, 1e8))
+    assert far.value == pytest.approx(
+        solid_angles.disk_solid_angle(1, 1e8), rel=1e-12
+    )  # all rays weigh the same
     near = counted(disk, (0.3, -0.2, 1e-9))
     assert_agrees(near, 2 * math.pi * (1 - 1e-9), FALSE_ALARM)
     assert near.relative_error < 0.01

@@ -67,6 +67,18 @@ SCALAR_PASSES = {
     "score_all": "scatters to the meters' rows",
     "account_absorbed": "scatters to the surfaces' rows",
     "fill_gaps": "works on a list of lanes",
+    "take_quantile": "gathers from the cells of the speeds",
+    "emit_from_drifting_gas": "gathers from the cells of the speeds",
+    "take_wall_speed": "gathers from the surfaces and the cells of the speeds, for few lanes",
+    "choose_part": "gathers from the surfaces, for few lanes",
+    "count_phase_space": "searches among edges, for the lanes of an instant",
+    "record_snapshot": "writes down the lanes of an instant",
+    "mark_visit": "gathers from the layer's rows",
+    "require_visits": "gathers from the meters, for few lanes",
+    "require_reflections": "gathers from the meters, for few lanes",
+    "refine_by_time": "searches among edges, for few lanes",
+    "refine_by_speed": "searches among edges, for few lanes",
+    "score_moments": "scatters to the meters' rows",
 }
 # AVX2 cannot convert packed int64 to float64 and back, nor mask as AVX-512 does.
 SCALAR_WITHOUT_AVX512 = {"absorb", "born_over_rectangle", "born_over_disk"}

@@ -24,6 +24,7 @@ from transport.validation import SceneError, shown
 
 # Within 32 roundings of a coordinate from an edge [scene lengths] a point is drawn back.
 SETBACK = 2.0**-48
+MOST_MARKS = 62  # bits of a history
 
 
 @lru_cache(maxsize=32)
@@ -42,6 +43,8 @@ def compile_scene(scene: Scene) -> Plan:
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
     for number, sheet in enumerate(sheets, start=1):
         _fill_sheet(plan.sheets[number], sheet, space)
+    if len(scene.visited) > MOST_MARKS:
+        raise SceneError(f"Scene: via may name at most {MOST_MARKS} places, got {len(scene.visited)}")
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
     _number_rows(plan)
     _fill_members(plan, sheets)
@@ -85,7 +88,12 @@ def _fill_moments(plan: Plan) -> None:
 
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
-    surfaces, walls, meters, layers = [_surface_row(plan, Transparent())], [np.zeros((), layout.RECTANGLE)], [], []
+    surfaces, walls, meters, layers = (
+        [_surface_row(plan, Transparent())],
+        [np.zeros((), layout.RECTANGLE)],
+        [],
+        [],
+    )
     for number, sheet in enumerate(sheets, start=1):
         layer = 0
         for member in sheet.members:

@@ -75,7 +75,7 @@ class Estimate(Quantity):
 class EstimateArray(Quantity):
     """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
 
-    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins, or n instants;
+    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins; "time" may be n instants;
     counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
     An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
     NumPy's functions take the bare values, but those that would lose errors for which there is a method.
@@ -215,10 +215,10 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
     if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
         raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
     for name, length in zip(dims, shape, strict=True):
-        if np.shape(coords[name]) not in ((length + 1,), (length,)):
+        instants = (length,) if name == "time" else None
+        if np.shape(coords[name]) not in ((length + 1,), instants):
             raise ValueError(
-                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges, or {length}"
-                " instants"
+                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
             )
 
 

@@ -26,7 +26,9 @@ def fill_phase_spaces(plan: Plan) -> None:
 def fill_snapshots(plan: Plan) -> None:
     """A row for each Snapshot, numbered in their order."""
     for number, snapshot in enumerate(plan.scene.snapshots):
-        plan.snapshots.append(layout.row(layout.SNAPSHOT, time=snapshot.time / plan.tempo, number=number))
+        plan.snapshots.append(
+            layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.tempo, 1.0), number=number)
+        )
 
 
 def bins_of(phase_space: PhaseSpace) -> int:
@@ -36,10 +38,17 @@ def bins_of(phase_space: PhaseSpace) -> int:
 
 def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
     size, speed = plan.space.size, plan.space.size / plan.tempo
-    values = {"time": time / plan.tempo, "first": plan.rows, "fastest": plan.fastest / speed or 1.0, "moments": -1}
+    values = {
+        "time": min(time / plan.tempo, 1.0),
+        "first": plan.rows,
+        "fastest": plan.fastest / speed or 1.0,
+        "moments": -1,
+    }
     if phase_space.moments:
         values["moments"] = plan.long_rows
-    low, high = ((-math.inf,) * 3, (math.inf,) * 3) if phase_space.within is None else phase_space.within.bounds
+    low, high = (
+        ((-math.inf,) * 3, (math.inf,) * 3) if phase_space.within is None else phase_space.within.bounds
+    )
     for k, axis in enumerate("xyz"):
         origin = plan.space.origin[k]
         values |= {f"low_{axis}": (low[k] - origin) / size, f"high_{axis}": (high[k] - origin) / size}

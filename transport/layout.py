@@ -99,7 +99,8 @@ CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell; octaves of each tail
 COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
 PHASE = np.dtype(
     _floats("time low_x low_y low_z high_x high_y high_z fastest")
-    + _integers("first moments") + [column for axis in ("a", "b") for column in (*_integers(f"{axis}_kind"), *_axis(axis))]
+    + _integers("first moments")
+    + [column for axis in ("a", "b") for column in (*_integers(f"{axis}_kind"), *_axis(axis))]
 )  # moments: first row of its velocity sums, -1: none
 VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
 SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
@@ -110,7 +111,9 @@ BIRTH = np.dtype(_floats("weight") + _integers("sheet"))
 MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
-DRIFTING = np.dtype(_floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count"))
+DRIFTING = np.dtype(
+    _floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count")
+)
 BEAM = np.dtype(_floats("ux uy uz"))
 TARGET = np.dtype(
     _floats(FRAME + " half_u half_v half_w inner2 outer2 ax ay az bx by bz")

@@ -63,7 +63,9 @@ def _check_quantity(scene: Scene, name: str) -> None:
         raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
     asked = scene.detectors[names.index(detector)]
     if isinstance(asked, Snapshot):
-        raise SceneError(f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace")
+        raise SceneError(
+            f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace"
+        )
     known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")

@@ -132,7 +132,7 @@ class Maxwellian(SpeedDistribution):
             refuse(
                 self,
                 f"drift through a plane must be within {MOST_DRIFT:g} sigma = {MOST_DRIFT * self.sigma:g} m/s"
-                f" either way, got {d:g} m/s; use a Gas of one speed along a direction, or a Beam",
+                f" either way, got {d:g} m/s; so narrow a stream is a Gas of one speed along a direction",
             )
         return d / self.sigma
 

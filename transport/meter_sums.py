@@ -96,7 +96,9 @@ class MeterSums:
         first = self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half
         outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
         rows = slice(first, first + math.prod(outer) * block)
-        return np.array([self._column(batch, kind)[rows] for batch in self.batches]).reshape(-1, *outer, block)
+        return np.array([self._column(batch, kind)[rows] for batch in self.batches]).reshape(
+            -1, *outer, block
+        )
 
     def _column(self, batch, kind: str) -> np.ndarray:
         if kind in MOMENTS:

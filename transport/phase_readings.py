@@ -140,15 +140,21 @@ class PhaseReading:
         """(B, times, 1 + bins); the first column of each time is the outside."""
         first = self._plan.bases[self.name]
         rows = slice(first, first + self._times * (1 + self._bins))
-        return np.array([getattr(b, kind)[rows] for b in self._batches]).reshape(-1, self._times, 1 + self._bins)
+        return np.array([getattr(b, kind)[rows] for b in self._batches]).reshape(
+            -1, self._times, 1 + self._bins
+        )
 
     def _moment(self, name: str) -> np.ndarray:
         """Sums of one velocity sum, (B, times, 1 + bins), in SI units."""
         if not self.phase_space.moments:
-            raise SceneError(f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)")
+            raise SceneError(
+                f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
+            )
         first, each = self._plan.long_bases[self.name], len(VELOCITY_SUMS)
         rows = slice(first, first + each * self._times * (1 + self._bins))
-        sums = np.array([b.moments[rows] for b in self._batches]).reshape(-1, self._times, 1 + self._bins, each)
+        sums = np.array([b.moments[rows] for b in self._batches]).reshape(
+            -1, self._times, 1 + self._bins, each
+        )
         power = 2 if name.endswith("2") else 1
         return sums[..., VELOCITY_SUMS.index(name)] * (self._plan.unit * self._plan.fastest**power)
 
@@ -158,7 +164,9 @@ class PhaseReading:
         shape += [len(edges) - 1 for edges in self.phase_space.axes.values()]
         values = values / self._run.sizes.reshape(-1, 1, 1)
         counts = self._counts[:, 1:].reshape(shape)
-        return EstimateArray(values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts)
+        return EstimateArray(
+            values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts
+        )
 
     def _by_time(self, values: np.ndarray, counts: np.ndarray) -> Estimate | EstimateArray:
         values = values / self._run.sizes[:, None]
@@ -232,7 +240,9 @@ class SnapshotReading:
         kept = ((np.arange(min(len(records), snapshot.particles)) + 0.5) * thinning).astype(int)
         records, self.batches = records[kept], batches[kept]
         self.time = snapshot.time
-        self.positions = np.stack([records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1)
+        self.positions = np.stack(
+            [records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1
+        )
         speed = space.size / plan.tempo
         self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
         self.weights = records["weight"] * (thinning * plan.unit / result.particles)

@@ -38,7 +38,7 @@ class Timed:
         if duration is None:
             cure = "write Scene(..., duration=...) in seconds"
             refuse(self, f"time needs a clock, got {shown(self.time)} in a scene without one; {cure}")
-        if self.times[-1] > duration:
+        if self.times[-1] > duration * (1 + 4e-16):  # so that 3 * 0.1 s is not after 0.3 s
             must = f"time must be within the scene's duration of {duration!r} s"
             refuse(self, f"{must}, got {self.times[-1]!r}; look earlier or prolong it")
 

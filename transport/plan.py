@@ -36,8 +36,12 @@ class Plan:
         default_factory=list
     )  # index in scene.surfaces of each row of `surfaces` after the first
     axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: the finer bins called for
-    filters: set[str] = field(default_factory=set)  # of "visits", "reflections": what detectors ask of a history
-    marks: dict[str, int] = field(default_factory=dict)  # the bit of each detector or surface named in a `via`
+    filters: set[str] = field(
+        default_factory=set
+    )  # of "visits", "reflections": what detectors ask of a history
+    marks: dict[str, int] = field(
+        default_factory=dict
+    )  # the bit of each detector or surface named in a `via`
     moments: np.ndarray | None = None  # the extreme speeds, where a detector takes moments
     phase_spaces: list[np.ndarray] = field(default_factory=list)  # a row for each instant
     snapshots: list[np.ndarray] = field(default_factory=list)
@@ -127,7 +131,9 @@ class Plan:
     @property
     def rows(self) -> int:
         """Rows of sums: the meters' arrivals, their departures, phase space."""
-        return 2 * self.half + sum(1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces)
+        return 2 * self.half + sum(
+            1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces
+        )
 
     @property
     def unit(self) -> float:

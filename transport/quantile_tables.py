@@ -25,7 +25,10 @@ Quantile = Callable[[np.ndarray], np.ndarray]
 @lru_cache(maxsize=64)
 def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
     """(octaves, cells) of a function of u in [0, 1): layout.OCTAVE of lower then upper tail, and (cells, CELL_TERMS)."""
-    fitted = {0: _constant(quantile), layout.OCTAVES: _constant(quantile)}  # octave 0: the probability 1/2 alone
+    fitted = {
+        0: _constant(quantile),
+        layout.OCTAVES: _constant(quantile),
+    }  # octave 0: the probability 1/2 alone
     open_octaves = [number for number in range(2 * layout.OCTAVES) if number not in fitted]
     for level in range(MOST_LEVELS + 1):
         coefficients, is_good = _fitted(quantile, open_octaves, level)

@@ -231,9 +231,7 @@ class Reading:
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
         values, counts = (self._sums.by_place(k, side) for k in (kind, "counts"))
-        exact = (
-            self._is_exact_out and side == DEPARTURES and kind == "weights" and not self._sums.place_axes
-        )
+        exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self._sums.place_axes
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
         return self._sums.estimate(values, unit, self._sums.place_axes, counts, exact)

@@ -10,9 +10,9 @@ import numpy as np
 from transport.batches import Batch
 from transport.detectors import Detector
 from transport.estimates import Batches, Estimate
-from transport.plan import Plan
 from transport.phase_readings import PHASE_QUANTITIES, PhaseReading, SnapshotReading
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.plan import Plan
 from transport.readings import QUANTITIES, Reading
 from transport.units import Unit
 from transport.validation import SceneError, suggestion

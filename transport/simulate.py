@@ -143,7 +143,13 @@ class _Run:
                 if number is None:
                     break
                 self.finished.put(
-                    (number, batch_of(plan, run_batch(self.machine, self.seed, number, size, bundle, self.limits.batches)))
+                    (
+                        number,
+                        batch_of(
+                            plan,
+                            run_batch(self.machine, self.seed, number, size, bundle, self.limits.batches),
+                        ),
+                    )
                 )
         except Stopped:
             pass

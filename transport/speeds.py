@@ -110,7 +110,10 @@ class InverseCDF(SpeedDistribution):
 
     def _check(self, v: np.ndarray) -> None:
         if not np.isfinite(v).all():
-            refuse(self, f"quantile must be finite, got {_at_u(v, ~np.isfinite(v))}; clip u within it")
+            refuse(
+                self,
+                f"quantile must be finite, got {_at_u(v, ~np.isfinite(v))}; bound it, as by np.clip(u, 2**-54, 1 - 2**-53)",
+            )
         if not v.any():
             refuse(self, "quantile must not be 0 everywhere; a Gas at rest is Gas(speed=0)")
         falls = np.diff(v, prepend=v[0]) < -RISING * np.abs(v)
@@ -190,4 +193,4 @@ def _at(values: Iterable[float], place: int) -> str:
 
 def _at_u(v: np.ndarray, where: np.ndarray) -> str:
     place = int(np.argmax(where))
-    return f"{v[place]} at u = {GRID[place]!r}"
+    return f"{v[place]} at u = {GRID[place]}"

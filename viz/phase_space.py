@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,12 +12,13 @@ from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from viz.cuts import TRUSTED
-from viz.style import INK, PALE, figure_at, with_unit
+from viz.style import INK, PALE, figure_at, outlined, with_unit
 
 DENSITY, SCORE = "inferno", "RdBu_r"
 FURTHEST = 4.0  # standard errors at the ends of the scale
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the largest exact density, where it is drawn as contours
+CERTAIN = 0.1  # relative error up to which a bin's score is drawn: with fewer counts it is not a normal one
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # contours, of the largest value
+FINE = 301  # points of a contour's grid along each axis
 PANEL, BAR = (4.7, 4.2), 1.9  # inches
 
 
@@ -25,7 +26,8 @@ def phase_portraits(
     panels: Mapping[str, EstimateArray],
     path: str | os.PathLike,
     exact: Mapping[str, np.ndarray] | None = None,
-    contours: bool = False,
+    contours: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] | None = None,
+    marks: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
     power: float = 1.0,
     xlabel: str = "position x  [m]",
     ylabel: str = "velocity  [m/s]",
@@ -36,8 +38,10 @@ def phase_portraits(
 
     panels: label -> density with two axes, the first across and the second upwards, such as x and vx.
     exact: label -> means of the exact density over the same bins; below each panel its score z is drawn, grey where the
-    error is unknown or above a quarter of the exact value.  contours: whether lines of the exact density are drawn over the
-    measured one, for a smooth one.  power: exponent of the colour scale; below 1 it shows what is faint.
+    error is unknown or above a tenth of the exact value.
+    contours: label -> the exact density as a function of both coordinates, for a smooth one.
+    marks: label -> {letter: place} of what is followed from panel to panel.
+    power: exponent of the colour scale; below 1 it shows what is faint.
     Raises ValueError for no panels, for other numbers of axes, unlike units, and an `exact` that does not fit.
     """
     _check(panels, exact or {})
@@ -45,7 +49,9 @@ def phase_portraits(
     size = PANEL[0] * len(panels) + BAR, PANEL[1] * rows + 0.8 + (0.7 if title else 0)
     with figure_at(path, size, title, note) as figure:
         axes = figure.subplots(rows, len(panels), sharex=True, sharey=True, squeeze=False)
-        _draw_densities(figure, axes[0], panels, exact if contours else None, power)
+        _draw_densities(figure, axes[0], panels, power)
+        for each, (label, density) in zip(axes[0], panels.items(), strict=True):
+            _draw_over(each, density, (contours or {}).get(label), (marks or {}).get(label, {}))
         if exact:
             _draw_scores(figure, axes[1], panels, exact)
         for each in axes[-1]:
@@ -55,20 +61,27 @@ def phase_portraits(
     return path
 
 
-def _draw_densities(
-    figure: Figure, row: np.ndarray, panels: Mapping, exact: Mapping | None, power: float
-) -> None:
-    top = max((np.nanmax(each.value) for each in panels.values()), default=0.0)
+def _draw_densities(figure: Figure, row: np.ndarray, panels: Mapping, power: float) -> None:
+    top = max(np.nanmax(each.value, initial=0.0) for each in panels.values())
     norm = PowerNorm(power, vmin=0.0, vmax=top if top > 0 else 1.0)
     for axes, (label, each) in zip(row, panels.items(), strict=True):
         _map(axes, each, each.value, norm, DENSITY)
         axes.set_title(label)
-        if exact and label in exact:
-            middles = [(edges[1:] + edges[:-1]) / 2 for edges in each.coords.values()]
-            levels = [level * exact[label].max() for level in LEVELS]
-            axes.contour(*middles, exact[label].T, levels=levels, colors="white", linewidths=1.3, alpha=0.8)
-    unit = next(iter(panels.values())).unit
-    _bar(figure, row, norm, DENSITY, with_unit("density", unit))
+    _bar(figure, row, norm, DENSITY, with_unit("density", next(iter(panels.values())).unit))
+
+
+def _draw_over(axes: Axes, bins: EstimateArray, density: Callable | None, marks: Mapping) -> None:
+    """Contours of the exact density, and lettered places."""
+    if density is not None:
+        across, up = (np.linspace(edges[0], edges[-1], FINE) for edges in bins.coords.values())
+        field = density(across, up[:, None])
+        levels = [level * field.max() for level in LEVELS]
+        axes.contour(across, up, field, levels=levels, colors="white", linewidths=1.2, alpha=0.7)
+    for letter, (x, y) in marks.items():
+        axes.plot(x, y, "o", mfc="none", mec="white", mew=2.0, ms=9, path_effects=outlined())
+        axes.annotate(
+            letter, (x, y), (9, -4), textcoords="offset points", color="white", path_effects=outlined()
+        )
 
 
 def _draw_scores(figure: Figure, row: np.ndarray, panels: Mapping, exact: Mapping) -> None:
@@ -88,8 +101,8 @@ def _draw_scores(figure: Figure, row: np.ndarray, panels: Mapping, exact: Mappin
 
 
 def scores(estimates: EstimateArray, exact: np.ndarray) -> np.ndarray:
-    """z of each bin; nan where the error is unknown, or above a quarter of the exact value."""
-    certain = estimates.error <= TRUSTED * np.abs(exact)
+    """z of each bin; nan where the error is unknown, or above a tenth of the exact value."""
+    certain = estimates.error <= CERTAIN * np.abs(exact)
     return np.where(certain, estimates.z(exact), np.nan)
 
 
@@ -98,6 +111,7 @@ def _map(axes: Axes, bins: EstimateArray, field: np.ndarray, norm: Normalize, co
     field = np.ma.masked_invalid(field.T)
     axes.pcolormesh(across, up, field, norm=norm, cmap=colours, rasterized=True)
     axes.grid(False)
+    axes.tick_params(pad=8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(True)
 

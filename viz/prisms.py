@@ -44,7 +44,7 @@ def prisms(
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     with figure_at(path, (7.2 * columns + 1, 6.6 * rows + 2), title, note) as figure:
-        grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        grid = figure.subplots(rows, columns, squeeze=False)
         for axes, (label, starts) in zip(grid.flat, panels.items(), strict=False):
             _draw_panel(axes, starts)
             axes.set_title(label, fontsize=18)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at
 
 
-class Budget(NamedTuple):
+class Curve(NamedTuple):
     """Deviations that a number of particles leaves.  expected: (n,) along the panel's widths, root mean square.
 
     sizes, measured, error: (m,) widths, deviations found and their standard errors; None where none were.
@@ -27,12 +27,12 @@ class Budget(NamedTuple):
 
 
 class Tradeoff(NamedTuple):
-    """One panel: widths (n,) of the element in the unit of `xlabel`, its bias (n,), and the budgets."""
+    """One panel: widths (n,) of the element in the unit of `xlabel`, its bias (n,) in size, and the curves."""
 
     xlabel: str
     widths: np.ndarray
     bias: np.ndarray
-    budgets: Sequence[Budget]
+    curves: Sequence[Curve]
 
 
 def tradeoff(
@@ -61,16 +61,16 @@ def tradeoff(
 
 def _draw_panel(axes: Axes, panel: Tradeoff) -> None:
     bests = []
-    for place, budget in enumerate(panel.budgets):
+    for place, curve in enumerate(panel.curves):
         colour, marker = PALETTE[place % len(PALETTE)], MARKERS[place % len(MARKERS)]
-        axes.plot(panel.widths, budget.expected, color=colour, lw=2.4, label=budget.label)
-        if budget.measured is not None:
-            bars = 2 * np.minimum(budget.error, 0.49 * budget.measured)  # a bar stays above 0
-            axes.errorbar(budget.sizes, budget.measured, bars, fmt=marker, color=colour, zorder=4, **POINTS)
-        least = int(np.argmin(budget.expected))
-        bests.append((panel.widths[least], budget.expected[least]))
-    low = 0.5 * min(budget.expected.min() for budget in panel.budgets)
-    high = 1.5 * max(budget.expected.max() for budget in panel.budgets)
+        axes.plot(panel.widths, curve.expected, color=colour, lw=2.4, label=curve.label)
+        if curve.measured is not None:
+            bars = 2 * np.minimum(curve.error, 0.49 * curve.measured)  # a bar stays above 0
+            axes.errorbar(curve.sizes, curve.measured, bars, fmt=marker, color=colour, zorder=4, **POINTS)
+        least = int(np.argmin(curve.expected))
+        bests.append((panel.widths[least], curve.expected[least]))
+    low = 0.5 * min(curve.expected.min() for curve in panel.curves)
+    high = 1.5 * max(curve.expected.max() for curve in panel.curves)
     axes.plot(panel.widths, np.abs(panel.bias), "--", color=INK, lw=2.4, label="bias, exact", zorder=1.5)
     axes.plot(*zip(*bests, strict=True), color=MUTED, lw=1.6, zorder=3)
     axes.plot(*zip(*bests, strict=True), "*", color=INK, mec="white", ms=26, zorder=5, label="best element")

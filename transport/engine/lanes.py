@@ -8,7 +8,6 @@ from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH
 from transport.engine.passes import lane_pass
 from transport.layout import MOVED
 
-
 FIELDS = len(CARRIED)
 
 

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.layout import (
@@ -20,7 +22,6 @@ from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.quantiles import cell_place, octave_of, polynomial
 from transport.physics.streams import SPEED, random_words, uniform
-import numpy as np
 
 
 @device

@@ -57,7 +57,9 @@ def choose_part(b, table, first, live):
         while chosen < parts - 1 and b.u3[k] >= surfaces[surface + chosen].share:
             chosen += 1
         if parts > 1:
-            bits = ((surface + chosen) << SURFACE_SHIFT) | (surfaces[surface + chosen].material << MATERIAL_SHIFT)
+            bits = ((surface + chosen) << SURFACE_SHIFT) | (
+                surfaces[surface + chosen].material << MATERIAL_SHIFT
+            )
             b.hit[k] = (b.hit[k] & ~WHAT_ACTS) | bits
     return live
 

@@ -74,9 +74,9 @@ def geometry_at(x: float, y_range: tuple[float, float], radius: float, gap: floa
 def penumbra_moments(
     low: np.ndarray,
     high: np.ndarray,
-    y_range: tuple[float, float],
     meter_area: float,
     radiance: float,
+    y_range: tuple[float, float],
     radius: float,
     gap: float,
     distance: float,
