@@ -51,8 +51,8 @@ SHAPES = {  # seen from the origin; lengths in `size`
     "sliver": tp.Triangle(vertices=((1, 0, 1), (1, 1e-4, 1), (0, 1, 1))),
 }
 SUBJECTS = ("isotropic", "cosine law", "dome", *SHAPES, "dodecahedron")
-FACE, FACES = "a face of a dodecahedron", "its twelve faces"
-CHI_SQUARE = "χ² per degree of freedom"
+FACE, FACES = "a dodecahedron's face", "its twelve faces"
+CHI_SQUARE = "χ²/(K − 1)"
 
 
 def cases() -> list[dict[str, object]]:
@@ -108,7 +108,11 @@ def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
             caps = {_projected(angle): _projected_cap(angle) for angle in CAPS if angle <= 90}
             return caps | {CHI_SQUARE: 1.0}
         case "dome":
-            return {"∫dω, by a ball": 4 * math.pi, "∫cosθ dω, by a disk": math.pi, "... its back": math.pi}
+            return {
+                "∫dω, onto a ball": 4 * math.pi,
+                "∫cosθ dω, onto a disk": math.pi,
+                "∫cosθ dω, onto its back": math.pi,
+            }
         case "disk":
             shape = SHAPES[subject]
             return {"solid angle": float(solid_angles.disk_solid_angle(shape.radius, shape.center[2]))}
@@ -181,11 +185,11 @@ def _cap_rows(result: tp.Result, shares: tp.EstimateArray, whole: float, name) -
 
 
 def _cap(angle: float) -> str:
-    return f"∫dω, θ up to {angle}°"
+    return f"∫dω, θ ≤ {angle}°"
 
 
 def _projected(angle: float) -> str:
-    return f"∫cosθ dω, θ up to {angle}°"
+    return f"∫cosθ dω, θ ≤ {angle}°"
 
 
 def _projected_cap(angle: float) -> float:
@@ -201,9 +205,9 @@ def _dome_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     radiance = result.ledger["emitted"] / constant(result, math.pi * source.shape.area, "m^2 sr")
     section = constant(result, math.pi * ball.detector.shape.radius**2, "m^2")
     return {
-        "∫dω, by a ball": ball.flux_in / section / radiance,
-        "∫cosθ dω, by a disk": disk.irradiance / radiance,
-        "... its back": disk.exitance / radiance,
+        "∫dω, onto a ball": ball.flux_in / section / radiance,
+        "∫cosθ dω, onto a disk": disk.irradiance / radiance,
+        "∫cosθ dω, onto its back": disk.exitance / radiance,
     }
 
 
@@ -250,7 +254,7 @@ def verdict(outcomes: list[Outcome]) -> str:
     said = []
     laws = [found[name][CHI_SQUARE].estimate for name in ("isotropic", "cosine law") if name in found]
     if laws:
-        said.append(f"directions follow their laws, χ² per degree of freedom {' and '.join(map(str, laws))}")
+        said.append(f"directions follow their laws, χ²/(K − 1) = {' and '.join(map(str, laws))}")
     if "dome" in found:
         said.append(
             "a receiver's integrals are " + ", ".join(str(row.estimate) for row in found["dome"].rows)
@@ -272,7 +276,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     for outcome in outcomes:
         subject = outcome.parameters.get("subject", "isotropic")
         for row in outcome.rows:
-            name = subject if row.name == "solid angle" else f"{row.name} ({subject})"
+            name = {"solid angle": subject, CHI_SQUARE: f"{CHI_SQUARE}, {subject}"}.get(row.name, row.name)
             table[name] = (row.estimate, row.exact)
     paths.append(path)
     comparison(table, path, title="Solid angles by counting directions", note=provenance(outcomes))

@@ -49,17 +49,20 @@ LAST, EARLY = 30, 3  # flights: all, and those that the first flux is a mean ove
 SHOWN = {"ball": (2, 5, 10, 20, 30), "box": (10, 30)}  # flights
 SMALL = 1e-3  # share of the walls, up to which the small hole's law is taken for exact
 FASTEST = 7.0  # σ, of the wind; 3e-12 of each component are beyond
-SPEEDS = np.linspace(0, 6, 31)  # σ, edges of the beam's bins
-SHARES = ((0, 5), (5, 10), (10, 15), (15, 20))  # of these bins, those that make one of the table
-TIMES = {  # edges of bins, of the flight in d/σ, of the burst in d/v; and those by which the table counts
-    "flight": (np.array([0, *np.arange(0.4, 3.01, 0.1)]), (3, 9, 27)),
-    "burst": (np.array([0, 1.5, 2, 10]), (1, 2, 3)),
+SPEEDS = np.linspace(0, 5, 26)  # σ, edges of the beam's bins
+SHARES = {f"share of the beam, v {v} to {v + 1} σ": slice(5 * v, 5 * v + 5) for v in range(4)}
+CLOCKS = {  # edges of bins, of the flight in d/σ, of the burst in d/v
+    "flight": np.array([0, *np.arange(0.4, 3.01, 0.1)]),
+    "burst": np.array([0, *np.arange(1, 2, 0.1), *np.arange(2, 10.1, 0.5)]),
 }
+PASSED = {  # numbers of these bins that the table counts
+    "flight": {f"past the plane at {CLOCKS['flight'][last]:.1f} d/σ": last for last in (3, 9, 27)},
+    "burst": {f"past the plane at {CLOCKS['burst'][last]:.1f} d/v": last for last in (6, 11, 27)},
+}
+PAST = {"flight": theory.fraction_past, "burst": theory.burst_fraction_past}
 ENERGY, SPEED = "mean energy of the beam / kT", "mean speed of the beam / σ"
 ONE_WAY, NET = "one way, with the wind / nσ", "net / nσ"
 LEFT, GONE = "N/N₀ after {} flights", "1 − N/N₀ after {} flights"
-SHARE = "share of the beam, v {:.3g} to {:.3g} σ"
-PAST = {"flight": "past the plane at {:.3g} d/σ", "burst": "past the plane at {:.3g} d/v"}
 EXITANCE, EARLY_FLUX = "exitance / (n v̄/4)", "flux through the hole at first / (n v̄/4)"
 
 
@@ -102,11 +105,9 @@ def _ball(gas: tp.Maxwellian, loss: float) -> tp.Scene:
     ball = tp.Sphere(radius=RADIUS)
     wall = tp.Mixture({tp.Black(): loss, tp.Diffuse(1.0, speed=gas): 1 - loss})
     times = theory.ball_flight_time(RADIUS, gas.sigma) * np.arange(1, LAST + 1)
+    counted = tp.PhaseSpace(x=(-RADIUS, RADIUS), time=times, name="ball")
     return tp.Scene(
-        sources=tp.Source(ball, tp.Gas(DENSITY, gas)),
-        surfaces=tp.Surface(ball, wall),
-        detectors=tp.PhaseSpace(x=(-RADIUS, RADIUS), time=times, name="ball"),
-        duration=times[-1],
+        tp.Source(ball, tp.Gas(DENSITY, gas)), tp.Surface(ball, wall), counted, duration=times[-1]
     )
 
 
@@ -115,9 +116,7 @@ def _box(gas: tp.Maxwellian, opening: float, accommodation: float) -> tp.Scene:
     box = tp.Box(size=SIDE)
     wall = tp.Mixture({tp.Mirror(): 1 - accommodation, tp.Diffuse(1.0, speed=gas): accommodation})
     times = 4 * box.volume / box.area / theory.mean_speed(gas.sigma) * np.arange(1, LAST + 1)
-    hole = tp.Rectangle(
-        center=(SIDE / 2, 0, 0), normal=(-1, 0, 0), width=opening, height=opening
-    )  # looks inside
+    hole = tp.Rectangle(center=(SIDE / 2, 0, 0), normal=(-1, 0, 0), width=opening, height=opening)
     detectors = [
         tp.PhaseSpace(x=(-SIDE / 2, SIDE / 2), time=times, within=box, name="box"),
         tp.Detector(hole, "early", times=(0, times[EARLY - 1])),
@@ -151,14 +150,13 @@ def _wind(gas: tp.Maxwellian, drift: float) -> tp.Scene:
     duration, width = reach / (FASTEST * gas.sigma), 2 * (RADIUS + reach)
     box = tp.Box(center=(0, 0, -drift * duration), size=(width, width, 2 * reach))
     patch = tp.Rectangle(normal=(0, 0, -1), width=2 * RADIUS, height=2 * RADIUS)  # faces the wind
-    return tp.Scene(
-        tp.Source(box, tp.Gas(DENSITY, wind)), detectors=tp.Detector(patch, "wind"), duration=duration
-    )
+    source, meter = tp.Source(box, tp.Gas(DENSITY, wind)), tp.Detector(patch, "wind")
+    return tp.Scene(source, detectors=meter, duration=duration)
 
 
 def _burst(gas: tp.Maxwellian, setting: str) -> tp.Scene:
     """Along ±z, one component of the Maxwellian; or to all sides at its mean speed."""
-    edges, along_z = TIMES[setting][0], setting == "flight"
+    edges, along_z = CLOCKS[setting], setting == "flight"
     v = gas.sigma if along_z else theory.mean_speed(gas.sigma)
     burst = tp.Gas(number=NUMBER, speed=gas if along_z else v, direction=(0, 0, 1) if along_z else None)
     plane = tp.Disk(center=(0, 0, DISTANCE), normal=(0, 0, -1), radius=edges[-1] * DISTANCE)
@@ -172,20 +170,18 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     match setting:
         case "ball":
             left = share_left(result)
-            return {LEFT.format(flights): left[flights - 1] for flights in SHOWN[setting]}
+            return {LEFT.format(t): left[t - 1] for t in SHOWN[setting]}
         case "box":
             left, early = share_left(result), {EARLY_FLUX: result["early"].irradiance[0] / _effusive(result)}
-            gone = {GONE.format(flights): 1 - left[flights - 1] for flights in SHOWN[setting]}
+            gone = {GONE.format(t): 1 - left[t - 1] for t in SHOWN[setting]}
             return gone | early | _moments(result, "in")
         case "beam":
-            shares = {_share(b): beam_shares(result)[slice(*b)].sum() for b in SHARES}
+            shares = {name: beam_shares(result)[bins].sum() for name, bins in SHARES.items()}
             return {EXITANCE: result["beam"].exitance / _effusive(result)} | _moments(result, "out") | shares
         case "wind":
             wind, unit = result["wind"], _effusive(result) * math.sqrt(2 * math.pi)
             return {ONE_WAY: wind.irradiance / unit, NET: -wind.net_flux_density / unit}
-    edges, counted = TIMES[setting]
-    arrived = arrivals(result)
-    return {PAST[setting].format(edges[last]): arrived[:last].sum() for last in counted}
+    return {name: arrivals(result)[:last].sum() for name, last in PASSED[setting].items()}
 
 
 def setting_of(result: tp.Result) -> str:
@@ -231,29 +227,22 @@ def exact(
     moments = {ENERGY: 2.0, SPEED: theory.mean_speed_of_crossers(1.0)}
     match setting:
         case "ball":
-            return {
-                LEFT.format(flights): float(theory.ball_survivors(flights, loss))
-                for flights in SHOWN[setting]
-            }
+            return {LEFT.format(t): float(theory.ball_survivors(t, loss)) for t in SHOWN[setting]}
         case "box":
             if hole > SMALL:
                 return {}
-            gone = {flights: -math.expm1(-hole * flights) for flights in (EARLY, *SHOWN[setting])}
+            gone = {t: -math.expm1(-hole * t) for t in (EARLY, *SHOWN[setting])}
             early = {EARLY_FLUX: gone.pop(EARLY) / (hole * EARLY)}
-            return {GONE.format(flights): share for flights, share in gone.items()} | early | moments
+            return {GONE.format(t): share for t, share in gone.items()} | early | moments
         case "beam":
-            bins = theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0)
-            return {EXITANCE: 1.0} | moments | {_share(b): float(bins[slice(*b)].sum()) for b in SHARES}
+            shares = theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0)
+            rows = {name: float(shares[bins].sum()) for name, bins in SHARES.items()}
+            return {EXITANCE: 1.0} | moments | rows
         case "wind":
             drift = math.sqrt(2) * speed_ratio
             return {ONE_WAY: float(theory.drifting_flux_density(1.0, 1.0, drift)), NET: drift}
-    edges, counted = TIMES[setting]
-    past = theory.fraction_past if setting == "flight" else theory.burst_fraction_past
-    return {PAST[setting].format(edges[last]): float(past(1.0, edges[last], 1.0)) for last in counted}
-
-
-def _share(bins: tuple[int, int]) -> str:
-    return SHARE.format(*SPEEDS[list(bins)])
+    past = PAST[setting](1.0, CLOCKS[setting], 1.0)
+    return {name: float(past[last]) for name, last in PASSED[setting].items()}
 
 
 SAID = {
@@ -261,40 +250,26 @@ SAID = {
     "box": (GONE.format(30), "by a small hole of a box {} has left after 30"),
     "beam": (ENERGY, "what leaves carries {} kT a particle, and not 3/2"),
     "wind": (ONE_WAY, "{} n σ cross in the wind"),
-    "flight": (PAST["flight"].format(1.2), "{} of a burst along a line is past the plane at 1.2 d/σ"),
-    "burst": (PAST["burst"].format(2.0), "{} of one to all sides at 2 d/v"),
+    "flight": ("past the plane at 1.2 d/σ", "{} of a burst along a line is past the plane at 1.2 d/σ"),
+    "burst": ("past the plane at 2.0 d/v", "{} of one to all sides at 2 d/v"),
 }
 
 
 def verdict(outcomes: list[Outcome]) -> str:
     found = {setting_of(o.result): o for o in reversed(outcomes)}
-    said = [
-        words.format(found[setting][row].estimate)
-        for setting, (row, words) in SAID.items()
-        if setting in found
-    ]
+    said = [words.format(found[s][row].estimate) for s, (row, words) in SAID.items() if s in found]
     return f"{said[0][0].upper()}{'; '.join(said)[1:]}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """A figure a setting: the first one at `path`, the others with the setting's name behind it."""
-    from viz import comparison, profile
+    from viz import profile
 
-    paths = []
+    path, paths = Path(path), []
     for setting in SETTINGS:
-        found = [o for o in outcomes if setting_of(o.result) == setting]
-        if not found:
-            continue
-        paths.append(Path(path).with_stem(f"{Path(path).stem}_{setting}") if paths else Path(path))
-        if setting in CHARTS:
+        if found := [o for o in outcomes if setting_of(o.result) == setting]:
+            paths.append(path.with_stem(f"{path.stem}_{setting}") if paths else path)
             profile(path=paths[-1], note=provenance(found), **CHARTS[setting](found))
-        else:
-            title = {
-                "box": "A gas leaves a box by a small hole",
-                "burst": "An isotropic burst passes a plane",
-            }[setting]
-            rows = {row.name: (row.estimate, row.exact) for row in found[0].rows}
-            comparison(rows, paths[-1], title=title, note=provenance(found))
     return paths
 
 
@@ -312,6 +287,20 @@ def _ball_chart(found: list[Outcome]) -> dict[str, object]:
     }
 
 
+def _box_chart(found: list[Outcome]) -> dict[str, object]:
+    hole = float(found[0].parameters.get("hole", 0.0005))
+    law = {"1 − exp(−A v̄ t/4V), of a small hole": lambda t: -np.expm1(-hole * t)}
+    return {
+        "x": np.arange(1, LAST + 1),
+        "estimates": 1 - share_left(found[0].result),
+        "exact": next(iter(law.values())) if hole <= SMALL else None,
+        "guides": {} if hole <= SMALL else law,
+        "xlabel": "time  [mean flights between hits]",
+        "ylabel": "share of the gas gone, 1 − N/N₀",
+        "title": f"A gas leaves a box by a hole of {hole:g} of its walls",
+    }
+
+
 def _beam_chart(found: list[Outcome]) -> dict[str, object]:
     width = SPEEDS[1] - SPEEDS[0]
     return {
@@ -319,9 +308,7 @@ def _beam_chart(found: list[Outcome]) -> dict[str, object]:
         "estimates": beam_shares(found[0].result) / width,
         "exact": lambda v: v**3 / 2 * np.exp(-(v**2) / 2),
         "expected": theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width,
-        "guides": {
-            "in the gas: v² exp(−v²/2σ²)": lambda v: math.sqrt(2 / math.pi) * v**2 * np.exp(-(v**2) / 2)
-        },
+        "guides": {"in the gas, v²...": lambda v: math.sqrt(2 / math.pi) * v**2 * np.exp(-(v**2) / 2)},
         "xlabel": "speed v  [σ]",
         "ylabel": "share of the beam, per σ",
         "title": "What leaves is faster than the gas: v³ exp(−v²/2σ²)",
@@ -341,20 +328,21 @@ def _wind_chart(found: list[Outcome]) -> dict[str, object]:
     }
 
 
-def _flight_chart(found: list[Outcome]) -> dict[str, object]:
-    edges = TIMES["flight"][0]
+def _arrival_chart(found: list[Outcome]) -> dict[str, object]:
+    setting = setting_of(found[0].result)
+    edges, unit = CLOCKS[setting][1:], {"flight": "d/σ", "burst": "d/v"}[setting]
     return {
         "x": edges,
-        "estimates": arrivals(found[0].result) / np.diff(edges),
-        "exact": lambda t: theory.arrival_rate(1.0, t, 1.0),
-        "expected": np.diff(theory.fraction_past(1.0, edges, 1.0)) / np.diff(edges),
-        "xlabel": "time t  [d/σ]",
-        "ylabel": "share that arrives, per d/σ",
-        "title": "A one-dimensional Maxwellian burst arrives: (d/t²) f(d/t)",
+        "estimates": arrivals(found[0].result)[1:] / np.diff(edges),
+        "expected": np.diff(PAST[setting](1.0, edges, 1.0)) / np.diff(edges),
+        "xlabel": f"time t  [{unit}]",
+        "ylabel": f"share that arrives, per {unit}",
+        "title": f"A burst {'along a line' if setting == 'flight' else 'to all sides'} arrives at a plane",
     }
 
 
-CHARTS = {"ball": _ball_chart, "beam": _beam_chart, "wind": _wind_chart, "flight": _flight_chart}
+_charts = (_ball_chart, _box_chart, _beam_chart, _wind_chart, _arrival_chart, _arrival_chart)
+CHARTS = dict(zip(SETTINGS, _charts, strict=True))
 
 
 if __name__ == "__main__":

@@ -48,6 +48,7 @@ ALONG, AGAINST, NET = "along the normal", "against the normal", "net"
 METERS = {"sphere": 1, "tetrahedron": 1, "box": 2, "empty sphere": 0}  # sources of equal power inside
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # of a tetrahedron
 SHOWN = 0.05  # cosine above which a prism is thick enough to be drawn
+PANELS = 3  # prisms that are drawn at most
 
 
 def cases() -> list[dict[str, object]]:
@@ -234,10 +235,15 @@ def _tetrahedron(center: tuple, size: float) -> list[tp.Triangle]:
 def _closed_rows(result: tp.Result) -> dict[str, tp.Estimate]:
     rows = {}
     for name in METERS:
-        parts = [result[face] for face in _faces()] if name == "tetrahedron" else [result[name]]
-        out, into = sum(part.flux_out for part in parts), sum(part.flux_in for part in parts)
+        out, into = fluxes(result, name)
         rows[f"{NET}, {name}"] = sharp(out - into, of=out)
     return rows
+
+
+def fluxes(result: tp.Result, meter: str) -> tuple[tp.Estimate, tp.Estimate]:
+    """What flows out of a closed meter, and what into it [W]."""
+    parts = [result[face] for face in _faces()] if meter == "tetrahedron" else [result[meter]]
+    return sum(part.flux_out for part in parts), sum(part.flux_in for part in parts)
 
 
 # ---- answer and pictures ----
@@ -272,23 +278,20 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
     patches, closed = _sorted(outcomes)
     path, paths = Path(path), []
-    thick = [o for o in patches if abs(_mu(o)) > SHOWN]
+    thick = [o for o in patches if abs(_mu(o)) > SHOWN][:PANELS]
     if thick:
         paths.append(path)
         _draw_prisms(thick, path)
     if len(patches) > 2:
         paths.append(path.with_stem(path.stem + "_tilt") if paths else path)
         _draw_tilts(patches, paths[-1])
-    rest = closed if paths else outcomes
-    if rest:
-        table = {
-            row.name if len(rest) == 1 else f"{row.name}, {o.title}": (row.estimate, row.exact)
-            for o in rest
-            for row in o.rows
-        }
+    if closed:
         paths.append(path.with_stem(path.stem + "_closed") if paths else path)
-        title = "Net flux out of closed meters: the power inside" if closed else "A patch in a stream"
-        comparison(table, paths[-1], title=title, note=provenance(rest))
+        _draw_closed(closed, paths[-1])
+    elif not paths:
+        paths.append(path)
+        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in patches for row in o.rows}
+        comparison(table, path, title="A patch in a stream", note=provenance(patches))
     return paths
 
 
@@ -307,12 +310,28 @@ def _draw_tilts(patches: list[Outcome], path: Path) -> None:
         [o[NET].estimate for o in ordered],
         path,
         exact=lambda angle: beam * np.cos(np.radians(angle)),
-        guides={"one counter: max(cosθ, 0)": lambda angle: beam * np.maximum(np.cos(np.radians(angle)), 0)},
+        guides={
+            "along the normal: max(cosθ, 0)": lambda angle: beam * np.maximum(np.cos(np.radians(angle)), 0),
+            "against it: min(cosθ, 0)": lambda angle: beam * np.minimum(np.cos(np.radians(angle)), 0),
+        },
         xlabel="θ between the stream and the normal  [deg]",
         ylabel="net flux density",
         title="A stream on a tilted patch: n v cosθ",
         note=provenance(patches),
     )
+
+
+def _draw_closed(closed: list[Outcome], path: Path) -> None:
+    """The net flux of each meter, and what goes out and in for it."""
+    from viz import comparison
+
+    table = {}
+    for outcome in closed:
+        for name, row in zip(METERS, outcome.rows, strict=True):
+            out, into = fluxes(outcome.result, name)
+            label = f"{name}:\n{out.value:.4f} W out, {into.value:.4f} W in"
+            table[label if len(closed) == 1 else f"{label}\n{outcome.title}"] = row.estimate, row.exact
+    comparison(table, path, title="Net flux out of closed meters: the power inside", note=provenance(closed))
 
 
 def _draw_prisms(patches: list[Outcome], path: Path) -> None:

@@ -45,7 +45,6 @@ BINS, PARTS = 96, 16  # fine bins across, equal parts of the meter
 MIDDLE = BINS // 2
 ROWS = (1, 2, 4, 8, 16, 32, 48)  # bins on either side of the point that the table's elements take
 POINTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)  # the same for the figure
-SHOWN = {"too small": 1, "too large": 16}  # the same for the second figure, beside the best
 RADIANCE = 100.0  # W m^-2 sr^-1
 
 
@@ -81,7 +80,9 @@ class Penumbra:
 
     def moments(self, low: np.ndarray, high: np.ndarray) -> Moments:
         meter = 4 * self.radius * self.span
-        return penumbra.penumbra_moments(self.place + low, self.place + high, meter, RADIANCE, *self._geometry)
+        return penumbra.penumbra_moments(
+            self.place + low, self.place + high, meter, RADIANCE, *self._geometry
+        )
 
     @property
     def value(self) -> float:
@@ -150,7 +151,10 @@ class Burst:
         way = self.flight * self.sigma * tp.speed_of_light
         lamp = tp.Rectangle(width=self.side, height=self.side)
         meter = tp.Rectangle(center=(0, 0, way), normal=(0, 0, -1), width=self.meter, height=self.meter)
-        beam, pulse = tp.Beam((0, 0, 1), energy=self.energy), tp.GaussianPulse(self.start * self.sigma, self.sigma)
+        beam, pulse = (
+            tp.Beam((0, 0, 1), energy=self.energy),
+            tp.GaussianPulse(self.start * self.sigma, self.sigma),
+        )
         times = (self.start + self.flight) * self.sigma + np.linspace(-self.span, self.span, BINS + 1)
         return tp.Scene(
             sources=tp.Source(lamp, beam, pulse=pulse),
@@ -202,8 +206,7 @@ def limit_of(scene: tp.Scene) -> Limit:
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     fine = by_part(result).mean("v")
-    names = _names(limit_of(result.scene))
-    return {name: fine[MIDDLE - j : MIDDLE + j].mean() for name, j in names.items()}
+    return {name: fine[MIDDLE - j : MIDDLE + j].mean() for name, j in _names(limit_of(result.scene)).items()}
 
 
 def by_part(result: tp.Result) -> tp.EstimateArray:
@@ -233,9 +236,9 @@ class Budget(NamedTuple):
     """
 
     histories: float
-    parts: int
-    measured: np.ndarray
-    error: np.ndarray
+    parts: int = 1
+    measured: np.ndarray | None = None
+    error: np.ndarray | None = None
 
     @property
     def particles(self) -> float:
@@ -244,14 +247,10 @@ class Budget(NamedTuple):
 
 def budgets(result: tp.Result) -> list[Budget]:
     """Each part of the meter in each batch by itself, and the whole meter in each batch."""
-    value, each = limit_of(result.scene).value, measurements(result)
-    found = []
-    for means, parts in ((each.reshape(-1, BINS), PARTS), (each.mean(axis=0), 1)):
-        squares = squared_deviations(means, value)
-        measured = np.sqrt(squares.mean(axis=0))
-        error = squares.std(axis=0, ddof=1) / math.sqrt(len(squares)) / (2 * measured)
-        found.append(Budget(result.run.sizes.mean(), parts, measured, error))
-    return found
+    value, each, histories = limit_of(result.scene).value, measurements(result), result.run.sizes.mean()
+    sets = {PARTS: each.reshape(-1, BINS), 1: each.mean(axis=0)}
+    squares = {parts: squared_deviations(means, value) for parts, means in sets.items()}
+    return [Budget(histories, parts, *counting.root_mean(of)) for parts, of in squares.items()]
 
 
 def measurements(result: tp.Result) -> np.ndarray:
@@ -276,13 +275,15 @@ def best_of(limit: Limit, histories: float, parts: int = 1) -> tuple[float, floa
 
 def verdict(outcomes: list[Outcome]) -> str:
     sentences = []
-    for outcome in outcomes:
-        limit, (few, many) = limit_of(outcome.result.scene), budgets(outcome.result)
-        ((h, error), (h_many, error_many)) = (best_of(limit, each.histories, each.parts) for each in (few, many))
+    for result in (outcome.result for outcome in outcomes):
+        limit, sets = limit_of(result.scene), budgets(result)
+        bests = [best_of(limit, each.histories, each.parts) for each in sets]
+        few, many = (
+            f"{limit.name} = {h * limit.scale:.2g}{limit.unit} and {error:.1%}" for h, error in bests
+        )
+        times = sets[1].particles / sets[0].particles
         sentences.append(
-            f"{_count(few.particles)} particles pay for {limit.name} = {h * limit.scale:.2g}{limit.unit} and {error:.1%},"
-            f" {many.particles / few.particles:.3g} times as many for {h_many * limit.scale:.2g}{limit.unit} and"
-            f" {error_many:.1%}."
+            f"{_count(sets[0].particles)} particles pay for {few}, {times:.3g} times as many for {many}."
         )
     return " ".join(sentences)
 
@@ -300,42 +301,36 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     shown = {limit_of(o.result.scene): o.result for o in outcomes}
     panels = {f"{limit.name}: {limit.looked_at}": _panel(limit, result) for limit, result in shown.items()}
     columns = {limit.name: _column(limit, result) for limit, result in shown.items()}
-    ylabel = "rms deviation from the value at the point  [%]"
-    tradeoff(panels, paths[0], ylabel, "Smaller elements: less bias, more noise", note)
-    few = budgets(outcomes[0].result)[0]
-    title = f"One measurement of {_count(few.particles)} particles by elements of three sizes"
-    resolutions(columns, paths[1], title, note)
+    tradeoff(panels, paths[0], "rms error at the point  [%]", "Smaller elements: less bias, more noise", note)
+    few = _count(budgets(outcomes[0].result)[0].particles)
+    resolutions(columns, paths[1], f"One measurement of {few} particles by elements of three sizes", note)
     return paths
 
 
 def _panel(limit: Limit, result: tp.Result) -> tuple:
-    from viz.tradeoff import Curve, Tradeoff
+    from viz import Curve, Tradeoff
 
     half = limit.span * np.geomspace(0.8 / MIDDLE, 1, 80)
     of, percent = limit.moments(-half, half), 100 / limit.value
-    sizes = 2 * np.array(POINTS) / MIDDLE * limit.span * limit.scale
-
-    def curve(histories: float, parts: int = 1, measured: np.ndarray | None = None, error: np.ndarray | None = None):
-        particles = histories / parts
-        milliseconds = float(f"{1e3 * result.cost.seconds / result.particles * particles:.2g}")
-        label = f"{_count(particles)} particles, {milliseconds:g} ms"
-        expected = percent * of.deviation(limit.value, histories, parts)
-        points = () if measured is None else (sizes, 100 * measured, 100 * error)
-        return Curve(label, expected, *points)
-
-    curves = [*(curve(*budget) for budget in budgets(result)), curve(result.particles)]
+    sizes, curves = 2 * np.array(POINTS) / MIDDLE * limit.span * limit.scale, []
+    for each in (*budgets(result), Budget(result.particles)):
+        milliseconds = float(f"{1e3 * result.cost.seconds / result.particles * each.particles:.2g}")
+        label = f"{_count(each.particles)} particles, {milliseconds:g} ms"
+        expected = percent * of.deviation(limit.value, each.histories, each.parts)
+        found = () if each.measured is None else (sizes, 100 * each.measured, 100 * each.error)
+        curves.append(Curve(label, expected, *found))
     bias = percent * np.abs(of.mean - limit.value)
     return Tradeoff(f"width of {limit.name}  [{limit.unit.strip()}]", 2 * half * limit.scale, bias, curves)
 
 
 def _column(limit: Limit, result: tp.Result) -> tuple:
-    from viz.resolution import Resolved
+    from viz import Resolved
     from viz.style import with_unit
 
     few = budgets(result)[0]
     best, _ = best_of(limit, few.histories, few.parts)
     nearest = min(POINTS, key=lambda j: abs(math.log(2 * j * limit.span / MIDDLE / best)))
-    bins = {"too small": SHOWN["too small"], "best": nearest, "too large": SHOWN["too large"]}
+    bins = {"too small": 1, "best": nearest, "too large": 16}
     width = 2 * limit.span / MIDDLE * limit.scale
     places = np.linspace(-limit.span, limit.span, 4 * BINS + 1)
     return Resolved(

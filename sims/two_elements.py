@@ -34,7 +34,7 @@ from transport.theory import chords, elements
 
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
-particles = 1_000_000
+particles = 4_000_000
 
 SHOWS = ("first law", "throughput", "lines", "chord")
 BODIES = {
@@ -43,7 +43,7 @@ BODIES = {
     "box": (1, 2, 3),
 }  # edges in units of size_1, which is the sphere's radius
 DEPTH = 0.05  # of the wall behind dA₁, in half sides
-PLANE = math.radians(20)  # tilt of the plane between
+PLANE = math.radians(20)  # largest tilt of the plane between
 LAST = 1.05  # duration over the longest stay
 
 L1, L2 = "L₁ = Φ₁/(dω₁ dA₁ cosθ₁)", "L₂ = Φ₂/(dω₂ dA₂ cosθ₂)"
@@ -54,10 +54,10 @@ CHORD = "mean chord"
 
 
 def cases() -> list[dict[str, object]]:
-    tilts = [(0, 0, 0.05), (75, 45, 0.05), (75, 45, 0.2)]
+    tilts = [(0, 0, 0.05, 0.05), (75, 45, 0.05, 0.02), (75, 45, 0.2, 0.2)]
     tilted = [
-        {"show": "first law", "size_1": a, "size_2": a, "tilt_1": one * tp.deg, "tilt_2": two * tp.deg}
-        for one, two, a in tilts
+        {"show": "first law", "size_1": a, "size_2": b, "tilt_1": one * tp.deg, "tilt_2": two * tp.deg}
+        for one, two, a, b in tilts
     ]
     disks = [(1.0, 1.0), (0.1, 0.1), (0.01, 0.01), (0.001, 0.001), (1.0, 2.0)]
     seen = [{"show": "throughput", "size_1": one, "size_2": two} for one, two in disks]
@@ -146,10 +146,16 @@ def disks(radius_1: float, radius_2: float, distance: float) -> tuple[tp.Disk, t
 
 def _facing_disks(size_1, size_2, distance, shine) -> tp.Scene:
     one, two = disks(size_1, size_2, distance)
-    normal = math.sin(PLANE), 0.0, math.cos(PLANE)
-    plane = tp.Disk(center=(0, 0, distance / 2), normal=normal, radius=1.3 * max(size_1, size_2))
+    radius = 1.3 * max(size_1, size_2)
+    tilt = min(PLANE, math.atan(0.4 * distance / radius))  # so that the plane meets neither disk
+    plane = tp.Disk(center=(0, 0, distance / 2), normal=(math.sin(tilt), 0, math.cos(tilt)), radius=radius)
     sources = [tp.Source(one, shine, aim=two), tp.Source(two, shine, aim=one)]
-    counters = [tp.Detector(shape, name) for name, shape in {"dA1": one, "dA2": two, "plane": plane}.items()]
+    counters = [
+        tp.Detector(one, "dA1"),
+        tp.Detector(two, "dA2"),
+        tp.Detector(plane, "plane via dA1", via="dA1"),
+        tp.Detector(plane, "plane via dA2", via="dA2"),
+    ]
     return tp.Scene(sources=sources, detectors=counters)
 
 
@@ -186,9 +192,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     if not names:
         stay = result.ledger["in_flight"] / result.ledger["emitted"] * constant(result, scene.duration, "s")
         return {CHORD: stay * constant(result, tp.speed_of_light, "m s^-1")}
-    if "plane" in names:
-        plane, at_1, at_2 = result["plane"], result["dA1"], result["dA2"]
-        fluxes = {AT_2: at_2.flux_in, AT_1: at_1.flux_in, UP: plane.flux_out, DOWN: plane.flux_in}
+    if "plane via dA1" in names:
+        at_1, at_2, up, down = (result[name] for name in ("dA1", "dA2", "plane via dA1", "plane via dA2"))
+        fluxes = {AT_2: at_2.flux_in, AT_1: at_1.flux_in, UP: up.flux_out, DOWN: down.flux_in}
         rows = {name: flux / shine for name, flux in fluxes.items()}
         one, two = at_1.detector.shape, at_2.detector.shape
         by_middles = elements.element_throughput(one.area, 1.0, two.area, 1.0, two.center[2])
@@ -266,7 +272,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def _alike(outcomes: list[Outcome]) -> list[Outcome]:
     """Cases of two facing disks of one size, which the bias's fall is read from."""
-    facing = [o for o in outcomes if "plane" in o.result]
+    facing = [o for o in outcomes if "plane via dA1" in o.result]
     return [o for o in facing if o.result["dA1"].area == o.result["dA2"].area]
 
 
@@ -291,7 +297,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
             title="Finite elements: what their middles get wrong falls as (a/r)²",
             log_x=True,
             log_y=True,
-            note=provenance(alike),
+            note=f"{provenance(alike)}, the same random numbers in each",
         )
         paths.append(path.with_stem(path.stem + "_laws"))
     shown = [(o, row) for o in outcomes for row in o.rows if len(alike) < 2 or o not in alike]
@@ -307,7 +313,7 @@ def _shown(outcome: Outcome) -> str:
         return str(of.get("body", "sphere"))
     if of.get("show", "first law") == "first law":
         tilts = [f"{math.degrees(of.get(name, 0.0)):.3g}°" for name in ("tilt_1", "tilt_2")]
-        return f"tilts {' and '.join(tilts)}, a = {of.get('size_1', 0.1):g} m"
+        return f"tilts {' and '.join(tilts)}, half sides {of.get('size_1', 0.1):g} and {of.get('size_2', 0.1):g} m"
     return f"disks of {of.get('size_1', 0.1):g} m and {of.get('size_2', 0.1):g} m"
 
 

@@ -105,12 +105,12 @@ def test_every_solid_angle_is_counted(outcomes, subject):
 
 def test_a_hemisphere_is_two_pi_and_its_projection_pi(outcomes):
     caps, projected, dome = (outcomes[subject] for subject in ("isotropic", "cosine law", "dome"))
-    assert caps["∫dω, θ up to 90°"].exact == pytest.approx(2 * math.pi, rel=1e-15)
-    assert caps["∫dω, θ up to 180°"].estimate.exact
-    assert projected["∫cosθ dω, θ up to 90°"].estimate.exact
-    assert projected["∫cosθ dω, θ up to 90°"].exact == pytest.approx(math.pi, rel=1e-15)
+    assert caps["∫dω, θ ≤ 90°"].exact == pytest.approx(2 * math.pi, rel=1e-15)
+    assert caps["∫dω, θ ≤ 180°"].estimate.exact
+    assert projected["∫cosθ dω, θ ≤ 90°"].estimate.exact
+    assert projected["∫cosθ dω, θ ≤ 90°"].exact == pytest.approx(math.pi, rel=1e-15)
     with pytest.raises(AssertionError):  # a receiver that forgets its cosine would read 2 pi
-        assert_agrees(dome["∫cosθ dω, by a disk"].estimate, 2 * math.pi, FALSE_ALARM)
+        assert_agrees(dome["∫cosθ dω, onto a disk"].estimate, 2 * math.pi, FALSE_ALARM)
 
 
 def test_the_faces_of_a_dodecahedron_share_the_sphere_and_are_no_steradian(outcomes):

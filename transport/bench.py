@@ -14,26 +14,42 @@ import numpy as np
 from rich.table import Table
 
 from transport.detectors import Detector, Directions
-from transport.emissions import Lambertian
+from transport.emissions import Effusive, Lambertian
 from transport.materials import Diffuse, Surface
 from transport.pass_costs import pass_costs
 from transport.scene import Scene
 from transport.shapes import Box, Disk
 from transport.simulate import simulate
 from transport.sources import Source
+from transport.speeds import Maxwellian
 
 LEAST_REPEATS = 5
+SPEED, LONG = 300.0, 10.0  # [m/s] of particles, and a duration [s] in which all of them come to their ends
+GAS = Maxwellian(sigma=SPEED)
 BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000  # particles a timing
 
 
-def box_scene(albedo: float = 0.5, cells: int = 16) -> Scene:
-    """A closed cube of diffuse walls, lit by its ceiling; every wall is metered in `cells` cosine bins."""
+def box_scene(
+    albedo: float = 0.5,
+    cells: int = 16,
+    duration: float | None = None,
+    speed: float | Maxwellian = SPEED,
+    wall_speed: Maxwellian | None = None,
+) -> Scene:
+    """A closed cube of diffuse walls, fed by its ceiling; every wall is metered in `cells` cosine bins."""
     faces = Box(size=2.0).faces()
+    wall = Diffuse(albedo, speed=wall_speed)
     return Scene(
-        sources=[Source("+z", Lambertian(exitance=1.0), side="back")],
-        surfaces=[Surface(face, Diffuse(albedo), name=name) for name, face in faces.items()],
+        sources=[Source("+z", Effusive(exitance=1.0, speed=speed), side="back")],
+        surfaces=[Surface(face, wall, name=name) for name, face in faces.items()],
         detectors=[Detector(name, side="back", directions=Directions(mu=cells)) for name in faces],
+        duration=duration,
     )
+
+
+def thermal_box_scene() -> Scene:
+    """The same cube with a clock, a Maxwellian gas and walls that give off theirs."""
+    return box_scene(duration=LONG, speed=GAS, wall_speed=GAS)
 
 
 def disks_scene() -> Scene:
@@ -56,8 +72,10 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
     return [
         *_box_rows(repeats, share),
         *_disk_rows(repeats, share),
+        *_clock_rows(repeats, share),
         *_memory_rows(1_000_000_000 if long else 10_000_000),
         *_pass_rows("closed box", box_scene()),
+        *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),
         *_pass_rows("coaxial disks", disks_scene()),
     ]
 
@@ -119,6 +137,26 @@ def _disk_rows(repeats: int, share: int) -> list[dict]:
     return [
         _row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
         _row("coaxial disks, one particle at a time", by_one, "particles/s"),
+    ]
+
+
+def _clock_rows(repeats: int, share: int) -> list[dict]:
+    """What a clock, speeds and thermal walls add to the time of a crossing, each as a ratio to the one before."""
+    scenes = {
+        "with a clock, against without": box_scene(duration=LONG),
+        "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
+        "with thermal walls as well, against speeds": thermal_box_scene(),
+    }
+
+    def crossings(scene: Scene) -> Callable[[], int]:
+        histories = BOX // share
+        return lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings
+
+    rates = _rates(repeats, *map(crossings, (box_scene(), *scenes.values())))
+    pairs = zip(scenes, rates, rates[1:], strict=False)
+    return [
+        _row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
+        for what, before, rate in pairs
     ]
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from transport import layout
-from transport.crossings import crossings_of
+from transport.contacts import contacts_of
 from transport.emitters import emitters_of, triangle_columns
 from transport.instants import fill_phase_spaces, fill_snapshots
 from transport.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
@@ -122,7 +122,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     if len(surfaces) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
-    _fill_crossings(plan, sheets)
+    _fill_contacts(plan, sheets)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
 
 
@@ -135,7 +135,7 @@ def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
 
 
-def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
+def _fill_contacts(plan: Plan, sheets: list[Sheet]) -> None:
     """Rows of the surfaces that cut or touch the inside of another one; acting members are numbered as `surfaces` are."""
     acting = [
         (number, m) for number, sheet in enumerate(sheets, 1) for m in sheet.members if m.surface is not None
@@ -144,7 +144,7 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
     for _, member in acting:
         first_rows.append(row)
         row += len(parts_of(member.surface.material))
-    for hit, other in crossings_of([member for _, member in acting]):
+    for hit, other in contacts_of([member for _, member in acting]):
         (sheet_hit, _), (sheet, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
             continue
@@ -159,7 +159,7 @@ def _fill_crossings(plan: Plan, sheets: list[Sheet]) -> None:
             values["radius"] = shape.radius / size
         else:
             values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True))
-        plan.crossings.append(layout.row(layout.CROSSING, **values))
+        plan.contacts.append(layout.row(layout.CONTACT, **values))
 
 
 def _surface_rows(plan: Plan, material: Material) -> list[np.ndarray]:

@@ -1,7 +1,8 @@
 """Emissions: how much leaves a source, in which directions and how fast.
 
-An emission knows the shapes that it can leave from, and what leaves one of them: with a clock the whole amount, an
-energy [J] or a number of particles; in a steady scene a rate [W] or [s^-1].  A speed left out is that of light.
+An emission knows the shapes that it can leave from, and what leaves one of them: with a clock the whole
+amount, an energy [J] or a number of particles; in a steady scene a rate [W] or [s^-1].  A speed left out is
+that of light.
 """
 
 import math
@@ -52,7 +53,7 @@ class Emission:
         pulse: Pulse | None = None,
         is_back: bool = False,
     ) -> float:
-        """All that leaves one side of the shape: [J] or particles; without a duration [s] a rate, [W] or [s^-1].
+        """All that leaves one side of the shape [J or 1]; without a duration [s] a rate [W or s^-1].
 
         A rate holds for the duration, or while a BoxPulse is on.
         """
@@ -81,8 +82,8 @@ class Emission:
         if isinstance(self.speed, SpeedDistribution):
             refuse(
                 self,
-                f"speed must be a number, got {shown(self.speed)}; particles of many speeds are emitted by Effusive"
-                " from a surface or by Gas from a volume",
+                f"speed must be a number, got {shown(self.speed)}; particles of many speeds leave as Effusive"
+                " from a surface, or as Gas",
             )
         settle_positive(self, "speed")
 
@@ -91,8 +92,8 @@ class Emission:
 class Lambertian(Emission):
     """Diffuse emission from one side of a surface: equal radiance in all directions.
 
-    One of `radiance` [W m^-2 sr^-1], `exitance` [W m^-2], `power` [W] and `energy` [J] (both of the whole shape) is
-    given.
+    One of `radiance` [W m^-2 sr^-1], `exitance` [W m^-2], `power` [W] and `energy` [J] (both of the whole
+    shape) is given.
     """
 
     radiance: float | None = None
@@ -172,7 +173,7 @@ class Beam(Emission):
 
 
 class ParticleEmission(Emission):
-    """What Gas and Effusive share: numbers of particles, which may have a mass and a distribution of speeds."""
+    """What Gas and Effusive share: particles, which may have a mass and a distribution of speeds."""
 
     measured_in = "particles"
     whole = "number"
@@ -198,12 +199,12 @@ class ParticleEmission(Emission):
 
 @scene_object
 class Gas(ParticleEmission):
-    """Particles in free flight from time 0 on: uniform in a Box or Sphere, in a Gaussian Cloud, or from a Point.
+    """Particles that fly from time 0 on: uniform in a Box or Sphere, in a Gaussian Cloud, or from a Point.
 
-    One of `density` [m^-3] (of a Cloud: at its centre) and `number` is given.  `speed`: a number [m/s], 0 for particles
-    at rest, or a distribution.  Their directions are isotropic, or all along `direction`; there a Maxwellian gives one
-    signed velocity component, and negative speeds fly the other way.  `mass` of a particle [kg]: that of its Maxwellian
-    where it is left out.
+    One of `density` [m^-3] (of a Cloud: at its centre) and `number` is given.  `speed`: a number [m/s], 0 for
+    particles at rest, or a distribution.  Their directions are isotropic, or all along `direction`; there a
+    Maxwellian gives one signed velocity component, and negative speeds fly the other way.  `mass` of a
+    particle [kg]: that of its Maxwellian where it is left out.
     """
 
     density: float | None = None
@@ -246,9 +247,9 @@ class Gas(ParticleEmission):
 class Effusive(ParticleEmission):
     """What a gas behind a surface would send through it: the cosine law, speeds weighted by the speed.
 
-    One of `density` of that gas [m^-3], `exitance` [s^-1 m^-2] and `number` (in all, within the duration or pulse) is
-    given.  `speed`: a number [m/s] or a distribution; the drift of a Maxwellian only on flat shapes.  `mass` of a
-    particle [kg]: that of its Maxwellian where it is left out.
+    One of `density` of that gas [m^-3], `exitance` [s^-1 m^-2] and `number` (in all, within the duration or
+    pulse) is given.  `speed`: a number [m/s] or a distribution; the drift of a Maxwellian only on flat
+    shapes.  `mass` of a particle [kg]: that of its Maxwellian where it is left out.
     """
 
     density: float | None = None
@@ -273,13 +274,13 @@ class Effusive(ParticleEmission):
             )
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """Particles a second [s^-1]: exitance area, or density times mean speed / 4 times area (Reif 1965, 7.11)."""
+        """exitance area, or density area mean speed / 4 [s^-1] (Reif 1965, 7.11)."""
         return (
             self.density * self.crossing_speed(shape, is_back) if self.exitance is None else self.exitance
         ) * shape.area
 
     def crossing_speed(self, shape: Shape, is_back: bool = False) -> float:
-        """One-way flux density through the surface over the density of the gas [m/s]: a quarter of the mean speed."""
+        """One-way flux density over the density of the gas [m/s]: at rest a quarter of the mean speed."""
         if not isinstance(self.speed, SpeedDistribution):
             return self.speed / 4
         if self.speed.has_drift and isinstance(shape, FlatShape):

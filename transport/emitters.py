@@ -1,8 +1,11 @@
 """Each source becomes emitters: one place to be born at, one law of directions, a target or none."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +17,9 @@ from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.space import Space
 from transport.validation import refuse, shown
 from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.plan import Plan
 
 FAINTEST = 1e-200  # [sr] that a target may fill
 Step = tuple[str, np.ndarray]  # name of a pass, row of its table
@@ -41,7 +47,7 @@ class Emitter:
         return self.amount * self.weight
 
 
-def emitters_of(plan: "Plan", sheet_of: Callable[[Shape], int]) -> list[Emitter]:
+def emitters_of(plan: Plan, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
     """The emitters of all sources; `sheet_of` gives the number of the sheet on which a piece lies."""
     scene, space, emitters = plan.scene, plan.space, []
     for source in scene.sources:

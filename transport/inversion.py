@@ -20,8 +20,8 @@ def increasing_root(
 ) -> np.ndarray:
     """x >= 0 at which a misfit, increasing between `low` and `high`, is 0; arrays, each lane by itself.
 
-    misfit: x -> (logarithm of value over target, its slope times x).  Newton in log x, halving where it would leave
-    the bracket.
+    misfit: x -> (logarithm of value over target, its slope times x).  Newton in log x, halving where it would
+    leave the bracket.
     """
     low, high = np.array(low, float), np.array(high, float)
     x = 0.5 * (low + high)
@@ -47,7 +47,8 @@ def log_ratio(value: np.ndarray, target: np.ndarray) -> np.ndarray:
 class PiecewiseLaw:
     """A density on pieces between knots, on each of them a quadratic in Bernstein form.
 
-    coefficients: (pieces, 3), none below 0, so that every sum below is one of positive terms.  `mass` is the integral.
+    coefficients: (pieces, 3), none below 0, so that every sum below is one of positive terms.  `mass` is the
+    integral.
     """
 
     def __init__(self, knots: np.ndarray, coefficients: np.ndarray) -> None:
@@ -68,12 +69,11 @@ class PiecewiseLaw:
 
 def _ladder(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Knots, coefficients, and the integral below each knot."""
-    pieces = (np.diff(knots) * coefficients.sum(axis=1) / 3).astype(np.longdouble)
-    return knots, coefficients, np.concatenate([[0.0], np.cumsum(pieces)]).astype(float)
+    return knots, coefficients, _sums(np.diff(knots) * coefficients.sum(axis=1) / 3)
 
 
 def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Where the integral from the lowest knot reaches t; within a piece measured from the end that is nearer."""
+    """Where the integral from the lowest knot reaches t; in a piece measured from its nearer end."""
     piece = np.clip(np.searchsorted(below, t, side="right") - 1, 0, len(knots) - 2)
     from_left, from_right = t - below[piece], below[piece + 1] - t
     flip = from_right < from_left
@@ -95,73 +95,86 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
 class WeightedByItself:
     """The law of a quantile function q(u), weighted by |q|: `mean` is the mean of |q|.
 
-    Gauss-Legendre on panels that shrink geometrically towards both ends of [0, 1) and are halved where q is not smooth:
-    exact to rounding, jumps included, but that near 1 a u is known to 2^-53 only, so that a tail that is not bounded
-    has a relative error of about 2^-53 / (1 - u).
+    Gauss-Legendre on panels that shrink geometrically towards both ends of [0, 1) and are halved where q is not
+    smooth: exact to rounding, jumps included, but that near 1 a u is known to 2^-53 only, so that a tail that
+    is not bounded has a relative error of about 2^-53 / (1 - u).
     """
 
     def __init__(self, q: Callable[[np.ndarray], np.ndarray]) -> None:
         self._q = q
-        self._ups = _Panels(lambda u: np.abs(q(u)), first=-120, granularity=0.0)
-        self._downs = _Panels(lambda rest: np.abs(q(np.minimum(1 - rest, LAST))), first=-53, granularity=1.0)
-        self.mean = self._ups.whole + self._downs.whole
+        lower = _refined(self._weight, *_octaves(120), False)
+        upper = _refined(self._weight, *_octaves(53), True)
+        # In the order of u; above 1/2 a place is 1 - u, which falls.
+        self._start = np.concatenate([lower[0], upper[1][::-1]])
+        self._end = np.concatenate([lower[1], upper[0][::-1]])
+        self._is_upper = np.arange(len(self._start)) >= len(lower[0])
+        pieces = _integral(self._weight, self._start, self._end, self._is_upper)
+        self._below, self._above = _sums(pieces), _sums(pieces[::-1])
+        self.mean = float(self._below[-1])
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """q where the integral of |q| reaches the share u of the whole."""
         u = np.asarray(u, float)
-        place = np.empty(u.shape)
-        upper = u * self.mean > self._ups.whole
-        place[~upper] = self._ups.reached(u[~upper] * self.mean)
-        place[upper] = 1 - self._downs.reached((1 - u[upper]) * self.mean)
+        place, upper = np.empty(u.shape), u > 0.5
+        place[~upper] = self._reached(u[~upper], self._below, self._start, self._end, self._is_upper)
+        down = self._above, self._end[::-1], self._start[::-1], self._is_upper[::-1]
+        place[upper] = self._reached(1 - u[upper], *down)
         return self._q(np.minimum(place, LAST))
 
+    def _weight(self, place: np.ndarray, is_upper: np.ndarray | bool) -> np.ndarray:
+        return np.abs(self._q(np.where(is_upper, np.minimum(1 - place, LAST), place)))
 
-class _Panels:
-    """Panels over [0, 1/2] on which the integral of f(t) >= 0 is known.
-
-    first: the power of 2 that ends the lowest panel.  granularity: 1 where f rounds t as a part of 1, else 0.
-    """
-
-    def __init__(self, f: Callable[[np.ndarray], np.ndarray], first: int, granularity: float) -> None:
-        self._f, self._granularity = f, granularity
-        edges = np.concatenate([[0.0], 2.0 ** np.arange(float(first), 0.0)])
-        self._low, self._high = self._refined(edges[:-1], edges[1:])
-        pieces = self._integral(self._low, self._high).astype(np.longdouble)
-        self._below = np.concatenate([[0.0], np.cumsum(pieces)]).astype(float)
-        self.whole = float(self._below[-1])
-
-    def reached(self, target: np.ndarray) -> np.ndarray:
-        """t at which the integral from 0 reaches the target."""
-        panel = np.clip(np.searchsorted(self._below, target, side="right") - 1, 0, len(self._low) - 1)
-        low, width = self._low[panel], self._high[panel] - self._low[panel]
-        rest = target - self._below[panel]
+    def _reached(self, share, sums, start, end, is_upper) -> np.ndarray:
+        """The u that the share of the whole is reached at, from the start of the first panel on."""
+        target = share * sums[-1]
+        panel = np.clip(np.searchsorted(sums, target, side="right") - 1, 0, len(start) - 1)
+        start, way, is_upper = start[panel], end[panel] - start[panel], is_upper[panel]
+        rest = target - sums[panel]
 
         def misfit(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            integral = self._integral(low, low + y * width)
-            return log_ratio(integral, rest), y * width * self._f(low + y * width) / integral
+            place = start + y * way
+            integral = _integral(self._weight, start, place, is_upper)
+            return log_ratio(integral, rest), y * np.abs(way) * self._weight(place, is_upper) / integral
 
         y = increasing_root(misfit, np.zeros(rest.shape), np.ones(rest.shape))
-        return low + width * np.where(rest > 0, y, 0.0)
+        place = start + way * np.where(rest > 0, y, 0.0)
+        return np.where(is_upper, 1 - place, place)
 
-    def _integral(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        width = high - low
-        return width * (self._f(low[:, None] + width[:, None] * NODES) @ WEIGHTS)
 
-    def _refined(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The panels, halved until halving changes no integral by more than rounding does."""
-        least = 2.0**-58 * self._integral(low, high).sum()
-        kept = []
-        while len(low):
-            middle = 0.5 * (low + high)
-            halves = self._integral(low, middle) + self._integral(middle, high)
-            noise = 2.0**-52 * (low + high + self._granularity) * np.abs(self._f(high) - self._f(low))
-            wrong = np.abs(halves - self._integral(low, high)) > 2.0**-50 * halves + noise + least
-            wrong &= (middle > low) & (middle < high)
-            if len(kept) + 2 * len(low) > MOST_PANELS:
-                wrong[:] = False
-            kept += zip(low[~wrong], high[~wrong], strict=True)
-            low, high = (
-                np.concatenate([low[wrong], middle[wrong]]),
-                np.concatenate([middle[wrong], high[wrong]]),
-            )
-        return tuple(np.array(sorted(kept)).T)
+def _octaves(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends of panels over [0, 1/2]."""
+    edges = np.concatenate([[0.0], 2.0 ** np.arange(-float(count), 0.0)])
+    return edges[:-1], edges[1:]
+
+
+def _sums(pieces: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(pieces.astype(np.longdouble))]).astype(float)
+
+
+def _integral(
+    weight: Callable, start: np.ndarray, end: np.ndarray, is_upper: np.ndarray | bool
+) -> np.ndarray:
+    way = end - start
+    places = start[:, None] + way[:, None] * NODES
+    return np.abs(way) * (weight(places, np.reshape(is_upper, (-1, 1))) @ WEIGHTS)
+
+
+def _refined(
+    weight: Callable, low: np.ndarray, high: np.ndarray, is_upper: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The panels, halved until halving changes no integral by more than the rounding of u does."""
+    least = 2.0**-58 * _integral(weight, low, high, is_upper).sum()
+    kept = []
+    while len(low):
+        middle = 0.5 * (low + high)
+        halves = _integral(weight, low, middle, is_upper) + _integral(weight, middle, high, is_upper)
+        size = low + high + is_upper  # what u is rounded as a part of
+        noise = 2.0**-52 * size * np.abs(weight(high, is_upper) - weight(low, is_upper))
+        wrong = np.abs(halves - _integral(weight, low, high, is_upper)) > 2.0**-50 * halves + noise + least
+        wrong &= (middle > low) & (middle < high) & (len(kept) + 2 * len(low) <= MOST_PANELS)
+        kept += zip(low[~wrong], high[~wrong], strict=True)
+        low, high = (
+            np.concatenate([low[wrong], middle[wrong]]),
+            np.concatenate([middle[wrong], high[wrong]]),
+        )
+    return tuple(np.array(sorted(kept)).T)

@@ -83,7 +83,7 @@ METER = np.dtype(
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
 
-CROSSING = np.dtype(
+CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz radius reach") + _integers("surface sheet")
 )  # radius 0: a plane
 

@@ -34,8 +34,8 @@ class Black(Material):
 class Diffuse(Material):
     """Reflects the share `albedo` in [0, 1] with equal radiance in all directions; absorbs the rest.
 
-    Particles keep their speed, or leave with `speed`, a number [m/s] or a distribution, of which they are drawn weighted
-    by the speed, as from a gas of it behind the surface: thermal re-emission.
+    Particles keep their speed, or leave with `speed`, a number [m/s] or a distribution, of which they are
+    drawn weighted by the speed, as from a gas of it behind the surface: thermal re-emission.
     """
 
     albedo: float
@@ -69,10 +69,11 @@ class Transparent(Material):
 
 @scene_object
 class Mixture(Material):
-    """Each particle that arrives meets one of the materials, with the probability of its share; shares add up to 1.
+    """Each particle that arrives meets one of the materials, with the probability of its share.
 
-    parts: {material: share, ...} of Black, Diffuse, Mirror and Transparent; kept as (material, share) pairs in an order
-    that does not depend on how they were written, without those of share 0.
+    parts: {material: share, ...}, shares that add up to 1, of Black, Diffuse, Mirror and Transparent; kept as
+    (material, share) pairs in an order that does not depend on how they were written, without those of share
+    0.
     """
 
     parts: tuple[tuple[Material, float], ...]
@@ -83,10 +84,8 @@ class Mixture(Material):
     def _checked(self) -> list[tuple[Material, float]]:
         pairs = list(self.parts.items()) if isinstance(self.parts, Mapping) else self.parts
         if not _are_pairs(pairs):
-            refuse(
-                self,
-                f"parts must be materials with their shares, got {shown(self.parts)}; write {{Mirror(): 0.5, ...}}",
-            )
+            cure = "write {Mirror(): 0.5, ...}"
+            refuse(self, f"parts must be materials with their shares, got {shown(self.parts)}; {cure}")
         for material, share in pairs:
             if isinstance(material, Mixture):
                 refuse(

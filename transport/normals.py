@@ -28,8 +28,8 @@ def line(u: np.ndarray) -> np.ndarray:
 def crossing_rate(drift: np.ndarray) -> np.ndarray:
     """Mean of max(w, 0) for a normal w with that mean: phi(d) + d Phi(d).
 
-    For d < -2 by the continued fraction of the ratios of repeated integrals of erfc, r[n-1] = 1/(2 z + 2 n r[n]) at
-    z = -d/sqrt 2 (Abramowitz and Stegun 1964, 7.2.5), where the closed form cancels.
+    For d < -2 by the continued fraction of the ratios of repeated integrals of erfc, r[n-1] = 1/(2 z + 2 n
+    r[n]) at z = -d/sqrt 2 (Abramowitz and Stegun 1964, 7.2.5), where the closed form cancels.
     """
     from scipy.special import ndtr
 
@@ -44,7 +44,7 @@ def crossing_rate(drift: np.ndarray) -> np.ndarray:
 
 
 def crossing(u: np.ndarray, drift: float) -> np.ndarray:
-    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: of the normal speeds that cross a plane."""
+    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: of normal speeds that cross."""
     u = np.asarray(u, float)
     w, upper, whole = np.empty(u.shape), u > 0.5, float(crossing_rate(drift))
     w[~upper] = _slow(u[~upper] * whole, drift)

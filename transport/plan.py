@@ -24,7 +24,7 @@ class Plan:
     members: list[tuple[str, np.ndarray, Shape]] = field(
         default_factory=list
     )  # ("meet_disk", its row, its shape)
-    crossings: list[np.ndarray] = field(default_factory=list)  # surfaces that cut or touch one another inside
+    contacts: list[np.ndarray] = field(default_factory=list)  # surfaces that cut or touch one another inside
     sheets: np.ndarray = None
     surfaces: np.ndarray = None
     walls: np.ndarray = None

@@ -93,7 +93,7 @@ class GaussianPulse(Pulse):
             cure = f"write time={REACH * self.sigma:g} or more, or a smaller sigma"
             refuse(
                 self,
-                f"time must be {REACH} sigma after 0 or later, got {self.time} with sigma={self.sigma}; {cure}",
+                f"time must be {REACH} sigma or more, got {self.time} with sigma={self.sigma}; {cure}",
             )
 
     @property

@@ -319,7 +319,7 @@ class Point(Shape):
 
 @scene_object(kw_only=True)
 class Cloud(Shape):
-    """A Gaussian cloud of positions, for a Gas only; `sigma` [m], one or along each axis, bounds 8.5 sigma away."""
+    """A Gaussian cloud, for a Gas only; `sigma` [m], one or along each axis, bounds 8.5 sigma away."""
 
     center: Vector = (0.0, 0.0, 0.0)
     sigma: Vector | float

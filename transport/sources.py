@@ -11,7 +11,8 @@ from transport.validation import SceneError, check_type, refuse, scene_object, s
 from transport.vectors import dot
 
 __all__ = [
-    "Beam", "BoxPulse", "Effusive", "Emission", "Gas", "GaussianPulse", "Instant", "Isotropic", "Lambertian", "Source",
+    "Beam", "BoxPulse", "Effusive", "Emission", "Gas", "GaussianPulse", "Instant", "Isotropic", "Lambertian",
+    "Source",
 ]  # fmt: skip
 
 ALONG_PLANE = 1e-15  # the cosine that two rounded unit vectors at right angles may have
@@ -42,11 +43,11 @@ class Source(Sided):
             self.check_shape(self.shape)
 
     def amount(self, shape: Shape, duration: float | None) -> float:
-        """All that the resolved shape emits: [J] or particles; without a duration [s] a rate, [W] or [s^-1]."""
+        """All that the resolved shape emits [J or 1]; without a duration [s] a rate [W or s^-1]."""
         return self.emission.amount(shape, duration, self.pulse, self.is_back)
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a scene without the clock that this source needs, and a pulse that does not lie within it."""
+        """Refuse a scene without the clock that this source needs, and a pulse that is not within it."""
         emission, kind = self.emission, type(self.emission).__name__
         if duration is None:
             needs = {
@@ -63,7 +64,7 @@ class Source(Sided):
             reach = f"from {self.pulse.first:g} to {self.pulse.last:g} s"
             refuse(
                 self,
-                f"pulse must lie within the duration, {duration:g} s, got {self.pulse}, which reaches {reach};"
+                f"pulse must lie within the duration, {duration:g} s, got {self.pulse}, which goes {reach};"
                 " make the duration longer",
             )
 
@@ -117,7 +118,8 @@ class Source(Sided):
             got = f"{emission.given}={shown(getattr(emission, emission.given))}"
             refuse(
                 self,
-                f"pulse {self.pulse} needs the whole amount, {emission.whole}=..., got {got}; rates hold for a BoxPulse",
+                f"pulse {self.pulse} needs the whole amount, {emission.whole}=..., got {got};"
+                " rates hold for a BoxPulse",
             )
 
     def _check_beam(self, shape: Shape) -> None:

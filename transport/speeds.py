@@ -20,7 +20,7 @@ GRID = np.unique(
 
 @scene_object
 class SpeedTable(SpeedDistribution):
-    """Speeds of a tabulated `density` (any scale), linear between increasing `speeds` [m/s], nothing outside."""
+    """Speeds of a tabulated `density` (any scale), linear between increasing `speeds` [m/s], 0 outside."""
 
     speeds: tuple[float, ...]
     density: tuple[float, ...]
@@ -75,7 +75,7 @@ class SpeedTable(SpeedDistribution):
 
     @cached_property
     def _laws(self) -> tuple[PiecewiseLaw, PiecewiseLaw]:
-        """The density and the density weighted by |speed|, in units of the fastest and of the highest density."""
+        """The density and that weighted by |speed|, in units of the fastest and of the highest density."""
         v, f = np.array(self.speeds) / self.fastest, np.array(self.density) / max(self.density)
         if v[0] < 0 < v[-1] and 0.0 not in v:
             place = int(np.searchsorted(v, 0.0))
@@ -112,7 +112,7 @@ class InverseCDF(SpeedDistribution):
         if not np.isfinite(v).all():
             refuse(
                 self,
-                f"quantile must be finite, got {_at_u(v, ~np.isfinite(v))}; bound it, as by np.clip(u, 2**-54, 1 - 2**-53)",
+                f"quantile must be finite, got {_at_u(v, ~np.isfinite(v))}; clip u to 2**-54 or more",
             )
         if not v.any():
             refuse(self, "quantile must not be 0 everywhere; a Gas at rest is Gas(speed=0)")

@@ -6,5 +6,20 @@ from viz.phase_space import phase_portraits
 from viz.prisms import Starts, prisms
 from viz.profiles import profile
 from viz.radiance import radiance_map
+from viz.resolution import Resolved, resolutions
+from viz.tradeoff import Curve, Tradeoff, tradeoff
 
-__all__ = ["Starts", "comparison", "phase_portraits", "prisms", "profile", "radiance_cuts", "radiance_map"]
+__all__ = [
+    "Curve",
+    "Resolved",
+    "Starts",
+    "Tradeoff",
+    "comparison",
+    "phase_portraits",
+    "prisms",
+    "profile",
+    "radiance_cuts",
+    "radiance_map",
+    "resolutions",
+    "tradeoff",
+]

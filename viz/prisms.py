@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 
 from viz.style import BLUE, INK, MUTED, VERMILLION, figure_at
 
@@ -43,20 +44,35 @@ def prisms(
         raise ValueError("prisms: panels must hold one at least, got none")
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    with figure_at(path, (7.2 * columns + 1, 6.6 * rows + 2), title, note) as figure:
+    low, high = _limits(list(panels.values()))
+    width, height = high - low
+    side = 7.2 * height / width + 1.6
+    with figure_at(path, (7.2 * columns + 1, side * rows + 1.6), title, note) as figure:
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, (label, starts) in zip(grid.flat, panels.items(), strict=False):
             _draw_panel(axes, starts)
             axes.set_title(label, fontsize=18)
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+            axes.set_xlabel(labels[0])
         for axes in grid.flat[len(panels) :]:
             axes.set_axis_off()
         for axes in grid[:, 0]:
             axes.set_ylabel(labels[1])
-        for axes in grid[-1]:
-            axes.set_xlabel(labels[0])
         handles, words = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, words, loc="outside lower center", ncols=len(words), markerscale=4)
     return path
+
+
+def _limits(panels: list[Starts]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner of all that is drawn, the same for all panels."""
+    tips = [starts.ends.mean(axis=0) + 1.3 * _normal_arrow(starts) for starts in panels]
+    points = np.concatenate([tips, *(starts.places for starts in panels)])
+    margin = 0.06 * np.ptp(points, axis=0).max()
+    return points.min(axis=0) - margin, points.max(axis=0) + margin
+
+
+def _normal_arrow(starts: Starts) -> np.ndarray:
+    return 0.35 * np.hypot(*starts.path) * np.asarray(starts.normal)
 
 
 def _draw_panel(axes: Axes, starts: Starts) -> None:
@@ -70,16 +86,17 @@ def _draw_panel(axes: Axes, starts: Starts) -> None:
     prism = np.array([*ends, *(ends[::-1] - path), ends[0]])
     axes.plot(*prism.T, "--", color=VERMILLION, lw=2.6, label="prism, edge v dt")
     axes.plot(*ends.T, color=INK, lw=6, solid_capstyle="butt", label="patch dA")
-    middle, reach = ends.mean(axis=0), np.hypot(*path)
-    _draw_arrow(axes, middle, 0.35 * reach * np.asarray(starts.normal), INK, "n")
-    _draw_arrow(axes, ends[0] - path, 0.35 * path, VERMILLION, "v")
-    axes.set_aspect("equal", adjustable="datalim")
+    middle = ends.mean(axis=0)
+    _draw_arrow(axes, middle, _normal_arrow(starts), INK, "n")
+    _draw_arrow(axes, middle - path, 0.4 * path, VERMILLION, "v")
     axes.tick_params(colors=MUTED)
 
 
 def _draw_arrow(axes: Axes, start: np.ndarray, way: np.ndarray, colour: str, word: str) -> None:
+    """An arrow with its name beyond its head, both on a pale rim so that points do not hide them."""
+    rim = [withStroke(linewidth=6, foreground="white")]
     arrow = {"arrowstyle": "-|>,head_width=0.45,head_length=0.9", "color": colour, "lw": 3}
-    axes.annotate("", start + way, start, arrowprops=arrow, annotation_clip=False)
-    axes.annotate(
-        word, start + 1.18 * way, color=colour, ha="center", va="center", fontsize=20, fontweight="bold"
-    )
+    axes.annotate("", start + way, start, arrowprops=arrow | {"path_effects": rim, "shrinkA": 0})
+    place = start + 1.22 * way
+    words = {"ha": "center", "va": "center", "fontsize": 21, "fontweight": "bold"}
+    axes.annotate(word, place, color=colour, path_effects=rim, **words)

@@ -41,10 +41,10 @@ def resolutions(
     rows = max(len(column.sizes) for column in columns.values())
     with figure_at(path, (2 + 6.4 * len(columns), 1.6 + 4.2 * rows), title, note) as figure:
         grid = figure.subplots(rows, len(columns), squeeze=False, sharex="col", sharey="col")
-        for place, (name, column) in enumerate(columns.items()):
+        for place, column in enumerate(columns.values()):
             for axes, (label, bins) in zip(grid[:, place], column.sizes.items(), strict=False):
                 _draw_elements(axes, column, bins)
-                axes.set_title(f"{name}: {label}" if axes is grid[0, place] else label, fontsize=18)
+                axes.set_title(label, fontsize=18)
             grid[-1, place].set_xlabel(column.xlabel)
             grid[rows // 2, place].set_ylabel(column.ylabel)
     return path

@@ -72,6 +72,8 @@ def _draw_panel(axes: Axes, panel: Tradeoff) -> None:
     low = 0.5 * min(curve.expected.min() for curve in panel.curves)
     high = 1.5 * max(curve.expected.max() for curve in panel.curves)
     axes.plot(panel.widths, np.abs(panel.bias), "--", color=INK, lw=2.4, label="bias, exact", zorder=1.5)
+    if any(curve.measured is not None for curve in panel.curves):
+        axes.plot([], [], "o", color=MUTED, label="measured, ± 2 standard errors")
     axes.plot(*zip(*bests, strict=True), color=MUTED, lw=1.6, zorder=3)
     axes.plot(*zip(*bests, strict=True), "*", color=INK, mec="white", ms=26, zorder=5, label="best element")
     axes.set_xscale("log")

@@ -146,15 +146,15 @@ def test_a_partition_on_a_floor_is_not_passed_under():
 def test_a_plain_box_calls_for_no_such_care():
     from transport.compile import compile_scene
 
-    assert not any(compile_scene(scene).crossings for scene in boxes())
+    assert not any(compile_scene(scene).contacts for scene in boxes())
     assert compile_scene(
         tp.Scene(sources=[tp.Source(tp.Point(), tp.Isotropic(power=1.0))], surfaces=room(0.1))
-    ).crossings
+    ).contacts
 
 
 def test_walls_that_overhang_leak_where_rounding_decides_the_side(monkeypatch):
     """Planted: no care is taken where walls cut one another."""
-    monkeypatch.setattr(compiling, "crossings_of", lambda members: iter(()))
+    monkeypatch.setattr(compiling, "contacts_of", lambda members: iter(()))
     beam = tp.Source(tp.Point(), tp.Beam((1, 1, 0), power=1.0))
     assert (
         tp.simulate(tp.Scene(sources=[beam], surfaces=room(0.1)), particles=2000).ledger["escaped"].value

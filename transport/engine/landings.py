@@ -5,7 +5,7 @@ import math
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.layout import (
-    CROSSING,
+    CONTACT,
     EDGE,
     NO_TABLE,
     RECTANGLE,
@@ -100,7 +100,7 @@ def remember_origin(b, table, first, live):
     return live
 
 
-@lane_pass(CROSSING)
+@lane_pass(CONTACT)
 def keep_to_side(b, table, first, live):
     """A point on one surface, close to another that cuts or touches it, stays on the side it came from.
 

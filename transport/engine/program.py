@@ -136,7 +136,7 @@ def _flight(plan, moved):
         yield _step(clocks.stop_clock, clock)
     yield _step(flights.leave)
     yield _step(lanes.fill_gaps, moved)
-    if plan.crossings:
+    if plan.contacts:
         yield _step(landings.remember_origin)
     yield _step(flights.move)
 
@@ -146,7 +146,7 @@ def _landing(plan):
         yield from _stand(plan)
         if plan.has_walls:
             yield _step(landings.draw_back_from_edge, _rows(plan.walls))
-        for row in plan.crossings:
+        for row in plan.contacts:
             yield _step(landings.keep_to_side, row)
 
 

@@ -4,7 +4,6 @@ A flight from `time` to `arrival` holds the instant where time <= instant < arri
 does, from its birth to its end, so that every particle alive is counted once.
 """
 
-
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell

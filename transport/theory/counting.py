@@ -32,6 +32,12 @@ class Moments(NamedTuple):
         return np.sqrt((self.mean - value) ** 2 + self.variance(histories, parts))
 
 
+def root_mean(squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Root of the mean over measurements, the first axis, and its standard error [unit of the root]."""
+    root = np.sqrt(squares.mean(axis=0))
+    return root, squares.std(axis=0, ddof=1) / math.sqrt(len(squares)) / (2 * root)
+
+
 def best_width(value: float, curvature: float, rate: float, histories: float) -> float:
     """Width h of the element about a point whose mean comes closest to the point's value [unit of the width].
 

@@ -14,7 +14,7 @@ from transport.sheets import ROUNDING, Member
 from transport.vectors import Vector, dot
 
 
-def crossings_of(members: list[Member]) -> Iterator[tuple[int, int]]:
+def contacts_of(members: list[Member]) -> Iterator[tuple[int, int]]:
     """Pairs (hit, other) of acting members that come within rounding of one another.
 
     There are none where surfaces share edges only: a point near its own edge is cared for by itself.
