@@ -105,10 +105,9 @@ def _ball(gas: tp.Maxwellian, loss: float) -> tp.Scene:
     ball = tp.Sphere(radius=RADIUS)
     wall = tp.Mixture({tp.Black(): loss, tp.Diffuse(1.0, speed=gas): 1 - loss})
     times = theory.ball_flight_time(RADIUS, gas.sigma) * np.arange(1, LAST + 1)
+    source = tp.Source(ball, tp.Gas(DENSITY, gas))
     counted = tp.PhaseSpace(x=(-RADIUS, RADIUS), time=times, name="ball")
-    return tp.Scene(
-        tp.Source(ball, tp.Gas(DENSITY, gas)), tp.Surface(ball, wall), counted, duration=times[-1]
-    )
+    return tp.Scene(source, tp.Surface(ball, wall), counted, duration=times[-1])
 
 
 def _box(gas: tp.Maxwellian, opening: float, accommodation: float) -> tp.Scene:
@@ -249,7 +248,7 @@ SAID = {
     "ball": (LEFT.format(10), "of the gas in a leaky ball {} is left after 10 flights"),
     "box": (GONE.format(30), "by a small hole of a box {} has left after 30"),
     "beam": (ENERGY, "what leaves carries {} kT a particle, and not 3/2"),
-    "wind": (ONE_WAY, "{} n σ cross in the wind"),
+    "wind": (ONE_WAY, "of a drifting gas {} n σ cross a plane"),
     "flight": ("past the plane at 1.2 d/σ", "{} of a burst along a line is past the plane at 1.2 d/σ"),
     "burst": ("past the plane at 2.0 d/v", "{} of one to all sides at 2 d/v"),
 }
@@ -308,7 +307,7 @@ def _beam_chart(found: list[Outcome]) -> dict[str, object]:
         "estimates": beam_shares(found[0].result) / width,
         "exact": lambda v: v**3 / 2 * np.exp(-(v**2) / 2),
         "expected": theory.share_of_crossers(SPEEDS[:-1], SPEEDS[1:], 1.0) / width,
-        "guides": {"in the gas, v²...": lambda v: math.sqrt(2 / math.pi) * v**2 * np.exp(-(v**2) / 2)},
+        "guides": {"in the gas, v² exp(−v²/2σ²)": lambda v: math.sqrt(2 / math.pi) * v**2 * np.exp(-(v**2) / 2)},
         "xlabel": "speed v  [σ]",
         "ylabel": "share of the beam, per σ",
         "title": "What leaves is faster than the gas: v³ exp(−v²/2σ²)",

@@ -16,6 +16,20 @@ Scene.  The disk, and a parallel meter of half a millimetre, at which the direct
 from the disk's rim by the meter's radius a: below atan((R - a)/d) a ray surely meets the disk, above atan((R + a)/d)
 surely not.  Off the axis, where the point's E stands for the meter's mean, the two differ by about (a/2d)² ≲ 1e-6.
 At the distance 0 the meter is the disk itself, which tells what leaves it, to 89° and beyond.
+
+Turning the sheet.  The meter is turned by an angle θ to the line of sight: the flux through it falls with cosθ, and so
+does the area that it shows, dA⊥ = dA cosθ.  The radiance stays (Scratchapixel, "Radiometric quantities"), to 89.9°.  From
+1000 m the whole disk stays above the sheet's horizon; from half a metre that cuts the disk in two, and what is seen of
+it, the projected solid angle of half a cone, does not go to 0.
+
+Three ways.  L = d²Φ/(dA⊥ dω) = dE⊥/dω = dI/dA⊥ (Akenine-Möller, Haines, Hoffman 2008, eq. 7.4 and 7.6), along a ray that
+leaves at 30°: through a meter parallel to the disk, as irradiance on one across the ray, and as intensity of a part of
+the disk.  dω is a cone of half angle α about the ray that meets the disk from all of the meter.  The first is divided by
+∫cosθ dω and is L; the others hold the mean cosine to the ray, (1 + cosα)/2, which tends to 1 with dω.
+
+A ball.  From each direction a small ball receives what falls on its section π r², so that its reading is the fluence
+rate, φ = ∫ L dω = Φ/(π r²) (Hanrahan 2001 for L; the ball is the usual probe).  For this disk it need not be small: the
+view factor of a ball beside a disk is its solid angle over 4π, whatever its radius (Howell, C-136).
 """
 
 from __future__ import annotations
@@ -38,25 +52,58 @@ METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
 MAP = tp.Directions(theta=30, phi=48)  # of the hemisphere, for the picture
 INSIDE = 4  # bins within the disk's cone
+READINGS = ("meter", "three ways", "ball")
+RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω
+LEVEL, ACROSS, PART = "d²Φ/dA⊥dω", "dE⊥/dω", "dI/dA⊥"
+BALLS = {"fluence rate, ball of r = d/10": 0.1, "fluence rate, ball of r = 0.9 d": 0.9}  # r/d
 
 
 def cases() -> list[dict[str, float]]:
     on_axis = [{"distance": distance} for distance in (0.0, 0.1, 0.5, 2.0, 20.0)]
-    return [*on_axis, {"distance": 0.5, "offset": 0.5}, {"distance": 2.0, "offset": 1.5}]
+    turned = [{"distance": 1000.0, "tilt": math.radians(angle)} for angle in (60, 89, 89.9)]
+    return [
+        *on_axis,
+        {"distance": 0.5, "offset": 0.5},
+        {"distance": 2.0, "offset": 1.5},
+        *turned,
+        {"distance": 0.5, "tilt": math.radians(89.9)},
+        {"reading": "three ways"},
+        {"reading": "ball", "distance": 0.5},
+    ]
 
 
 def scene(
-    radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0
+    radiance: float = 100.0,
+    radius: float = 0.5,
+    distance: float = 2.0,
+    offset: float = 0.0,
+    tilt: float = 0.0,
+    reading: str = "meter",
 ) -> tp.Scene:
-    """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk."""
+    """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk.
+
+    tilt: by which the meter on the axis is turned away from the disk [rad];  reading: what is read instead, the
+    radiance in three ways (at half a radius from the disk) or a ball on the axis.
+    """
+    if reading not in READINGS:
+        raise tp.SceneError(f"reading must be one of {', '.join(READINGS)}, got {reading!r}")
     if distance < 0:
         raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
+    if tilt != 0 and (offset != 0 or distance == 0 or reading != "meter"):
+        raise tp.SceneError(f"tilt is of a meter on the axis and above the disk, got {tilt}; leave out the other")
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
+    if reading == "three ways":
+        return tp.Scene(sources=tp.Source(disk, emission), detectors=_three_ways(disk))
+    if reading == "ball":
+        balls = {name: tp.Sphere(center=(0, 0, distance), radius=r * distance) for name, r in BALLS.items()}
+        detectors = [tp.Detector(ball, _ball_name(name)) for name, ball in balls.items()]
+        return tp.Scene(sources=tp.Source(disk, emission, aim=max(balls.values(), key=_radius)), detectors=detectors)
     if distance == 0:
         detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))
         return tp.Scene(sources=tp.Source(disk, emission), detectors=detector)
-    meter = tp.Disk(center=(offset, 0, distance), normal=(0, 0, -1), radius=METER)
-    detectors = [tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset))]
+    normal = (math.sin(tilt), 0, -math.cos(tilt))
+    meter = tp.Disk(center=(offset, 0, distance), normal=normal, radius=METER)
+    detectors = [tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset, tilt))]
     if offset != 0:
         detectors.append(tp.Detector(meter, name="map", directions=MAP))
     return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detectors)

@@ -434,3 +434,146 @@ def test_wrong_input_is_refused_with_object_parameter_value_and_cure(make, words
 
 def test_a_refusal_is_a_value_error():
     assert issubclass(SceneError, ValueError)
+
+
+WARM, DRIFTING = Maxwellian(temperature=300, mass=4.65e-26), Maxwellian(sigma=1, drift=(0, 0, 31))
+SIGNED = SpeedTable((-1, 1), (1, 1))
+INSTANT, FLASH = Instant(0.5), Isotropic(energy=1)
+
+REFUSALS_OF_EMISSION = {
+    # speeds
+    "maxwellian of nothing": (lambda: Maxwellian(), ["Maxwellian", "temperature and mass, or sigma", "neither"]),
+    "maxwellian without mass": (lambda: Maxwellian(temperature=300), ["Maxwellian: mass", "300.0", "write mass="]),
+    "maxwellian cold": (lambda: Maxwellian(temperature=0, mass=1), ["Maxwellian: temperature", "positive", "got 0"]),
+    "maxwellian mass": (lambda: Maxwellian(sigma=1, mass=-1), ["Maxwellian: mass", "-1"]),
+    "maxwellian sigma": (lambda: Maxwellian(sigma=math.nan), ["Maxwellian: sigma", "nan"]),
+    "maxwellian drift": (lambda: Maxwellian(sigma=1, drift=(1, 2)), ["Maxwellian: drift", "(1, 2)"]),
+    "maxwellian twice": (
+        lambda: Maxwellian(temperature=300, mass=1e-26, sigma=5),
+        ["Maxwellian: sigma", "643.5", "got 5", "leave it out"],
+    ),
+    "maxwellian too fast": (lambda: Maxwellian(sigma=1e308), ["Maxwellian", "sigma=1e+308", "unit"]),
+    "maxwellian by place": (lambda: Maxwellian(300), ["Maxwellian", "keywords only", "300"]),
+    "rate of a drift": (lambda: WARM.one_way_flux(1e5), ["Maxwellian: drift", "30 sigma", "100000 m/s"]),
+    "quantile of a drift": (lambda: WARM.normal_quantile(0.5, -1e5), ["30 sigma", "-100000 m/s"]),
+    "table's speeds": (lambda: SpeedTable((0, 1, 1), (1, 1, 1)), ["SpeedTable: speeds", "increasing", "1.0 after 1.0"]),
+    "table's speed": (lambda: SpeedTable((1,), (1,)), ["SpeedTable: speeds", "two finite numbers", "(1,)"]),
+    "table's density": (lambda: SpeedTable((0, 1), (1, -1)), ["SpeedTable: density", "zero or positive", "-1.0"]),
+    "table's zeros": (lambda: SpeedTable((0, 1), (0, 0)), ["SpeedTable: density", "not all zero", "(0.0, 0.0)"]),
+    "table's lengths": (lambda: SpeedTable((0, 1), (1, 2, 3)), ["SpeedTable: density", "as many", "2, got 3"]),
+    "table's infinity": (lambda: SpeedTable((0, math.inf), (1, 1)), ["SpeedTable: speeds", "inf"]),
+    "table's range": (lambda: SpeedTable((-1e308, 1e308), (1, 1)), ["SpeedTable: speeds", "finite range", "1e+308"]),
+    "quantile no function": (lambda: InverseCDF(3), ["InverseCDF: quantile", "function", "got 3"]),
+    "quantile of one u": (lambda: InverseCDF(math.sqrt), ["InverseCDF: quantile", "array", "TypeError", "NumPy"]),
+    "quantile with if": (lambda: InverseCDF(lambda u: 1 if u < 0.5 else 2), ["InverseCDF: quantile", "ValueError"]),
+    "quantile constant": (lambda: InverseCDF(lambda u: 3.0), ["InverseCDF: quantile", "shape ()", "NumPy"]),
+    "quantile complex": (lambda: InverseCDF(lambda u: u + 1j), ["InverseCDF: quantile", "complex128"]),
+    "quantile infinite": (lambda: InverseCDF(lambda u: 1 / u), ["InverseCDF: quantile", "inf at u = 0.0", "2**-54"]),
+    "quantile falls": (lambda: InverseCDF(lambda u: 1 - u), ["InverseCDF: quantile", "not fall", "u = "]),
+    "quantile zero": (lambda: InverseCDF(lambda u: 0 * u), ["InverseCDF: quantile", "Gas(speed=0)"]),
+    # emissions
+    "gas without speed": (lambda: Gas(1e20), ["Gas: speed missing", "Gas(speed=...)"]),
+    "effusive without speed": (lambda: Effusive(number=1), ["Effusive: speed missing"]),
+    "gas of nothing": (lambda: Gas(speed=1), ["Gas", "exactly one of density, number", "none"]),
+    "gas twice": (lambda: Gas(1, 500, number=2), ["Gas", "exactly one", "density=1, number=2"]),
+    "effusive twice": (lambda: Effusive(1, 5, exitance=2), ["exactly one of density, exitance, number"]),
+    "effusive at rest": (lambda: Effusive(1, 0), ["Effusive: speed", "positive", "got 0"]),
+    "effusive backwards": (lambda: Effusive(1, SIGNED), ["Effusive: speed", "negative", "SpeedTable"]),
+    "gas backwards": (lambda: Gas(1, SIGNED), ["Gas: speed", "negative", "direction=..."]),
+    "gas of negative speed": (lambda: Gas(1, -5), ["Gas: speed", "zero or positive", "-5"]),
+    "gas of text": (lambda: Gas(1, "fast"), ["Gas: speed", "'fast'"]),
+    "drift along": (lambda: Gas(1, DRIFTING, direction=(0, 0, 1)), ["Gas: direction", "drift", "Maxwellian"]),
+    "two masses": (lambda: Gas(1, WARM, mass=1), ["Gas: mass", "4.65e-26", "got 1", "leave it out"]),
+    "mass": (lambda: Effusive(1, 5, mass=0), ["Effusive: mass", "positive", "got 0"]),
+    "light of many speeds": (lambda: Lambertian(power=1, speed=WARM), ["Lambertian: speed", "Maxwellian", "Effusive"]),
+    "beam of many speeds": (lambda: Beam((0, 0, 1), power=1, speed=SIGNED), ["Beam: speed", "SpeedTable", "Gas"]),
+    "energy and power": (lambda: Lambertian(power=1, energy=2), ["Lambertian", "exactly one", "power=1, energy=2"]),
+    "energy": (lambda: Isotropic(energy=-1), ["Isotropic: energy", "positive", "-1"]),
+    # sources and pulses
+    "density in a point": (lambda: Source(Point(), Gas(1, 1)), ["Source: density", "Point", "number="]),
+    "density in a flat cloud": (
+        lambda: Source(Cloud(sigma=(0, 1, 1)), Gas(1, 1)),
+        ["Source: density", "Cloud", "number="],
+    ),
+    "cloud of light": (lambda: Source(Cloud(sigma=1), Isotropic(power=1)), ["Isotropic leaves from", "Cloud("]),
+    "effusive point": (lambda: Source(Point(), Effusive(1, 5)), ["Effusive leaves from", "Point(", "Gas"]),
+    "drift on a ball": (lambda: Source(BALL, Effusive(1, DRIFTING)), ["Source: drift", "flat", "Sphere", "31.0"]),
+    "drift on a box": (lambda: Source(CUBE, Effusive(1, DRIFTING)), ["Source: drift", "flat", "Box"]),
+    "drift too fast": (lambda: Source(DISK, Effusive(1, DRIFTING)), ["Maxwellian: drift", "30 sigma", "31 m/s"]),
+    "drift too fast away": (
+        lambda: Source(DISK, Effusive(number=1, speed=DRIFTING), side="back"),
+        ["Maxwellian: drift", "-31 m/s"],
+    ),
+    "triangle emits": (
+        lambda: Source(Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0))), Lambertian(power=1)),
+        ["Source", "Triangle(", "come with meshes"],
+    ),
+    "aim effusive": (lambda: Source(DISK, Effusive(1, 5), aim=BALL), ["Source: aim", "Effusive", "drop aim"]),
+    "aim cloud": (lambda: Source(DISK, Lambertian(power=1), aim=Cloud(sigma=1)), ["Source: aim", "Cloud("]),
+    "pulse type": (lambda: Source(Point(), FLASH, pulse=0.5), ["Source: pulse", "a pulse such as", "got 0.5"]),
+    "pulse of a gas": (lambda: Source(CUBE, Gas(1, 1), pulse=INSTANT), ["Source: pulse", "Gas", "drop it"]),
+    "power at an instant": (
+        lambda: Source(Point(), Isotropic(power=5), pulse=INSTANT),
+        ["Source: pulse Instant", "energy=...", "power=5.0", "BoxPulse"],
+    ),
+    "density at an instant": (
+        lambda: Source(DISK, Effusive(1, 5), pulse=GaussianPulse(9, 1)),
+        ["Source: pulse GaussianPulse", "number=...", "density=1.0"],
+    ),
+    "energy without clock": (
+        lambda: Source(Point(), FLASH).check_clock(None),
+        ["Scene: duration", "Isotropic(energy=...)", "None", "duration=..."],
+    ),
+    "number without clock": (
+        lambda: Source(DISK, Effusive(number=1, speed=5)).check_clock(None),
+        ["Scene: duration", "Effusive(number=...)"],
+    ),
+    "gas without clock": (lambda: GAS.check_clock(None), ["Scene: duration", "a Gas", "None"]),
+    "pulse without clock": (
+        lambda: Source(Point(), Isotropic(power=1), pulse=BoxPulse(0, 1)).check_clock(None),
+        ["Scene: duration", "BoxPulse(", "None"],
+    ),
+    "pulse after the end": (
+        lambda: Source(Point(), FLASH, pulse=INSTANT).check_clock(0.5),
+        ["Source: pulse", "0.5 s", "Instant", "longer"],
+    ),
+    "pulse over the end": (
+        lambda: Source(Point(), FLASH, pulse=BoxPulse(0, 1)).check_clock(0.75),
+        ["Source: pulse", "0.75 s", "from 0 to 1 s"],
+    ),
+    "bell over the end": (
+        lambda: Source(Point(), FLASH, pulse=GaussianPulse(1, 0.1)).check_clock(1.5),
+        ["Source: pulse", "1.5 s", "to 1.85 s"],
+    ),
+    "instant": (lambda: Instant(-1), ["Instant: time", "zero or positive", "-1"]),
+    "box pulse": (lambda: BoxPulse(2, 1), ["BoxPulse: stop", "after start=2.0", "got 1.0"]),
+    "box pulse start": (lambda: BoxPulse(-1, 1), ["BoxPulse: start", "-1"]),
+    "bell before 0": (lambda: GaussianPulse(1, 1), ["GaussianPulse: time", "8.5 sigma", "got 1.0", "time=8.5"]),
+    "bell sigma": (lambda: GaussianPulse(1, 0), ["GaussianPulse: sigma", "positive", "got 0"]),
+    "cloud of no size": (lambda: Cloud(sigma=(0, 0, 0)), ["Cloud: sigma", "not all 0", "Point"]),
+    "cloud of two": (lambda: Cloud(sigma=(1, 2)), ["Cloud: sigma", "one or three", "(1, 2)"]),
+    "cloud sign": (lambda: Cloud(sigma=(1, -2, 1)), ["Cloud: sigma", "(1, -2, 1)"]),
+    # materials
+    "surface cloud": (lambda: Surface(Cloud(sigma=1), Black()), ["Surface: shape", "Cloud(", "sources only"]),
+    "wall at rest": (lambda: Diffuse(1, speed=0), ["Diffuse: speed", "positive", "got 0"]),
+    "wall drifts": (lambda: Diffuse(1, speed=DRIFTING), ["Diffuse: speed", "gas at rest", "drift"]),
+    "wall backwards": (lambda: Diffuse(1, speed=SIGNED), ["Diffuse: speed", "negative", "SpeedTable"]),
+    "wall speed by place": (lambda: Diffuse(1, 5), ["Diffuse", "without a keyword", "speed=...", "got 5"]),
+    "shares": (lambda: Mixture({Mirror(): 0.5}), ["Mixture: shares", "add up to 1", "0.5", "Black()"]),
+    "share": (lambda: Mixture({Mirror(): -1, Black(): 2}), ["Mixture: the share of Mirror", "[0, 1]", "-1"]),
+    "mixture of shares": (lambda: Mixture([1.0]), ["Mixture: parts", "with their shares", "[1.0]"]),
+    "mixture of numbers": (lambda: Mixture({3: 1}), ["Mixture: parts", "Mirror()", "got 3"]),
+    "mixture twice": (lambda: Mixture([(Black(), 0.5)] * 2), ["Mixture: parts", "differ", "add their shares"]),
+    "mixture of mixtures": (
+        lambda: Mixture({Mixture({Black(): 1}): 1}),
+        ["Mixture: parts", "another Mixture", "write its parts out"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSALS_OF_EMISSION.values(), ids=REFUSALS_OF_EMISSION)
+def test_wrong_emission_is_refused_with_object_parameter_value_and_cure(make, words):
+    with pytest.raises(SceneError) as caught:
+        make()
+    message = str(caught.value)
+    assert [word for word in words if word not in message] == [], message

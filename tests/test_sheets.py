@@ -30,7 +30,7 @@ def run(scene, particles=200_000):
 
 def counted(reading):
     """Weights and counts of arrivals and departures of every batch."""
-    return np.array([[reading._total(kind, side) for kind in ("weights", "counts")] for side in (0, 1)])
+    return np.array([[reading.sums.whole(kind, side)[:, 0, 0] for kind in ("weights", "counts")] for side in (0, 1)])
 
 
 def test_a_meter_of_a_walls_own_shape_counts_what_the_wall_counts():
@@ -41,7 +41,7 @@ def test_a_meter_of_a_walls_own_shape_counts_what_the_wall_counts():
     for side in (0, 1):
         for kind in ("weights", "counts", "slants"):
             np.testing.assert_array_equal(
-                result["ceiling"]._rows(kind, side), result["meter"]._rows(kind, side)
+                result["ceiling"].sums.blocks(kind, side), result["meter"].sums.blocks(kind, side)
             )
     assert result["ceiling"].counts.value.sum() > 10_000
 

@@ -54,7 +54,7 @@ class MeterSums:
 
     def whole(self, kind: str, side: int) -> np.ndarray:
         """Sums over the whole shape and all directions, (B, time, speed)."""
-        return self._blocks(kind, side).sum(axis=-1)
+        return self.blocks(kind, side).sum(axis=-1)
 
     def by_place(self, kind: str, side: int) -> np.ndarray:
         """Sums over all directions, (B, time, speed, u, v) without axes that are not binned."""
@@ -65,7 +65,7 @@ class MeterSums:
 
     def by_direction(self, kind: str, side: int) -> np.ndarray:
         """Sums in all bins, (B, time, speed, u, v, mu or theta, phi) without axes that are not binned."""
-        blocks = self._blocks(kind, side)[..., 1:]
+        blocks = self.blocks(kind, side)[..., 1:]
         inner = [self.cells[name] for name in ("u", "v", "turn", "mu")]
         values = blocks.reshape(*blocks.shape[:3], *inner).swapaxes(5, 6)  # stored (u, v, azimuth, cosine)
         if "theta" in self.direction_axes:
@@ -91,7 +91,7 @@ class MeterSums:
             return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
         return EstimateArray(values, self.run, unit, tuple(axes), axes, counts=counts, exact=exact)
 
-    def _blocks(self, kind: str, side: int) -> np.ndarray:
+    def blocks(self, kind: str, side: int) -> np.ndarray:
         """The detector's rows, (B, time, speed, block): the first row of a block fell outside its other bins."""
         first = self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half
         outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)

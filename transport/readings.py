@@ -39,7 +39,7 @@ class Reading:
         plan = result.plan
         self.detector, self.name = detector, detector.name
         self._scene, self._plan = plan.scene, plan
-        self._sums = MeterSums(plan, result.batches, result.run, detector)
+        self.sums = MeterSums(plan, result.batches, result.run, detector)
         self._is_light = plan.scene.measured_in == "watts"
         self._rate = Unit.parse("W" if self._is_light else "s^-1")
         self._is_exact_out = _leaves_once(plan, detector)
@@ -47,7 +47,7 @@ class Reading:
     @cached_property
     def area(self) -> float:
         """Area of the shape [m^2]."""
-        return self._sums.shape.area
+        return self.sums.shape.area
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:
@@ -115,7 +115,7 @@ class Reading:
     @cached_property
     def counts(self) -> Estimate | EstimateArray:
         """Number of arrivals scored in the whole run, by bin."""
-        sums, inner = self._sums, self._sums.place_axes | self._sums.direction_axes
+        sums, inner = self.sums, self.sums.place_axes | self.sums.direction_axes
         values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
         return sums.estimate(values * sums.run.sizes.sum(), Unit.parse("1"), inner, values)
 
@@ -216,25 +216,25 @@ class Reading:
 
     def _scale(self, per_second: bool, ndim: int) -> np.ndarray:
         """What a sum of 1 means: as a rate or in all, shaped to go with sums of so many axes."""
-        scale = self._plan.unit / (self._sums.seconds if per_second else 1.0)
+        scale = self._plan.unit / (self.sums.seconds if per_second else 1.0)
         return np.reshape(scale, (*np.shape(scale), *(1,) * (ndim - 3))) if np.ndim(scale) else scale
 
     def _unit(self, per_second: bool) -> Unit:
         return self._rate if per_second else self._rate * Unit.parse("s")
 
     def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
-        values, counts = (self._sums.whole(kind, side) for kind in ("weights", "counts"))
+        values, counts = (self.sums.whole(kind, side) for kind in ("weights", "counts"))
         exact = self._is_exact_out and side == DEPARTURES
-        return self._sums.estimate(
+        return self.sums.estimate(
             values * self._scale(per_second, 3), self._unit(per_second), {}, counts, exact
         )
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
-        values, counts = (self._sums.by_place(k, side) for k in (kind, "counts"))
-        exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self._sums.place_axes
+        values, counts = (self.sums.by_place(k, side) for k in (kind, "counts"))
+        exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self.sums.place_axes
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
-        return self._sums.estimate(values, unit, self._sums.place_axes, counts, exact)
+        return self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
 
     def _by_direction(
         self,
@@ -248,9 +248,9 @@ class Reading:
         if self.detector.directions is None:
             wanted = "radiance" if projected else "a quantity by direction"
             self._refuse(wanted, "directions=..., got None", "write directions=Directions(mu=16) or similar")
-        plain, cosines = solid_angles_of(self.detector, self._sums.shape)
+        plain, cosines = solid_angles_of(self.detector, self.sums.shape)
         angles = cosines if projected else plain
-        sums = self._sums
+        sums = self.sums
         values, counts = (sums.by_direction(kind, side) for kind in ("weights", "counts"))
         with np.errstate(divide="ignore", invalid="ignore"):
             values = values * self._scale(True, values.ndim) / np.where(angles > 0, angles, np.nan)
@@ -265,33 +265,33 @@ class Reading:
 
     def _momentum(self, side: int) -> Estimate | EstimateArray:
         self._need_moments("pressure")
-        values, counts = (self._sums.by_place(kind, side) for kind in ("momentum", "counts"))
+        values, counts = (self.sums.by_place(kind, side) for kind in ("momentum", "counts"))
         if self._is_light:
             one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.space.size / self._plan.tempo)
         else:
             one = self._mass("pressure") * self._plan.fastest
         values = values * (self._scale(True, values.ndim) * one) / self._areas
-        return self._sums.estimate(values, Unit.parse("Pa"), self._sums.place_axes, counts)
+        return self.sums.estimate(values, Unit.parse("Pa"), self.sums.place_axes, counts)
 
     def _mean(self, kind: str, side: int) -> Estimate | EstimateArray:
         self._need_moments("a mean speed")
         power = {"speeds": 1, "squares": 2}[kind]
-        counts = self._sums.whole("counts", side)
-        total, weight = (self._sums.whole(k, side) for k in (kind, "weights"))
+        counts = self.sums.whole("counts", side)
+        total, weight = (self.sums.whole(k, side) for k in (kind, "weights"))
         unit = Unit.parse("m s^-1") ** power
-        total = self._sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
-        return total / self._sums.estimate(weight, Unit(), {}, counts)
+        total = self.sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
+        return total / self.sums.estimate(weight, Unit(), {}, counts)
 
     def _kinetic(self, quantity: str, square: Estimate | EstimateArray) -> Estimate | EstimateArray:
         mass = self._mass(quantity)
-        joules = Estimate(np.full(len(self._sums.run), mass / 2), self._sums.run, "J m^-2 s^2", exact=True)
+        joules = Estimate(np.full(len(self.sums.run), mass / 2), self.sums.run, "J m^-2 s^2", exact=True)
         return square * joules
 
     @cached_property
     def _areas(self) -> float | np.ndarray:
         """Area of each bin of position [m^2], or of the whole shape."""
         positions = self.detector.positions
-        return self.area if positions is None else positions.areas(self._sums.shape)
+        return self.area if positions is None else positions.areas(self.sums.shape)
 
     def _mass(self, quantity: str) -> float:
         mass = None if self._is_light else scene_mass(self._scene)
