@@ -22,7 +22,6 @@ sphere that overlap, with two sources within, one outside, a white ball that two
 from __future__ import annotations
 
 import math
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,7 @@ import transport as tp
 from sims import constant, provenance, sharp
 from transport.experiment import Outcome
 from transport.theory import gas
+from transport.theory.prisms import in_oblique_prism
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -47,6 +47,10 @@ STARTED, CROSSED, DIFFER = "started in the prism", "crossed within dt", "histori
 ALONG, AGAINST, NET = "along the normal", "against the normal", "net"
 METERS = {"sphere": 1, "tetrahedron": 1, "box": 2, "empty sphere": 0}  # sources of equal power inside
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])  # of a tetrahedron
+FACES = {
+    f"tetrahedron, face {k}": corners
+    for k, corners in enumerate(((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)))
+}
 SHOWN = 0.05  # cosine above which a prism is thick enough to be drawn
 PANELS = 3  # prisms that are drawn at most
 
@@ -139,26 +143,14 @@ def _stream(tilt: float, density: float, speed: float, edges: np.ndarray) -> tp.
     return tp.Scene(source, surfaces=patch, detectors=detectors, duration=duration)
 
 
-def in_prism(patch: tp.Rectangle, path: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Which places (N, 3) [m] lie in the oblique prism before a patch, on either side of it.
-
-    path: the prism's edge v dt [m], one for all or one a place, (N, 3).
-    """
-    e_u, e_v, normal = np.array(patch.frame)
-    offset = places - patch.center
-    with np.errstate(divide="ignore", invalid="ignore"):  # along the patch the prism has no volume
-        s = -(offset @ normal) / (path @ normal)
-        foot = offset + s[:, None] * path
-        u, v = np.abs(foot @ e_u), np.abs(foot @ e_v)
-    return (u <= patch.width / 2) & (v <= patch.height / 2) & (0 < s) & (s <= 1)
-
-
 def started_and_crossed(result: tp.Result) -> tuple[np.ndarray, np.ndarray]:
     """For each history of the sample: whether it started in the prism, and whether it crossed, (N,) of bool."""
     start, end = result["start"], result["end"]
     [source], [surface] = result.scene.sources, result.scene.surfaces
     path = np.array(source.emission.direction) * source.emission.speed * result.scene.duration
-    return in_prism(surface.shape, path, start.positions), ~np.isin(_identities(start), _identities(end))
+    patch = surface.shape
+    started = in_oblique_prism(patch.center, patch.frame, (WIDTH, HEIGHT), path, start.positions)
+    return started, ~np.isin(_identities(start), _identities(end))
 
 
 def _identities(snapshot) -> np.ndarray:
@@ -198,38 +190,24 @@ def _number(result: tp.Result, chosen: np.ndarray) -> tp.Estimate:
 
 def _closed(power: float, speed: float) -> tp.Scene:
     """Overlapping closed meters; two of the three sources lie in the box, one in the sphere and the tetrahedron."""
-    point = tp.Source(tp.Point(position=(0.3, 0, 0)), tp.Isotropic(power=power, speed=speed))
+    place = np.array([0.3, 0, 0])
     disk = tp.Disk(center=(-0.5, 0.2, 0.1), normal=(1, 2, -2), radius=0.2)
     outside = tp.Box(center=(3, 1, 0.5), size=0.5)
     sources = [
-        point,
+        tp.Source(tp.Point(position=place), tp.Isotropic(power=power, speed=speed)),
         tp.Source(disk, tp.Lambertian(power=power, speed=speed)),
         tp.Source(outside, tp.Isotropic(power=2 * power, speed=speed)),
     ]
     ball = tp.Surface(tp.Sphere(center=(0.4, -0.5, 0.2), radius=0.25), tp.Diffuse(1.0), name="white ball")
     mirror = tp.Surface(tp.Disk(center=(0, 0, -2), radius=3), tp.Mirror(), name="mirror")
     meters = {
-        "sphere": tp.Sphere(center=(0.3, 0, 0), radius=0.5),
+        "sphere": tp.Sphere(center=place, radius=0.5),
         "box": tp.Box(size=(2, 2, 1.5)),
         "empty sphere": tp.Sphere(center=(-0.3, 0.3, 0.9), radius=0.4),
-    } | {name: face for name, face in zip(_faces(), _tetrahedron((0.3, 0, 0), 0.6), strict=True)}
+        **{name: tp.Triangle(vertices=place + 0.6 * CORNERS[[*face]]) for name, face in FACES.items()},
+    }
     detectors = [tp.Detector(shape, name) for name, shape in meters.items()]
     return tp.Scene(sources, surfaces=[ball, mirror], detectors=detectors)
-
-
-def _faces() -> list[str]:
-    return [f"tetrahedron, face {k}" for k in range(4)]
-
-
-def _tetrahedron(center: tuple, size: float) -> list[tp.Triangle]:
-    """Four triangles with normals outwards, `size` from the centre to each corner along each axis."""
-    faces = []
-    for opposite, corners in enumerate(reversed(list(combinations(CORNERS, 3)))):
-        a, b, c = corners
-        outwards = np.cross(b - a, c - a) @ CORNERS[opposite] < 0
-        corners = corners if outwards else (a, c, b)
-        faces.append(tp.Triangle(vertices=[np.array(center) + size * corner for corner in corners]))
-    return faces
 
 
 def _closed_rows(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -242,7 +220,7 @@ def _closed_rows(result: tp.Result) -> dict[str, tp.Estimate]:
 
 def fluxes(result: tp.Result, meter: str) -> tuple[tp.Estimate, tp.Estimate]:
     """What flows out of a closed meter, and what into it [W]."""
-    parts = [result[face] for face in _faces()] if meter == "tetrahedron" else [result[meter]]
+    parts = [result[face] for face in FACES] if meter == "tetrahedron" else [result[meter]]
     return sum(part.flux_out for part in parts), sum(part.flux_in for part in parts)
 
 

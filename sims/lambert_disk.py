@@ -40,7 +40,7 @@ from pathlib import Path
 import numpy as np
 
 import transport as tp
-from sims import provenance
+from sims import constant, provenance
 from transport.experiment import Outcome
 from transport.theory import emitters, solid_angles
 
@@ -54,8 +54,8 @@ MAP = tp.Directions(theta=30, phi=48)  # of the hemisphere, for the picture
 INSIDE = 4  # bins within the disk's cone
 READINGS = ("meter", "three ways", "ball")
 RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω
-LEVEL, ACROSS, PART = "d²Φ/dA⊥dω", "dE⊥/dω", "dI/dA⊥"
-BALLS = {"fluence rate, ball of r = d/10": 0.1, "fluence rate, ball of r = 0.9 d": 0.9}  # r/d
+THREE_WAYS = LEVEL, ACROSS, PART = "d²Φ/dA⊥dω", "dE⊥/dω", "dI/dA⊥"
+BALL = "fluence rate, Φ/πr²"
 
 
 def cases() -> list[dict[str, float]]:
@@ -69,6 +69,7 @@ def cases() -> list[dict[str, float]]:
         {"distance": 0.5, "tilt": math.radians(89.9)},
         {"reading": "three ways"},
         {"reading": "ball", "distance": 0.5},
+        {"reading": "ball", "distance": 0.5, "ball": 0.45},
     ]
 
 
@@ -79,25 +80,32 @@ def scene(
     offset: float = 0.0,
     tilt: float = 0.0,
     reading: str = "meter",
+    ball: float = 0.05,
 ) -> tp.Scene:
     """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk.
 
     tilt: by which the meter on the axis is turned away from the disk [rad];  reading: what is read instead, the
-    radiance in three ways (at half a radius from the disk) or a ball on the axis.
+    radiance in "three ways" near the disk or a "ball" on the axis;  ball: its radius [m].
     """
     if reading not in READINGS:
         raise tp.SceneError(f"reading must be one of {', '.join(READINGS)}, got {reading!r}")
     if distance < 0:
         raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
+    if reading == "ball" and not 0 < ball < distance:
+        raise tp.SceneError(
+            f"ball must be positive and below its distance {distance} from the disk, got {ball}"
+        )
     if tilt != 0 and (offset != 0 or distance == 0 or reading != "meter"):
-        raise tp.SceneError(f"tilt is of a meter on the axis and above the disk, got {tilt}; leave out the other")
+        raise tp.SceneError(
+            f"tilt needs a meter above the disk on its axis, got {tilt}; set distance=2, offset=0"
+        )
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
     if reading == "three ways":
-        return tp.Scene(sources=tp.Source(disk, emission), detectors=_three_ways(disk))
+        return tp.Scene(sources=tp.Source(disk, emission), detectors=_three_ways(radius))
     if reading == "ball":
-        balls = {name: tp.Sphere(center=(0, 0, distance), radius=r * distance) for name, r in BALLS.items()}
-        detectors = [tp.Detector(ball, _ball_name(name)) for name, ball in balls.items()]
-        return tp.Scene(sources=tp.Source(disk, emission, aim=max(balls.values(), key=_radius)), detectors=detectors)
+        sphere = tp.Sphere(center=(0, 0, distance), radius=ball)
+        detector = tp.Detector(sphere, name="ball")
+        return tp.Scene(sources=tp.Source(disk, emission, aim=sphere), detectors=detector)
     if distance == 0:
         detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))
         return tp.Scene(sources=tp.Source(disk, emission), detectors=detector)
@@ -109,8 +117,25 @@ def scene(
     return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detectors)
 
 
-def _directions(radius: float, distance: float, offset: float) -> tp.Directions:
+def _three_ways(radius: float) -> list[tp.Detector]:
+    """Two meters on the ray, parallel to the disk and across the ray, and the middle of the disk itself."""
+    ray = (math.sin(RAY), 0, math.cos(RAY))
+    place, small = [radius / 4 * x for x in ray], 0.3 * radius
+    level = tp.Disk(center=place, normal=(0, 0, -1), radius=small)
+    across = tp.Disk(center=place, normal=[-x for x in ray], radius=small)
+    arriving, leaving = (tp.Directions.cone([sign * x for x in ray], CONE) for sign in (-1, 1))
+    part = tp.Positions(u=(0, radius / 2))
+    return [
+        tp.Detector(level, LEVEL, directions=arriving),
+        tp.Detector(across, ACROSS, directions=arriving),
+        tp.Detector(tp.Disk(radius=radius), PART, directions=leaving, positions=part),
+    ]
+
+
+def _directions(radius: float, distance: float, offset: float, tilt: float) -> tp.Directions:
     """Bins round the axis, all but one within the disk or outside of it; or the largest cone round the disk's middle."""
+    if tilt != 0:
+        return tp.Directions.cone((0, 0, -1), math.atan((radius - METER) / (distance + METER)))
     if offset == 0:
         return tp.Directions(theta=theta_edges(radius, distance))
     middle, rim = math.atan(offset / distance), math.atan((offset + radius - METER) / distance)
@@ -125,6 +150,19 @@ def theta_edges(radius: float, distance: float) -> np.ndarray:
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    first = result.scene.detectors[0].name
+    if first == "ball":
+        section = math.pi * result.scene.detectors[0].shape.radius ** 2
+        return {BALL: result["ball"].flux_in / constant(result, section, "m^2")}
+    if first == LEVEL:
+        part = result.scene.detectors[2].positions.u[-1]
+        shown = constant(result, math.pi * part**2 * math.cos(RAY), "m^2")
+        intensity = result[PART].intensity_out[0, 0]
+        return {
+            LEVEL: result[LEVEL].radiance[0],
+            ACROSS: result[ACROSS].flux_density[0],
+            PART: intensity / shown,
+        }
     meter = result["meter"]
     if result.scene.sources[0].aim is None:
         leaving = {
@@ -140,8 +178,20 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def exact(
-    radiance: float = 100.0, radius: float = 0.5, distance: float = 2.0, offset: float = 0.0
+    radiance: float = 100.0,
+    radius: float = 0.5,
+    distance: float = 2.0,
+    offset: float = 0.0,
+    tilt: float = 0.0,
+    reading: str = "meter",
+    ball: float = 0.05,
 ) -> dict[str, float]:
+    if reading == "three ways":
+        mean = radiance * (1 + math.cos(CONE)) / 2
+        return {LEVEL: radiance, ACROSS: mean, PART: mean}
+    fluence_rate = float(radiance * solid_angles.disk_solid_angle(radius, distance))
+    if reading == "ball":
+        return {BALL: fluence_rate}
     if distance == 0:
         area = math.pi * radius**2
         power = emitters.lambert_power(radiance, area)
@@ -150,12 +200,15 @@ def exact(
     if offset != 0:
         irradiance = emitters.disk_irradiance(radiance, radius, distance, abs(offset))
         return {"irradiance": float(irradiance), "radiance, cone in the disk": radiance}
+    if tilt != 0:
+        seen = solid_angles.cone_projected_solid_angle(math.atan(radius / distance), math.cos(tilt))
+        return {"irradiance": float(radiance * seen), "radiance, cone in the disk": radiance}
     edges = theta_edges(radius, distance)
     return {
         "irradiance": float(emitters.mean_disk_irradiance(radiance, radius, METER, distance)),
         **{_bin("radiance in the disk", edges, i): radiance for i in range(INSIDE)},
         "radiance beside it": 0.0,
-        "fluence rate": float(radiance * solid_angles.disk_solid_angle(radius, distance)),
+        "fluence rate": fluence_rate,
     }
 
 
@@ -165,30 +218,34 @@ def _bin(quantity: str, edges: np.ndarray, index: int) -> str:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    scores = [row.z for o in outcomes for row in o.rows if "radiance" in row.name and row.exact]
-    irradiances = [o["irradiance"].estimate.value for o in outcomes if o.rows[0].name == "irradiance"]
-    fall = (
-        f" while the irradiance falls {max(irradiances) / min(irradiances):.3g}-fold"
-        if len(irradiances) > 1
-        else ""
-    )
-    return f"Radiance stays L in all {len(scores)} bins, the furthest {np.abs(scores).max():.1f} standard errors off{fall}."
+    rows = [row for o in outcomes for row in o.rows]
+    scores = [row.z for row in rows if row.name.startswith(("radiance", *THREE_WAYS)) and row.exact]
+    if not scores:
+        return f"A ball reads the fluence rate: {rows[0].estimate}, exact {rows[0].exact:.6g}."
+    irradiances = [row.estimate.value for row in rows if row.name == "irradiance"]
+    fall = max(irradiances, default=1) / min(irradiances, default=1)
+    while_it_falls = f" while the irradiance falls {fall:.3g}-fold" if len(irradiances) > 1 else ""
+    furthest = f"the furthest {np.abs(scores).max():.1f} standard errors off"
+    return f"Radiance is L in all {len(scores)} bins and ways, {furthest}{while_it_falls}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Radiance at several distances; beside it, as <name>_map, the hemisphere above a meter off the axis."""
-    from viz import comparison, radiance_cuts
+    """Radiance at several distances; as <name>_map the hemisphere above a meter off the axis; as <name>_ways the rest."""
+    from viz import radiance_cuts
 
     path = Path(path)
     paths = [path]
-    oblique = [o for o in outcomes if len(o.result.scene.detectors) > 1]
+    oblique = [o for o in outcomes if "map" in [d.name for d in o.result.scene.detectors]]
     if oblique:
         paths.append(path.with_stem(path.stem + "_map"))
         draw_map(oblique[0], paths[-1])
+    others = [o for o in outcomes if {"tilt", "reading"} & o.parameters.keys()]
+    if others and len(others) < len(outcomes):
+        paths.append(path.with_stem(path.stem + "_ways"))
+        draw_rows(others, paths[-1], "The sheet turned, radiance three ways, and a ball")
     shown = [o for o in outcomes if "radiance beside it" in [row.name for row in o.rows]]
     if not shown:
-        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
-        comparison(table, path, title="A Lambert disk", note=provenance(outcomes))
+        draw_rows(outcomes, path, "A Lambert disk")
         return paths
     curves, laws = {}, {}
     for outcome in shown:
@@ -216,6 +273,23 @@ def draw_map(outcome: Outcome, path: Path) -> None:
 
     title = f"A Lambert disk seen from {distance:g} m above it and {offset:g} m off its axis"
     radiance_map(outcome.result["map"].radiance, path, exact=seen, title=title, note=provenance([outcome]))
+
+
+def draw_rows(outcomes: list[Outcome], path: Path, title: str) -> None:
+    """All rows beside their exact values."""
+    from viz import comparison
+
+    table = {f"{row.name}{_where(o)}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
+    comparison(table, path, title=title, note=provenance(outcomes))
+
+
+def _where(outcome: Outcome) -> str:
+    """What tells a case from the others, for a label."""
+    words = {"distance": "at {:g} m", "offset": "{:g} m aside", "ball": "r = {:g} m"}
+    given = [words[name].format(value) for name, value in outcome.parameters.items() if name in words]
+    if tilt := outcome.parameters.get("tilt"):
+        given.append(f"turned by {math.degrees(tilt):.4g}°")
+    return f", {', '.join(given)}" if given else ""
 
 
 if __name__ == "__main__":

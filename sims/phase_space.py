@@ -242,23 +242,30 @@ def verdict(outcomes: list[Outcome]) -> str:
         start, length, speed = setting(outcome.result)
         names = _names(start, length, speed)
         if start == "cloud":
-            cooled = [outcome[f"kT/m at x = σ, {name}"].estimate for name in (names[0], names[-1])]
-            said.append(f"a free cloud cools at each place to {cooled[1] / cooled[0]} of its temperature")
+            left = _kept(outcome, "kT/m at x = σ", names)
+            said.append(f"by {names[-1]} a free cloud has cooled at each place to {left} of its temperature")
         elif start == "shear":
-            areas = [outcome[f"{EMITTANCE}, {name}"].estimate for name in (names[0], names[-1])]
-            along = [outcome[f"n along path b, {name}"].estimate for name in (names[0], names[-1])]
-            said.append(f"sheared, it keeps its area in phase space (squared: {areas[1] / areas[0]} of it)")
-            said.append(f"and its density along a path ({along[1] / along[0]}, but for the bins' size)")
+            kept = [_kept(outcome, name, names) for name in (EMITTANCE, "n along path a", "n along path b")]
+            said.append(f"of its squared area in phase space a sheared one keeps {kept[0]}")
+            said.append(f"of its density along two paths, in bins of finite size, {kept[1]} and {kept[2]}")
         else:
             density = [row.estimate.value * length for row in outcome.rows if "n in quarter" in row.name]
             spread = max(abs(n - 1) for n in density[-4:])
             said.append(f"{WORDS[start]} is within {spread:.2g} of uniform at {names[-1]}")
             if start == "waterbag":
+                within = outcome[f"{WITHIN}, {names[-1]}"].estimate * length * speed
                 said.append(
-                    f"its density {outcome[f'{WITHIN}, {names[-1]}'].estimate} within filaments, 0 without"
+                    f"but n is {within.value:.4f} ± {within.error:.4f} in its filaments and 0 without"
                 )
     words = "; ".join(said)
     return f"{words[0].upper()}{words[1:]}."
+
+
+def _kept(outcome: Outcome, quantity: str, names: list[str]) -> str:
+    """The last value over the first, with its error."""
+    first, last = (outcome[f"{quantity}, {name}"].estimate for name in (names[0], names[-1]))
+    ratio = last / first
+    return f"{ratio.value:.4f} ± {ratio.error:.4f}"
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:

@@ -22,7 +22,7 @@ import math
 import transport as tp
 from sims import constant, provenance
 from transport.experiment import Outcome
-from transport.theory import pressure
+from transport.theory import effusion, pressure
 
 law = "p = u/3 of light, n k T of a gas, half on a black wall; u cos²θ of a beam (Boltzmann 1884; Reif 1965, 7.13)"
 question = "How hard do light and gas press on a mirror, on a black wall, and inside?"
@@ -35,7 +35,7 @@ DEPTH, RADIUS, MARGIN = (
     0.01,
 )  # m: of the room, of the wall in a stream, of gas beyond what can matter
 WALLS = {"mirror": tp.Mirror(), "diffuse": tp.Diffuse(1.0), "black": tp.Black()}
-FLIGHTS = 10  # through the room while the clock runs, where nothing is absorbed
+FLIGHTS = 4  # through the room while the clock runs, where nothing is absorbed
 FASTEST = 9.0  # standard deviations of a velocity
 MASS, SPEED = 4.65e-26, 500.0  # of a nitrogen molecule [kg]; of the stream [m/s]
 LAYER = tp.Box(size=(1.0, 1.0, 0.5))  # in the middle, where the gas is looked at
@@ -91,7 +91,7 @@ def scene(
 
 
 def _inside(stuff: str, duration: float) -> list[object]:
-    """A meter across the middle of the room; of a gas also the moments of what is there in the end."""
+    """A meter across the middle of the room; of a gas also the moments of what is in the middle at the end."""
     plane = tp.Detector(tp.Rectangle(width=1.0, height=1.0), name="middle", moments=True)
     layer = tp.PhaseSpace(z=(-0.25, 0.25), within=LAYER, time=duration, name="layer", moments=True)
     return [plane] if stuff == "light" else [plane, layer]
@@ -123,7 +123,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     if "middle" in inside:
         rows["pressure across the middle"] = result["middle"].pressure
     if "layer" in inside:
-        rows |= {"n k T inside": result["layer"].pressure[0], "T inside": result["layer"].temperature[0]}
+        layer = result["layer"]
+        rows |= {"n k T inside": layer.pressure[0], "T inside": layer.temperature[0]}
+        rows |= {"n v inside": layer.fluence_rate[0]}
     return rows
 
 
@@ -147,7 +149,8 @@ def exact(
     if wall != "black":
         rows["pressure across the middle"] = rows["pressure"]
         if stuff == "gas":
-            rows |= {"n k T inside": rows["pressure"], "T inside": temperature}
+            fluence_rate = density * effusion.mean_speed(effusion.thermal_sigma(temperature, MASS))
+            rows |= {"n k T inside": rows["pressure"], "T inside": temperature, "n v inside": fluence_rate}
     return rows
 
 

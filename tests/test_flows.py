@@ -15,6 +15,7 @@ from sims import flows
 from tests.agreement import assert_agrees
 from transport.experiment import run_experiment
 from transport.theory import gas
+from transport.theory.prisms import in_oblique_prism
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000
@@ -38,6 +39,11 @@ def closed():
 def assert_rejected(estimate, wrong):
     with pytest.raises(AssertionError):
         assert_agrees(estimate, wrong, FALSE_ALARM)
+
+
+def prism(patch, path, places):
+    """Who starts in the oblique prism."""
+    return in_oblique_prism(patch.center, patch.frame, (patch.width, patch.height), path, places)
 
 
 # ---- an identity of histories ----
@@ -77,7 +83,7 @@ def test_a_gas_of_all_speeds_and_directions_crosses_by_its_own_prisms():
     )
     result = tp.simulate(scene, particles=200_000, seed=1)
     start, end = result["start"], result["end"]
-    started = flows.in_prism(patch, start.velocities * scene.duration, start.positions)
+    started = prism(patch, start.velocities * scene.duration, start.positions)
     crossed = ~np.isin(flows._identities(start), flows._identities(end))
     assert (started == crossed).all()
     assert crossed.sum() > 1000
@@ -90,9 +96,9 @@ def test_a_right_prism_holds_others(oblique):
     _, crossed = flows.started_and_crossed(result)
     normal = np.array(patch.normal)
     for height in (0.5 * flows.REACH, flows.REACH):
-        started = flows.in_prism(patch, height * normal, start.positions)
+        started = prism(patch, height * normal, start.positions)
         assert np.count_nonzero(started != crossed) > 100
-    half_late = flows.in_prism(patch, np.array([0, 0, 1.001 * flows.REACH]), start.positions)
+    half_late = prism(patch, np.array([0, 0, 1.001 * flows.REACH]), start.positions)
     assert np.count_nonzero(half_late != crossed) > 0  # dt a thousandth too long
 
 
@@ -148,7 +154,7 @@ def test_what_flows_through_a_closed_meter_is_more_than_its_net(closed):
 
 def test_an_open_meter_does_not_know_the_power_inside(closed):
     """Planted: three faces of the four."""
-    faces = [closed.result[name] for name in flows._faces()]
+    faces = [closed.result[name] for name in flows.FACES]
     net = sum(face.flux_out - face.flux_in for face in faces[:3])
     assert_rejected(net, 1.0)
 

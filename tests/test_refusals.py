@@ -6,11 +6,22 @@ import numpy as np
 import pytest
 
 from transport.detectors import Detector, Directions, Positions
-from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.materials import Black, Diffuse, Mirror, Mixture, Surface
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.scene import Scene
 from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.sources import (
+    Beam,
+    BoxPulse,
+    Effusive,
+    Gas,
+    GaussianPulse,
+    Instant,
+    Isotropic,
+    Lambertian,
+    Source,
+)
+from transport.speeds import InverseCDF, Maxwellian, SpeedTable
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=(1, 2, 3))
@@ -442,9 +453,18 @@ INSTANT, FLASH = Instant(0.5), Isotropic(energy=1)
 
 REFUSALS_OF_EMISSION = {
     # speeds
-    "maxwellian of nothing": (lambda: Maxwellian(), ["Maxwellian", "temperature and mass, or sigma", "neither"]),
-    "maxwellian without mass": (lambda: Maxwellian(temperature=300), ["Maxwellian: mass", "300.0", "write mass="]),
-    "maxwellian cold": (lambda: Maxwellian(temperature=0, mass=1), ["Maxwellian: temperature", "positive", "got 0"]),
+    "maxwellian of nothing": (
+        lambda: Maxwellian(),
+        ["Maxwellian", "temperature and mass, or sigma", "neither"],
+    ),
+    "maxwellian without mass": (
+        lambda: Maxwellian(temperature=300),
+        ["Maxwellian: mass", "300.0", "write mass="],
+    ),
+    "maxwellian cold": (
+        lambda: Maxwellian(temperature=0, mass=1),
+        ["Maxwellian: temperature", "positive", "got 0"],
+    ),
     "maxwellian mass": (lambda: Maxwellian(sigma=1, mass=-1), ["Maxwellian: mass", "-1"]),
     "maxwellian sigma": (lambda: Maxwellian(sigma=math.nan), ["Maxwellian: sigma", "nan"]),
     "maxwellian drift": (lambda: Maxwellian(sigma=1, drift=(1, 2)), ["Maxwellian: drift", "(1, 2)"]),
@@ -456,19 +476,43 @@ REFUSALS_OF_EMISSION = {
     "maxwellian by place": (lambda: Maxwellian(300), ["Maxwellian", "keywords only", "300"]),
     "rate of a drift": (lambda: WARM.one_way_flux(1e5), ["Maxwellian: drift", "30 sigma", "100000 m/s"]),
     "quantile of a drift": (lambda: WARM.normal_quantile(0.5, -1e5), ["30 sigma", "-100000 m/s"]),
-    "table's speeds": (lambda: SpeedTable((0, 1, 1), (1, 1, 1)), ["SpeedTable: speeds", "increasing", "1.0 after 1.0"]),
+    "table's speeds": (
+        lambda: SpeedTable((0, 1, 1), (1, 1, 1)),
+        ["SpeedTable: speeds", "increasing", "1.0 after 1.0"],
+    ),
     "table's speed": (lambda: SpeedTable((1,), (1,)), ["SpeedTable: speeds", "two finite numbers", "(1,)"]),
-    "table's density": (lambda: SpeedTable((0, 1), (1, -1)), ["SpeedTable: density", "zero or positive", "-1.0"]),
-    "table's zeros": (lambda: SpeedTable((0, 1), (0, 0)), ["SpeedTable: density", "not all zero", "(0.0, 0.0)"]),
-    "table's lengths": (lambda: SpeedTable((0, 1), (1, 2, 3)), ["SpeedTable: density", "as many", "2, got 3"]),
+    "table's density": (
+        lambda: SpeedTable((0, 1), (1, -1)),
+        ["SpeedTable: density", "zero or positive", "-1.0"],
+    ),
+    "table's zeros": (
+        lambda: SpeedTable((0, 1), (0, 0)),
+        ["SpeedTable: density", "not all zero", "(0.0, 0.0)"],
+    ),
+    "table's lengths": (
+        lambda: SpeedTable((0, 1), (1, 2, 3)),
+        ["SpeedTable: density", "as many", "2, got 3"],
+    ),
     "table's infinity": (lambda: SpeedTable((0, math.inf), (1, 1)), ["SpeedTable: speeds", "inf"]),
-    "table's range": (lambda: SpeedTable((-1e308, 1e308), (1, 1)), ["SpeedTable: speeds", "finite range", "1e+308"]),
+    "table's range": (
+        lambda: SpeedTable((-1e308, 1e308), (1, 1)),
+        ["SpeedTable: speeds", "finite range", "1e+308"],
+    ),
     "quantile no function": (lambda: InverseCDF(3), ["InverseCDF: quantile", "function", "got 3"]),
-    "quantile of one u": (lambda: InverseCDF(math.sqrt), ["InverseCDF: quantile", "array", "TypeError", "NumPy"]),
-    "quantile with if": (lambda: InverseCDF(lambda u: 1 if u < 0.5 else 2), ["InverseCDF: quantile", "ValueError"]),
+    "quantile of one u": (
+        lambda: InverseCDF(math.sqrt),
+        ["InverseCDF: quantile", "array", "TypeError", "NumPy"],
+    ),
+    "quantile with if": (
+        lambda: InverseCDF(lambda u: 1 if u < 0.5 else 2),
+        ["InverseCDF: quantile", "ValueError"],
+    ),
     "quantile constant": (lambda: InverseCDF(lambda u: 3.0), ["InverseCDF: quantile", "shape ()", "NumPy"]),
     "quantile complex": (lambda: InverseCDF(lambda u: u + 1j), ["InverseCDF: quantile", "complex128"]),
-    "quantile infinite": (lambda: InverseCDF(lambda u: 1 / u), ["InverseCDF: quantile", "inf at u = 0.0", "2**-54"]),
+    "quantile infinite": (
+        lambda: InverseCDF(lambda u: 1 / u),
+        ["InverseCDF: quantile", "inf at u = 0.0", "2**-54"],
+    ),
     "quantile falls": (lambda: InverseCDF(lambda u: 1 - u), ["InverseCDF: quantile", "not fall", "u = "]),
     "quantile zero": (lambda: InverseCDF(lambda u: 0 * u), ["InverseCDF: quantile", "Gas(speed=0)"]),
     # emissions
@@ -485,9 +529,18 @@ REFUSALS_OF_EMISSION = {
     "drift along": (lambda: Gas(1, DRIFTING, direction=(0, 0, 1)), ["Gas: direction", "drift", "Maxwellian"]),
     "two masses": (lambda: Gas(1, WARM, mass=1), ["Gas: mass", "4.65e-26", "got 1", "leave it out"]),
     "mass": (lambda: Effusive(1, 5, mass=0), ["Effusive: mass", "positive", "got 0"]),
-    "light of many speeds": (lambda: Lambertian(power=1, speed=WARM), ["Lambertian: speed", "Maxwellian", "Effusive"]),
-    "beam of many speeds": (lambda: Beam((0, 0, 1), power=1, speed=SIGNED), ["Beam: speed", "SpeedTable", "Gas"]),
-    "energy and power": (lambda: Lambertian(power=1, energy=2), ["Lambertian", "exactly one", "power=1, energy=2"]),
+    "light of many speeds": (
+        lambda: Lambertian(power=1, speed=WARM),
+        ["Lambertian: speed", "Maxwellian", "Effusive"],
+    ),
+    "beam of many speeds": (
+        lambda: Beam((0, 0, 1), power=1, speed=SIGNED),
+        ["Beam: speed", "SpeedTable", "Gas"],
+    ),
+    "energy and power": (
+        lambda: Lambertian(power=1, energy=2),
+        ["Lambertian", "exactly one", "power=1, energy=2"],
+    ),
     "energy": (lambda: Isotropic(energy=-1), ["Isotropic: energy", "positive", "-1"]),
     # sources and pulses
     "density in a point": (lambda: Source(Point(), Gas(1, 1)), ["Source: density", "Point", "number="]),
@@ -495,11 +548,20 @@ REFUSALS_OF_EMISSION = {
         lambda: Source(Cloud(sigma=(0, 1, 1)), Gas(1, 1)),
         ["Source: density", "Cloud", "number="],
     ),
-    "cloud of light": (lambda: Source(Cloud(sigma=1), Isotropic(power=1)), ["Isotropic leaves from", "Cloud("]),
+    "cloud of light": (
+        lambda: Source(Cloud(sigma=1), Isotropic(power=1)),
+        ["Isotropic leaves from", "Cloud("],
+    ),
     "effusive point": (lambda: Source(Point(), Effusive(1, 5)), ["Effusive leaves from", "Point(", "Gas"]),
-    "drift on a ball": (lambda: Source(BALL, Effusive(1, DRIFTING)), ["Source: drift", "flat", "Sphere", "31.0"]),
+    "drift on a ball": (
+        lambda: Source(BALL, Effusive(1, DRIFTING)),
+        ["Source: drift", "flat", "Sphere", "31.0"],
+    ),
     "drift on a box": (lambda: Source(CUBE, Effusive(1, DRIFTING)), ["Source: drift", "flat", "Box"]),
-    "drift too fast": (lambda: Source(DISK, Effusive(1, DRIFTING)), ["Maxwellian: drift", "30 sigma", "31 m/s"]),
+    "drift too fast": (
+        lambda: Source(DISK, Effusive(1, DRIFTING)),
+        ["Maxwellian: drift", "30 sigma", "31 m/s"],
+    ),
     "drift too fast away": (
         lambda: Source(DISK, Effusive(number=1, speed=DRIFTING), side="back"),
         ["Maxwellian: drift", "-31 m/s"],
@@ -510,7 +572,10 @@ REFUSALS_OF_EMISSION = {
     ),
     "aim effusive": (lambda: Source(DISK, Effusive(1, 5), aim=BALL), ["Source: aim", "Effusive", "drop aim"]),
     "aim cloud": (lambda: Source(DISK, Lambertian(power=1), aim=Cloud(sigma=1)), ["Source: aim", "Cloud("]),
-    "pulse type": (lambda: Source(Point(), FLASH, pulse=0.5), ["Source: pulse", "a pulse such as", "got 0.5"]),
+    "pulse type": (
+        lambda: Source(Point(), FLASH, pulse=0.5),
+        ["Source: pulse", "a pulse such as", "got 0.5"],
+    ),
     "pulse of a gas": (lambda: Source(CUBE, Gas(1, 1), pulse=INSTANT), ["Source: pulse", "Gas", "drop it"]),
     "power at an instant": (
         lambda: Source(Point(), Isotropic(power=5), pulse=INSTANT),
@@ -548,7 +613,10 @@ REFUSALS_OF_EMISSION = {
     "instant": (lambda: Instant(-1), ["Instant: time", "zero or positive", "-1"]),
     "box pulse": (lambda: BoxPulse(2, 1), ["BoxPulse: stop", "after start=2.0", "got 1.0"]),
     "box pulse start": (lambda: BoxPulse(-1, 1), ["BoxPulse: start", "-1"]),
-    "bell before 0": (lambda: GaussianPulse(1, 1), ["GaussianPulse: time", "8.5 sigma", "got 1.0", "time=8.5"]),
+    "bell before 0": (
+        lambda: GaussianPulse(1, 1),
+        ["GaussianPulse: time", "8.5 sigma", "got 1.0", "time=8.5"],
+    ),
     "bell sigma": (lambda: GaussianPulse(1, 0), ["GaussianPulse: sigma", "positive", "got 0"]),
     "cloud of no size": (lambda: Cloud(sigma=(0, 0, 0)), ["Cloud: sigma", "not all 0", "Point"]),
     "cloud of two": (lambda: Cloud(sigma=(1, 2)), ["Cloud: sigma", "one or three", "(1, 2)"]),
@@ -563,7 +631,10 @@ REFUSALS_OF_EMISSION = {
     "share": (lambda: Mixture({Mirror(): -1, Black(): 2}), ["Mixture: the share of Mirror", "[0, 1]", "-1"]),
     "mixture of shares": (lambda: Mixture([1.0]), ["Mixture: parts", "with their shares", "[1.0]"]),
     "mixture of numbers": (lambda: Mixture({3: 1}), ["Mixture: parts", "Mirror()", "got 3"]),
-    "mixture twice": (lambda: Mixture([(Black(), 0.5)] * 2), ["Mixture: parts", "differ", "add their shares"]),
+    "mixture twice": (
+        lambda: Mixture([(Black(), 0.5)] * 2),
+        ["Mixture: parts", "differ", "add their shares"],
+    ),
     "mixture of mixtures": (
         lambda: Mixture({Mixture({Black(): 1}): 1}),
         ["Mixture: parts", "another Mixture", "write its parts out"],

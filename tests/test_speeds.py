@@ -1,4 +1,4 @@
-"""Distributions of speeds against their own laws: in both tails by mpmath, in the middle by moments and chi-square."""
+"""Distributions of speeds against their laws: in the tails by mpmath, in the middle by chi-square."""
 
 import math
 import pickle
@@ -47,7 +47,7 @@ def crossing_above(w, d):
 
 
 def worst_error(speeds, below, above, density, us=TAILS, digits=60):
-    """Largest relative error of quantiles: one step of Newton's from each in high precision, on the nearer tail."""
+    """Largest relative error of quantiles: one step of Newton's from each in high precision."""
     worst = 0
     with mp.workdps(digits):
         for speed, u in zip(map(float, speeds), map(float, us), strict=True):
@@ -101,7 +101,7 @@ def test_sigma_follows_from_temperature_and_mass():
 
 
 def test_moments_of_a_maxwellian_and_of_what_effuses_from_it():
-    """references.json, A.maxwellian_effusion_moments: mean speed 3 sqrt(2 pi)/4, mean energy 2 kT of crossers."""
+    """references.json, A.maxwellian_effusion_moments: crossers' mean speed 3 sqrt(2 pi)/4, energy 2 kT."""
     speeds, crossers = GAS.quantile(MIDDLE), GAS.flux_quantile(MIDDLE)
     assert speeds.mean() == pytest.approx(GAS.mean_speed, rel=1e-5)
     assert (speeds**2).mean() == pytest.approx(3, rel=1e-3)
@@ -320,8 +320,8 @@ def test_distributions_are_values_that_survive_copies(law):
 
 def test_making_a_distribution_loads_no_special_functions():
     code = (
-        "import sys, transport as tp; tp.Gas(1.0, tp.Maxwellian(temperature=300, mass=1e-26)); tp.SpeedTable((0, 1),"
-        " (1, 0)); print([name for name in ('scipy.special', 'scipy.stats', 'numba') if name in sys.modules])"
+        "import sys, transport as tp; tp.Gas(1.0, tp.Maxwellian(temperature=300, mass=1e-26));"
+        " tp.SpeedTable((0, 1), (1, 0)); print([name for name in ('scipy.special', 'scipy.stats', 'numba') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == "[]", done.stdout + done.stderr

@@ -30,8 +30,9 @@ class Batch:
     moments: np.ndarray  # (long rows,) sums of velocities
     records: np.ndarray  # of layout.RECORD, each weight times the histories that it stands for
 
-    def merged(self, other: "Batch") -> "Batch":
-        """Both as one batch; of the records every second is kept."""
+    def merged(self, other: "Batch", most_records: int) -> "Batch":
+        """Both as one batch; of more records than that every second is kept."""
+        records = np.concatenate([self.records, other.records])
         return Batch(
             self.histories + other.histories,
             self.weights + other.weights,
@@ -43,7 +44,7 @@ class Batch:
             self.lost + other.lost,
             self.crossings + other.crossings,
             self.moments + other.moments,
-            np.concatenate([_thinned(self.records), _thinned(other.records)]),
+            records if len(records) <= most_records else _weighted(records[::2], 2),
         )
 
 
@@ -85,7 +86,3 @@ def _weighted(records: np.ndarray, share: int) -> np.ndarray:
     records = records.copy()
     records["weight"] *= share
     return records
-
-
-def _thinned(records: np.ndarray) -> np.ndarray:
-    return _weighted(records[::2], 2)

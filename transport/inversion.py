@@ -95,9 +95,9 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
 class WeightedByItself:
     """The law of a quantile function q(u), weighted by |q|: `mean` is the mean of |q|.
 
-    Gauss-Legendre on panels that shrink geometrically towards both ends of [0, 1) and are halved where q is not
-    smooth: exact to rounding, jumps included, but that near 1 a u is known to 2^-53 only, so that a tail that
-    is not bounded has a relative error of about 2^-53 / (1 - u).
+    Gauss-Legendre on panels that shrink geometrically towards both ends of [0, 1) and are halved where q is
+    not smooth: exact to rounding, jumps included.  But near 1 a u is known to 2^-53 only: a tail that is not
+    bounded has a relative error of about 2^-53 / (1 - u).
     """
 
     def __init__(self, q: Callable[[np.ndarray], np.ndarray]) -> None:

@@ -9,12 +9,12 @@ import numpy as np
 from transport.estimates import Estimate, EstimateArray
 from transport.instants import bins_of
 from transport.layout import VELOCITY_SUMS
+from transport.maxwellian import BOLTZMANN
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.scene_speeds import scene_mass
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 
-BOLTZMANN = 1.380649e-23  # J K^-1, exact (SI Brochure 2019, 2.2)
 PHASE_QUANTITIES = (
     "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
     "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
@@ -49,7 +49,7 @@ class PhaseReading:
     @cached_property
     def alive(self) -> Estimate | EstimateArray:
         """All particles (or J) that had been born and had not ended: those in the bins and outside."""
-        return self._by_time(self._sums.sum(axis=-1), self._counts.sum(axis=-1))
+        return self._by_time(self._sums.sum(axis=-1), self._counts.sum(axis=-1), _all_stay(self._plan))
 
     @cached_property
     def outside(self) -> Estimate | EstimateArray:
@@ -168,12 +168,12 @@ class PhaseReading:
             values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts
         )
 
-    def _by_time(self, values: np.ndarray, counts: np.ndarray) -> Estimate | EstimateArray:
+    def _by_time(self, values: np.ndarray, counts: np.ndarray, exact: bool = False) -> Estimate | EstimateArray:
         values = values / self._run.sizes[:, None]
         if self.phase_space.is_series:
             times = {"time": np.array(self.phase_space.times)}
-            return EstimateArray(values, self._run, self._unit, ("time",), times, counts=counts)
-        return Estimate(values[:, 0], self._run, self._unit, counts=int(counts[0]))
+            return EstimateArray(values, self._run, self._unit, ("time",), times, counts, exact)
+        return Estimate(values[:, 0], self._run, self._unit, exact, counts=int(counts[0]))
 
     @property
     def _axes(self) -> dict[str, np.ndarray]:
@@ -225,6 +225,13 @@ class PhaseReading:
                 f"PhaseSpace {self.name!r}: {quantity} needs particles of one known mass; write Gas(..., mass=...) in kg"
             )
         return mass
+
+
+def _all_stay(plan) -> bool:
+    """Whether by construction every history is there at all times: born at 0, and nothing to end at."""
+    moments = [emitter.moment for emitter in plan.emitters]
+    born_at_once = all(name == "start_at" and row["start"] == 0 for name, row in moments)
+    return born_at_once and not plan.acts and all(emitter.target is None for emitter in plan.emitters)
 
 
 class SnapshotReading:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from transport.detectors import Detector
 from transport.materials import Surface
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.scene_speeds import parts_of
 from transport.shapes import Shape
 from transport.soundness import check_scene
 from transport.sources import Source
@@ -118,6 +119,10 @@ class Scene:
         if len({source.emission.measured_in for source in self.sources}) > 1:
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
+        for surface in self.surfaces if self.measured_in == "watts" else ():
+            if any(getattr(part, "speed", None) is not None for part in parts_of(surface.material)):
+                cure = "leave speed out of Diffuse, or emit particles with Gas or Effusive"
+                refuse(surface, f"speeds of its own a wall gives to particles, not to watts; {cure}")
 
 
 def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:

@@ -41,9 +41,7 @@ def parts_of(material: Material) -> tuple[Material, ...]:
 
 def fastest_of(speed: float | SpeedDistribution) -> float:
     """A bound [m/s] of the speeds."""
-    if isinstance(speed, float):
-        return speed
-    return speed.fastest + sum(map(abs, getattr(speed, "drift", ())))
+    return speed if isinstance(speed, float) else speed.fastest
 
 
 def scene_mass(scene: Scene) -> float | None:

@@ -212,7 +212,10 @@ class _Run:
         open_ended = self.limits.particles is None or self.limits.error or self.limits.seconds is not None
         self.batches.append(batch)
         if open_ended and len(self.batches) == 2 * self.limits.batches:
-            self.batches = [a.merged(b) for a, b in zip(self.batches[::2], self.batches[1::2], strict=True)]
+            wanted = sum(snapshot.particles for snapshot in self.scene.snapshots)
+            most = math.ceil(2 * wanted / self.limits.batches)
+            pairs = zip(self.batches[::2], self.batches[1::2], strict=True)
+            self.batches = [one.merged(other, most) for one, other in pairs]
 
     def _is_enough(self) -> bool:
         limits = self.limits

@@ -36,13 +36,13 @@ class SpeedTable(SpeedDistribution):
                 self,
                 f"density must be as many numbers as speeds, {len(self.speeds)}, got {len(self.density)}",
             )
-        steps = np.diff(self.speeds)
-        if not (steps > 0).all():
+        is_rising = np.greater(self.speeds[1:], self.speeds[:-1])
+        if not is_rising.all():
             refuse(
                 self,
-                f"speeds must be increasing, got {_at(self.speeds, int(np.argmin(steps > 0)))}; sort them",
+                f"speeds must be increasing, got {_at(self.speeds, int(np.argmin(is_rising)))}; sort them",
             )
-        if not np.isfinite(steps).all():
+        if not np.isfinite(self.speeds[-1] - self.speeds[0]):
             refuse(self, f"speeds must span a finite range, got {shown(self.speeds)}; change the unit")
         if min(self.density) < 0 or max(self.density) == 0:
             refuse(self, f"density must be zero or positive, and not all zero, got {shown(self.density)}")

@@ -32,14 +32,11 @@ def cell(value, cells, edges):
     found = -1
     bounds = view(edges, cells + 1, np.float64)
     if (value >= bounds[0]) & (value <= bounds[cells]):
-        left, right = 0, cells
-        while right - left > 1:
-            middle = (left + right) // 2
-            if value >= bounds[middle]:
-                left = middle
-            else:
-                right = middle
-        found = left
+        found, width = 0, cells
+        while width > 1:  # halves by selection: a branch would be mispredicted half of the time
+            half = width >> 1
+            found += half if value >= bounds[found + half] else 0
+            width -= half
     return found
 
 
