@@ -144,13 +144,21 @@ def _stream(tilt: float, density: float, speed: float, edges: np.ndarray) -> tp.
 
 
 def started_and_crossed(result: tp.Result) -> tuple[np.ndarray, np.ndarray]:
-    """For each history of the sample: whether it started in the prism, and whether it crossed, (N,) of bool."""
+    """For each history of the sample: whether it started in the prism, and whether it crossed, (N,) of bool.
+
+    Raises SceneError where the samples at the start and at the end are not of the same histories.
+    """
     start, end = result["start"], result["end"]
     [source], [surface] = result.scene.sources, result.scene.surfaces
     path = np.array(source.emission.direction) * source.emission.speed * result.scene.duration
     patch = surface.shape
     started = in_oblique_prism(patch.center, patch.frame, (WIDTH, HEIGHT), path, start.positions)
-    return started, ~np.isin(_identities(start), _identities(end))
+    early, late = _identities(start), _identities(end)
+    if len(np.unique(early)) < len(early) or not np.isin(late, early).all():
+        raise tp.SceneError(
+            "flows: the two snapshots hold other histories; limit the run by particles= alone"
+        )
+    return started, ~np.isin(early, late)
 
 
 def _identities(snapshot) -> np.ndarray:

@@ -60,7 +60,7 @@ BALL = "fluence rate, Φ/πr²"
 
 def cases() -> list[dict[str, float]]:
     on_axis = [{"distance": distance} for distance in (0.0, 0.1, 0.5, 2.0, 20.0)]
-    turned = [{"distance": 1000.0, "tilt": math.radians(angle)} for angle in (60, 89, 89.9)]
+    turned = [{"distance": 1000.0, "tilt": math.radians(angle)} for angle in (60, 80, 89, 89.9)]
     return [
         *on_axis,
         {"distance": 0.5, "offset": 0.5},
@@ -230,39 +230,45 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Radiance at several distances; as <name>_map the hemisphere above a meter off the axis; as <name>_ways the rest."""
+    """Radiance at several distances; with a word behind the name the map off the axis, the sheet turned, the other ways."""
+    turned = [o for o in outcomes if "tilt" in o.parameters]
+    pictures = {
+        "distances": (
+            draw_distances,
+            [o for o in outcomes if "radiance beside it" in [r.name for r in o.rows]],
+        ),
+        "map": (draw_map, [o for o in outcomes if "map" in o.result]),
+        "turned": (draw_turned, [o for o in turned if _is_whole(o.result.scene)]),
+        "ways": (draw_ways, [*turned, *(o for o in outcomes if "reading" in o.parameters)]),
+    }
+    found = {word: each for word, each in pictures.items() if each[1]} or {"rows": (draw_ways, outcomes)}
+    path, paths = Path(path), []
+    for word, (picture, shown) in found.items():
+        paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
+        picture(shown, paths[-1])
+    return paths
+
+
+def draw_distances(outcomes: list[Outcome], path: Path) -> None:
+    """Radiance by polar angle, seen from the axis."""
     from viz import radiance_cuts
 
-    path = Path(path)
-    paths = [path]
-    oblique = [o for o in outcomes if "map" in [d.name for d in o.result.scene.detectors]]
-    if oblique:
-        paths.append(path.with_stem(path.stem + "_map"))
-        draw_map(oblique[0], paths[-1])
-    others = [o for o in outcomes if {"tilt", "reading"} & o.parameters.keys()]
-    if others and len(others) < len(outcomes):
-        paths.append(path.with_stem(path.stem + "_ways"))
-        draw_rows(others, paths[-1], "The sheet turned, radiance three ways, and a ball")
-    shown = [o for o in outcomes if "radiance beside it" in [row.name for row in o.rows]]
-    if not shown:
-        draw_rows(outcomes, path, "A Lambert disk")
-        return paths
     curves, laws = {}, {}
-    for outcome in shown:
+    for outcome in outcomes:
         source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
         rim = math.atan(source.shape.radius / meter.center[2])
         label = f"at {meter.center[2]:g} m"
         curves[label] = outcome.result["meter"].radiance
         laws[label] = lambda theta, rim=rim, level=source.emission.radiance: np.where(theta < rim, level, 0.0)
     title = "A Lambert disk seen from several distances: the same radiance"
-    radiance_cuts(curves, path, exact=laws, title=title, log_x=True, note=provenance(shown))
-    return paths
+    radiance_cuts(curves, path, exact=laws, title=title, log_x=True, note=provenance(outcomes))
 
 
-def draw_map(outcome: Outcome, path: Path) -> None:
+def draw_map(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
     from viz import radiance_map
 
+    outcome = outcomes[0]
     source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[1].shape
     offset, _, distance = meter.center
 
@@ -275,21 +281,59 @@ def draw_map(outcome: Outcome, path: Path) -> None:
     radiance_map(outcome.result["map"].radiance, path, exact=seen, title=title, note=provenance([outcome]))
 
 
-def draw_rows(outcomes: list[Outcome], path: Path, title: str) -> None:
-    """All rows beside their exact values."""
+def draw_turned(outcomes: list[Outcome], path: Path) -> None:
+    """Irradiance over that of the sheet face on, which falls with the cosine."""
+    from viz import profile
+
+    cosines, shares = [], []
+    for outcome in outcomes:
+        source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
+        seen = solid_angles.disk_projected_solid_angle(source.shape.radius, meter.center[2])
+        facing = constant(outcome.result, source.emission.radiance * seen, "W m^-2")
+        cosines.append(-meter.normal[2])
+        shares.append(outcome["irradiance"].estimate / facing)
+    profile(
+        cosines,
+        shares,
+        path,
+        exact=lambda mu: mu,
+        xlabel="cosine of the sheet's normal to the line of sight",
+        ylabel="irradiance / that face on",
+        title="The sheet turned to 89.9°: irradiance falls with the cosine",
+        log_x=True,
+        log_y=True,
+        note=provenance(outcomes),
+    )
+
+
+def _is_whole(scene: tp.Scene) -> bool:
+    """Whether all of the disk is above the horizon of the meter."""
+    meter, radius = scene.detectors[0].shape, scene.sources[0].shape.radius
+    return -meter.normal[2] > math.sin(math.atan(radius / meter.center[2]))
+
+
+def draw_ways(outcomes: list[Outcome], path: Path) -> None:
+    """All rows beside their exact values, but for the irradiance of a turned sheet."""
     from viz import comparison
 
-    table = {f"{row.name}{_where(o)}": (row.estimate, row.exact) for o in outcomes for row in o.rows}
-    comparison(table, path, title=title, note=provenance(outcomes))
+    table = {
+        _label(row.name, o): (row.estimate, row.exact)
+        for o in outcomes
+        for row in o.rows
+        if "tilt" not in o.parameters or row.name != "irradiance"
+    }
+    comparison(
+        table, path, title="Radiance L of a Lambert disk, and its integrals", note=provenance(outcomes)
+    )
 
 
-def _where(outcome: Outcome) -> str:
-    """What tells a case from the others, for a label."""
-    words = {"distance": "at {:g} m", "offset": "{:g} m aside", "ball": "r = {:g} m"}
-    given = [words[name].format(value) for name, value in outcome.parameters.items() if name in words]
+def _label(name: str, outcome: Outcome) -> str:
+    """A row's name and what tells its case from the others."""
+    words = {"distance": "{:g} m", "offset": "{:g} m aside", "ball": "r = {:g} m"}
+    given = [words[key].format(value) for key, value in outcome.parameters.items() if key in words]
     if tilt := outcome.parameters.get("tilt"):
         given.append(f"turned by {math.degrees(tilt):.4g}°")
-    return f", {', '.join(given)}" if given else ""
+    return ", ".join([name.removeprefix("fluence rate, ").removesuffix(", cone in the disk"), *given])
 
 
 if __name__ == "__main__":

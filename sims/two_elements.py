@@ -301,7 +301,11 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
         )
         paths.append(path.with_stem(path.stem + "_laws"))
     shown = [(o, row) for o in outcomes for row in o.rows if len(alike) < 2 or o not in alike]
-    rows = {f"{row.name}\n{_shown(o)}": (row.estimate, row.exact) for o, row in shown if row.name != SAME}
+    rows = {
+        f"{row.name}\n{_shown(o)}": (row.estimate, row.exact)
+        for o, row in shown
+        if row.name not in (SAME, WHOLE)
+    }
     comparison(rows, paths[-1], title="Rays that join two elements", note=provenance(outcomes))
     return paths
 
@@ -312,8 +316,8 @@ def _shown(outcome: Outcome) -> str:
     if of.get("show", "first law") == "chord":
         return str(of.get("body", "sphere"))
     if of.get("show", "first law") == "first law":
-        tilts = [f"{math.degrees(of.get(name, 0.0)):.3g}°" for name in ("tilt_1", "tilt_2")]
-        return f"tilts {' and '.join(tilts)}, half sides {of.get('size_1', 0.1):g} and {of.get('size_2', 0.1):g} m"
+        one, two = (f"{math.degrees(of.get(name, 0.0)):.3g}°" for name in ("tilt_1", "tilt_2"))
+        return f"{one}, {two}, a = {of.get('size_1', 0.1):g}, {of.get('size_2', 0.1):g} m"
     return f"disks of {of.get('size_1', 0.1):g} m and {of.get('size_2', 0.1):g} m"
 
 

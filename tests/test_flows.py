@@ -28,7 +28,7 @@ def run(particles=PARTICLES, **parameters):
 
 @pytest.fixture(scope="module")
 def oblique():
-    return run(tilt=math.pi / 3)
+    return run(tilt=math.pi / 3, intervals=4)
 
 
 @pytest.fixture(scope="module")

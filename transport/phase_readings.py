@@ -15,6 +15,7 @@ from transport.scene_speeds import scene_mass
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 
+FEW = 30  # particles, below which a mean over a bin does not tell its error
 PHASE_QUANTITIES = (
     "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
     "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
@@ -205,7 +206,8 @@ class PhaseReading:
 
     def _mean(self, name: str) -> EstimateArray:
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
-        return self._binned(self._moment(name)[..., 1:], self._unit * unit) / self.number
+        mean = self._binned(self._moment(name)[..., 1:], self._unit * unit) / self.number
+        return mean.unless(self._counts[:, 1:].reshape(mean.shape) < FEW)
 
     def _variance(self, axis: str) -> EstimateArray:
         mean = self._mean(f"v{axis}")

@@ -88,6 +88,10 @@ class Quantity:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
         return np.array(self.value)
 
+    def unless(self, too_few: np.ndarray) -> Quantity:
+        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        return self._like(self._replicates.unless(too_few), self.unit)
+
     def interval(self, confidence: float = 0.95) -> tuple[float, float] | tuple[np.ndarray, np.ndarray]:
         """(low, high) that cover the true value with this probability, by Student's t [unit]."""
         if not 0 < confidence < 1:

@@ -29,6 +29,7 @@ QUANTITIES = (
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
+FEW = 30  # scores, below which a mean does not tell its error
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
@@ -280,7 +281,8 @@ class Reading:
         total, weight = (self.sums.whole(k, side) for k in (kind, "weights"))
         unit = Unit.parse("m s^-1") ** power
         total = self.sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
-        return total / self.sums.estimate(weight, Unit(), {}, counts)
+        mean = total / self.sums.estimate(weight, Unit(), {}, counts)
+        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < FEW)
 
     def _kinetic(self, quantity: str, square: Estimate | EstimateArray) -> Estimate | EstimateArray:
         mass = self._mass(quantity)

@@ -87,12 +87,12 @@ class Replicates:
         for run, deviations in self.deviations.items():
             spread = np.abs(deviations).max(axis=0)
             reason[spread == 0] = "every batch gave the same"
-            reason[np.isnan(spread)] = "undefined when one batch is left out"
+            reason[np.isnan(spread)] = "too few scores"
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
+        reason[~np.isfinite(self.value)] = "undefined: not finite"
         if not self.is_exact:
             reason[~self.scored] = "no score"
-        reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 
     @cached_property
@@ -103,6 +103,11 @@ class Replicates:
         with np.errstate(invalid="ignore", over="ignore"):
             errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
             return welch_dof(errors, [len(run) - 1 for run in self.deviations])
+
+    def unless(self, too_few: np.ndarray) -> Replicates:
+        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
+        return _aligned(self.value, deviations, self.scored, self.runs, self.scale)
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
         """Replicates after a change of the last axes that leaves those in front alone, such as x[..., i]."""

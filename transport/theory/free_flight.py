@@ -3,8 +3,8 @@
 Without forces and collisions x = x0 + v t, a shear of phase space.  What is normal stays normal: with
 s^2 = sigma_x^2 + sigma_v^2 t^2 the density is N(0, s), and at x the velocities are normal round u = x sigma_v^2 t / s^2
 with the variance sigma_v^2 sigma_x^2 / s^2: the cloud cools at every place while it spreads.  The shear has the
-determinant 1: areas of phase space, and the density along each
-trajectory, never change (Liouville 1838; Goldstein 1980, 9-8).  Each dimension by itself; three are a product.
+determinant 1: areas of phase space, and the density along each trajectory, never change (Liouville 1838; Goldstein
+1980, 9-8).  Each dimension by itself; three are a product.
 
 Bins hold averages.  They are integrated by Gauss-Legendre from positive terms, so that nothing cancels in a tail.
 """
