@@ -268,7 +268,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     if thick:
         paths.append(path)
         _draw_prisms(thick, path)
-    if len(patches) > 2:
+    if len(patches) > 1:
         paths.append(path.with_stem(path.stem + "_tilt") if paths else path)
         _draw_tilts(patches, paths[-1])
     if closed:
@@ -276,13 +276,19 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
         _draw_closed(closed, paths[-1])
     elif not paths:
         paths.append(path)
-        table = {f"{row.name}, {o.title}": (row.estimate, row.exact) for o in patches for row in o.rows}
-        comparison(table, path, title="A patch in a stream", note=provenance(patches))
+        table = {row.name: (row.estimate, row.exact) for row in patches[0].rows}
+        title = f"A patch in a stream, θ = {_angle(patches[0]):.6g}°"
+        comparison(table, path, title=title, note=provenance(patches[:1]))
     return paths
 
 
 def _mu(outcome: Outcome) -> float:
     return outcome.result.scene.surfaces[0].shape.normal[2]
+
+
+def _angle(outcome: Outcome) -> float:
+    """Between the stream and the normal [deg]."""
+    return math.degrees(math.acos(_mu(outcome)))
 
 
 def _draw_tilts(patches: list[Outcome], path: Path) -> None:
@@ -292,7 +298,7 @@ def _draw_tilts(patches: list[Outcome], path: Path) -> None:
     emission = ordered[0].result.scene.sources[0].emission
     beam = emission.density * emission.speed
     profile(
-        [math.degrees(math.acos(_mu(o))) for o in ordered],
+        [_angle(o) for o in ordered],
         [o[NET].estimate for o in ordered],
         path,
         exact=lambda angle: beam * np.cos(np.radians(angle)),
@@ -332,8 +338,7 @@ def _draw_prisms(patches: list[Outcome], path: Path) -> None:
         beside = np.abs(places[:, 1]) <= HEIGHT / 2  # neither before the patch nor behind it
         e_u, _, normal = np.array(patch.frame)
         ends = np.array([-0.5, 0.5])[:, None] * WIDTH * e_u
-        angle = math.degrees(math.acos(normal[2]))
-        words = f"θ = {angle:.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
+        words = f"θ = {_angle(outcome):.4g}°: {started.sum()} started in the prism,\n{crossed.sum()} crossed"
         title = f"{words}, {np.count_nonzero(started != crossed)} differ"
         panels[title] = Starts(
             places[beside][:, [2, 0]], crossed[beside], ends[:, [2, 0]], normal[[2, 0]], (REACH, 0)

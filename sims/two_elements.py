@@ -37,11 +37,7 @@ question = "Do rays that join two elements carry the same radiance at both ends?
 particles = 4_000_000
 
 SHOWS = ("first law", "throughput", "lines", "chord")
-BODIES = {
-    "sphere": None,
-    "cube": (1, 1, 1),
-    "box": (1, 2, 3),
-}  # edges in units of size_1, which is the sphere's radius
+BODIES = {"sphere": None, "cube": (1, 1, 1), "box": (1, 2, 3)}  # edges over size_1, the sphere's radius
 DEPTH = 0.05  # of the wall behind dA₁, in half sides
 PLANE = math.radians(20)  # largest tilt of the plane between
 LAST = 1.05  # duration over the longest stay
@@ -257,10 +253,13 @@ def verdict(outcomes: list[Outcome]) -> str:
         row = {row.name: row for row in outcome.rows}
         if L1 in row and not sentences:
             sentences.append(f"The same rays give {row[L1].estimate} at dA₁ and {row[L2].estimate} at dA₂.")
-    biases = [abs(o[BIAS].estimate.value) for o in _alike(outcomes)]
-    if len(biases) > 1:
-        sizes = [o.result["dA1"].detector.shape.radius for o in _alike(outcomes)]
-        slope = np.polyfit(np.log(sizes[1:]), np.log(biases[1:]), 1)[0] if len(sizes) > 2 else math.nan
+    alike = _alike(outcomes)[1:]  # but the largest, which are no elements any more
+    if len(alike) > 1:
+        sizes, biases = (
+            [o.result["dA1"].detector.shape.radius for o in alike],
+            [o[BIAS].estimate.value for o in alike],
+        )
+        slope = np.polyfit(np.log(sizes), np.log(np.abs(biases)), 1)[0]
         sentences.append(f"The bias of finite elements falls as (a/r)^{slope:.3f}.")
     named = {THERE: "Uniform random lines count", AT_2: "Rays from dA₁ count", CHORD: "The mean chord is"}
     for name, words in named.items():

@@ -62,9 +62,6 @@ def test_visible_part_of_a_disk_is_that_of_the_collection():
     exact += [0.19550110947788538, 0.018693036734249324, 0]  # B.penumbra_small_angle
     assert penumbra.visible_fraction(u) == pytest.approx(exact, abs=1e-15)
     assert penumbra.visible_fraction(np.array([-3.0, 3.0])).tolist() == [1, 0]
-    step = 1e-4
-    second = np.diff(penumbra.visible_fraction(0.5 + step * np.array([-1, 0, 1])), 2)[0] / step**2
-    assert penumbra.visible_curvature(0.5) == pytest.approx(second, rel=1e-5)
 
 
 def test_penumbra_of_a_small_source_tends_to_the_visible_part():

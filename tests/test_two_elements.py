@@ -119,15 +119,10 @@ def test_mean_chords_are_those_of_the_collection():
     assert chords.mean_chord(2 * math.pi, 6 * math.pi) == pytest.approx(
         4 / 3, rel=1e-15
     )  # a cylinder of height 2
-    assert chords.sphere_mean_square_chord(1.0) == 2
     box = tp.Box(size=(1, 2, 3))
     assert chords.box_mean_chord(box.size) == pytest.approx(
         chords.mean_chord(box.volume, box.area), rel=1e-15
     )
-
-
-def test_energy_inside_is_power_times_the_mean_stay():
-    assert chords.energy_inside(power=6.0, chord=2.0, speed=3.0) == 4.0
 
 
 # ---- the first law ----

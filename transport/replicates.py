@@ -90,9 +90,9 @@ class Replicates:
             reason[np.isnan(spread)] = "too few scores"
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
-        reason[~np.isfinite(self.value)] = "undefined: not finite"
         if not self.is_exact:
             reason[~self.scored] = "no score"
+        reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 
     @cached_property

@@ -46,8 +46,10 @@ def prisms(
     rows = -(-len(panels) // columns)
     low, high = _limits(list(panels.values()))
     width, height = high - low
-    side = 7.2 * height / width + 1.6
-    with figure_at(path, (7.2 * columns + 1, side * rows + 1.6), title, note) as figure:
+    across = 7.2 if columns > 1 else 13.0
+    with figure_at(
+        path, (across * columns + 1, (across * height / width + 1.2) * rows + 1.7), title, note
+    ) as figure:
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, (label, starts) in zip(grid.flat, panels.items(), strict=False):
             _draw_panel(axes, starts)

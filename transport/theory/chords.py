@@ -25,16 +25,3 @@ def sphere_mean_chord(radius: float) -> float:
 def box_mean_chord(size: Sequence[float]) -> float:
     """Mean chord of a box of three lengths [m]: 2 / (1/a + 1/b + 1/c)."""
     return 2 / math.fsum(1 / length for length in size)
-
-
-def sphere_mean_square_chord(radius: float) -> float:
-    """Mean square chord of a sphere [m^2]: 2 R², as chords 2 R μ come with the density 2 μ."""
-    return 2 * np.square(radius)
-
-
-def energy_inside(power: float, chord: float, speed: float) -> float:
-    """Energy that flies inside a body into which a power P enters diffusely [J]: P × mean chord / v.
-
-    Each particle stays for chord / v; what is inside is what has entered within the stay (Little 1961).
-    """
-    return power * chord / speed

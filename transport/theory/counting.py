@@ -33,8 +33,10 @@ class Moments(NamedTuple):
 
 
 def root_mean(squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Root of the mean over measurements, the first axis, and its standard error [unit of the root]."""
+    """Root of the mean over measurements, the first axis, and its standard error [unit of the root]; nan of one."""
     root = np.sqrt(squares.mean(axis=0))
+    if len(squares) < 2:
+        return root, np.full_like(root, math.nan)
     return root, squares.std(axis=0, ddof=1) / math.sqrt(len(squares)) / (2 * root)
 
 

@@ -28,11 +28,6 @@ def visible_fraction(u: float) -> float:
     return (np.arccos(u) - u * np.sqrt((1 - u) * (1 + u))) / np.pi
 
 
-def visible_curvature(u: float) -> float:
-    """Second derivative of visible_fraction [1]: 2 u / (π √(1 − u²)), for |u| < 1."""
-    return 2 * u / (np.pi * np.sqrt((1 - u) * (1 + u)))
-
-
 def half_width(radius: float, gap: float, distance: float) -> float:
     """Half the penumbra's width [m]: R (1 − s) / s, s = gap / distance."""
     return radius * (distance - gap) / gap
