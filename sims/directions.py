@@ -83,7 +83,7 @@ def scene(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
             }
             return tp.Scene(dome, detectors=[tp.Detector(shape, name) for name, shape in shapes.items()])
         case "dodecahedron":
-            triangles = map(lambda vertices: tp.Triangle(vertices=vertices), _triangles(size))
+            triangles = [tp.Triangle(vertices=vertices) for vertices in _triangles(size)]
             return tp.Scene(point, detectors=[*map(tp.Detector, triangles, _names())])
     return solid_angle_scene(_scaled(SHAPES[subject], size), (0, 0, 0), power)
 
@@ -148,8 +148,7 @@ def sky_shares(result: tp.Result) -> tp.EstimateArray:
 def leaving_shares(result: tp.Result) -> tp.EstimateArray:
     """Share of the directions in each bin above the diffuse disk."""
     leaving = result["leaving"]
-    edges = (leaving.intensity_out.coords[name] for name in ("theta", "phi"))
-    theta, phi = edges
+    theta, phi = (leaving.intensity_out.coords[name] for name in ("theta", "phi"))
     plain = solid_angles.bin_solid_angles(np.cos(theta[::-1]), phi)[::-1]
     return leaving.intensity_out * plain * constant(result, 1.0, "sr") / result.ledger["emitted"]
 
@@ -268,7 +267,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by polar angle."""
+    """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by angle; as <name>_radiance their map."""
     from viz import comparison
 
     path, paths = Path(path), []
@@ -285,6 +284,9 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
             name = "isotropic" if "sky" in outcome.result else "cosine_law"
             paths.append(path.with_stem(f"{path.stem}_{name}"))
             draw_law(outcome, paths[-1])
+        if "leaving" in outcome.result:
+            paths.append(path.with_stem(f"{path.stem}_radiance"))
+            draw_radiance(outcome, paths[-1])
     return paths
 
 
@@ -308,6 +310,22 @@ def draw_law(outcome: Outcome, path: Path) -> None:
         expected=expected.sum(axis=1) * per_degree,
         xlabel="polar angle θ  [deg]",
         ylabel="share of the directions per degree",
+        title=title,
+        note=provenance([outcome]),
+    )
+
+
+def draw_radiance(outcome: Outcome, path: Path) -> None:
+    """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
+    from viz import radiance_map
+
+    leaving = outcome.result["leaving"]
+    level = outcome.result.ledger["emitted"].value / (math.pi * leaving.area)
+    title = "The cosine law, divided by cosθ dω: the same radiance in all directions"
+    radiance_map(
+        leaving.radiance_out,
+        path,
+        exact=lambda theta, phi: np.full(np.shape(theta), level),
         title=title,
         note=provenance([outcome]),
     )

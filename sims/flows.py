@@ -51,7 +51,7 @@ FACES = {
     f"tetrahedron, face {k}": corners
     for k, corners in enumerate(((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)))
 }
-SHOWN = 0.05  # cosine above which a prism is thick enough to be drawn
+SHOWN = 3  # degrees from 90° at which a prism is thick enough to be drawn
 PANELS = 3  # prisms that are drawn at most
 
 
@@ -200,11 +200,10 @@ def _closed(power: float, speed: float) -> tp.Scene:
     """Overlapping closed meters; two of the three sources lie in the box, one in the sphere and the tetrahedron."""
     place = np.array([0.3, 0, 0])
     disk = tp.Disk(center=(-0.5, 0.2, 0.1), normal=(1, 2, -2), radius=0.2)
-    outside = tp.Box(center=(3, 1, 0.5), size=0.5)
     sources = [
         tp.Source(tp.Point(position=place), tp.Isotropic(power=power, speed=speed)),
         tp.Source(disk, tp.Lambertian(power=power, speed=speed)),
-        tp.Source(outside, tp.Isotropic(power=2 * power, speed=speed)),
+        tp.Source(tp.Box(center=(3, 1, 0.5), size=0.5), tp.Isotropic(power=2 * power, speed=speed)),
     ]
     ball = tp.Surface(tp.Sphere(center=(0.4, -0.5, 0.2), radius=0.25), tp.Diffuse(1.0), name="white ball")
     mirror = tp.Surface(tp.Disk(center=(0, 0, -2), radius=3), tp.Mirror(), name="mirror")
@@ -236,8 +235,7 @@ def fluxes(result: tp.Result, meter: str) -> tuple[tp.Estimate, tp.Estimate]:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    patches, closed = _sorted(outcomes)
-    said = []
+    (patches, closed), said = _sorted(outcomes), []
     if patches:
         histories = sum(int(started_and_crossed(o.result)[1].sum()) for o in patches)
         differ = sum(int(o[DIFFER].estimate.value) for o in patches)
@@ -264,7 +262,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
     patches, closed = _sorted(outcomes)
     path, paths = Path(path), []
-    thick = [o for o in patches if abs(_mu(o)) > SHOWN][:PANELS]
+    thick = [o for o in patches if abs(_angle(o) - 90) > SHOWN][:PANELS]
     if thick:
         paths.append(path)
         _draw_prisms(thick, path)
@@ -282,19 +280,15 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     return paths
 
 
-def _mu(outcome: Outcome) -> float:
-    return outcome.result.scene.surfaces[0].shape.normal[2]
-
-
 def _angle(outcome: Outcome) -> float:
     """Between the stream and the normal [deg]."""
-    return math.degrees(math.acos(_mu(outcome)))
+    return math.degrees(math.acos(outcome.result.scene.surfaces[0].shape.normal[2]))
 
 
 def _draw_tilts(patches: list[Outcome], path: Path) -> None:
     from viz import profile
 
-    ordered = sorted(patches, key=_mu, reverse=True)
+    ordered = sorted(patches, key=_angle)
     emission = ordered[0].result.scene.sources[0].emission
     beam = emission.density * emission.speed
     profile(

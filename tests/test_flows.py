@@ -16,6 +16,7 @@ from tests.agreement import assert_agrees
 from transport.experiment import run_experiment
 from transport.theory import gas
 from transport.theory.prisms import in_oblique_prism
+from viz import Starts, prisms
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000
@@ -187,6 +188,29 @@ def test_speed_density_and_power_carry_over():
     meters = run(particles=100_000, meter="closed", power=3.0)
     for row in meters.rows:
         assert row.estimate.value == pytest.approx(row.exact, abs=1e-3)
+
+
+def test_samples_of_unlike_histories_are_refused():
+    """Missing at the end means crossed only where the same histories are looked at."""
+    scene = flows.scene(tilt=0.3)
+    start, end = scene.snapshots
+    fewer = tp.Snapshot(time=start.time, particles=1_000, name=start.name)
+    detectors = [*scene.meters, fewer, end]
+    other = tp.Scene(scene.sources, scene.surfaces, detectors, duration=scene.duration)
+    with pytest.raises(tp.SceneError, match="the two snapshots hold other histories"):
+        flows.started_and_crossed(tp.simulate(other, particles=10_000, seed=1))
+
+
+def test_pictures_of_prisms_take_one_panel_or_several(oblique, tmp_path):
+    for panels in (1, 4):
+        flows._draw_prisms([oblique] * panels, tmp_path / "one.png")
+        starts = Starts(
+            np.zeros((3, 2)), np.array([True, False, True]), np.eye(2), np.array([0.6, 0.8]), (1, 0)
+        )
+        prisms({str(panel): starts for panel in range(panels)}, tmp_path / f"{panels}.png")
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
+    with pytest.raises(ValueError, match="panels must hold one at least"):
+        prisms({}, tmp_path / "none.png")
 
 
 def test_an_unknown_meter_is_refused():

@@ -61,7 +61,8 @@ def prisms(
         for axes in grid[:, 0]:
             axes.set_ylabel(labels[1])
         handles, words = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, words, loc="outside lower center", ncols=len(words), markerscale=4)
+        place, ncols = ("center", 4) if columns > 1 else ("left", 2)
+        figure.legend(handles, words, loc=f"outside lower {place}", ncols=ncols, markerscale=4)
     return path
 
 
