@@ -153,17 +153,12 @@ def started_and_crossed(result: tp.Result) -> tuple[np.ndarray, np.ndarray]:
     path = np.array(source.emission.direction) * source.emission.speed * result.scene.duration
     patch = surface.shape
     started = in_oblique_prism(patch.center, patch.frame, (WIDTH, HEIGHT), path, start.positions)
-    early, late = _identities(start), _identities(end)
+    early, late = start.histories, end.histories
     if len(np.unique(early)) < len(early) or not np.isin(late, early).all():
         raise tp.SceneError(
             "flows: the two snapshots hold other histories; limit the run by particles= alone"
         )
     return started, ~np.isin(early, late)
-
-
-def _identities(snapshot) -> np.ndarray:
-    """One number for each history of the sample, the same at every instant."""
-    return (snapshot.batches.astype(np.int64) << 40) + snapshot.histories
 
 
 def _patch_rows(result: tp.Result) -> dict[str, tp.Estimate]:

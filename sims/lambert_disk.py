@@ -18,18 +18,18 @@ surely not.  Off the axis, where the point's E stands for the meter's mean, the 
 At the distance 0 the meter is the disk itself, which tells what leaves it, to 89° and beyond.
 
 Turning the sheet.  The meter is turned by an angle θ to the line of sight: the flux through it falls with cosθ, and so
-does the area that it shows, dA⊥ = dA cosθ.  The radiance stays (Scratchapixel, "Radiometric quantities"), to 89.9°.  From
-1000 m the whole disk stays above the sheet's horizon; from half a metre that cuts the disk in two, and what is seen of
-it, the projected solid angle of half a cone, does not go to 0.
+does the area that it shows, dA⊥ = dA cosθ.  The radiance stays, to 89.9° (Akenine-Möller, Haines, Hoffman 2008, eq. 7.5;
+the sheet of paper is Scratchapixel's).  From 1000 m the whole disk stays above the sheet's horizon; from half a metre
+the horizon cuts the disk in two, and what is seen of it does not go to 0.
 
 Three ways.  L = d²Φ/(dA⊥ dω) = dE⊥/dω = dI/dA⊥ (Akenine-Möller, Haines, Hoffman 2008, eq. 7.4 and 7.6), along a ray that
 leaves at 30°: through a meter parallel to the disk, as irradiance on one across the ray, and as intensity of a part of
 the disk.  dω is a cone of half angle α about the ray that meets the disk from all of the meter.  The first is divided by
 ∫cosθ dω and is L; the others hold the mean cosine to the ray, (1 + cosα)/2, which tends to 1 with dω.
 
-A ball.  From each direction a small ball receives what falls on its section π r², so that its reading is the fluence
-rate, φ = ∫ L dω = Φ/(π r²) (Hanrahan 2001 for L; the ball is the usual probe).  For this disk it need not be small: the
-view factor of a ball beside a disk is its solid angle over 4π, whatever its radius (Howell, C-136).
+A ball.  From each direction a small ball receives what falls on its section π r², so that it reads the fluence rate,
+φ = ∫ L dω = Φ/(π r²), which is how fluence is defined (ICRU Report 85, 2011).  For this disk it need not be small: the
+view factor from a ball to the disk is the disk's solid angle over 4π, whatever the ball's radius (Howell, C-136).
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ from sims import constant, provenance
 from transport.experiment import Outcome
 from transport.theory import emitters, solid_angles
 
-law = "P = π L A, E = π L sin²θ, radiance invariant along a ray (Bala 2009, Cornell CS 6620; Foote 1915)"
+law = (
+    "P = π L A, E = π L sin²θ, radiance invariant along a ray, L = d²Φ/dA⊥dω = dE⊥/dω = dI/dA⊥, φ = Φ/πr²"
+    " (Bala 2009, Cornell CS 6620; Foote 1915; Akenine-Möller, Haines, Hoffman 2008, eq. 7.6)"
+)
 question = "What reaches a meter from a diffuse disk, and does its radiance depend on the distance?"
 particles = 1_000_000
 
@@ -52,24 +55,22 @@ METER = 5e-4  # m, radius of the meter
 LEAVING = np.radians([0, 30, 60, 80, 89, 90])  # edges of bins
 MAP = tp.Directions(theta=30, phi=48)  # of the hemisphere, for the picture
 INSIDE = 4  # bins within the disk's cone
-READINGS = ("meter", "three ways", "ball")
+READINGS = ("parallel", "turned", "three ways", "ball")
 RAY, CONE = math.radians(30), math.radians(25)  # of the three ways: the ray's angle, and half that of dω
 THREE_WAYS = LEVEL, ACROSS, PART = "d²Φ/dA⊥dω", "dE⊥/dω", "dI/dA⊥"
-BALL = "fluence rate, Φ/πr²"
+BALL, IN_CONE = "fluence rate, Φ/πr²", "radiance, cone in the disk"
 
 
 def cases() -> list[dict[str, float]]:
     on_axis = [{"distance": distance} for distance in (0.0, 0.1, 0.5, 2.0, 20.0)]
-    turned = [{"distance": 1000.0, "tilt": math.radians(angle)} for angle in (60, 80, 89, 89.9)]
+    off_axis = [{"distance": 0.5, "offset": 0.5}, {"distance": 2.0, "offset": 1.5}]
+    turned = [(1000.0, 60), (1000.0, 80), (1000.0, 89), (1000.0, 89.9), (0.5, 89.9)]
     return [
         *on_axis,
-        {"distance": 0.5, "offset": 0.5},
-        {"distance": 2.0, "offset": 1.5},
-        *turned,
-        {"distance": 0.5, "tilt": math.radians(89.9)},
+        *off_axis,
+        *({"reading": "turned", "distance": distance, "tilt": angle * tp.deg} for distance, angle in turned),
         {"reading": "three ways"},
-        {"reading": "ball", "distance": 0.5},
-        {"reading": "ball", "distance": 0.5, "ball": 0.45},
+        *({"reading": "ball", "distance": 0.5, "ball": ball} for ball in (0.1, 0.9)),
     ]
 
 
@@ -78,43 +79,55 @@ def scene(
     radius: float = 0.5,
     distance: float = 2.0,
     offset: float = 0.0,
-    tilt: float = 0.0,
-    reading: str = "meter",
-    ball: float = 0.05,
+    reading: str = "parallel",
+    tilt: float = 1.5,
+    ball: float = 0.1,
 ) -> tp.Scene:
     """A disk and a meter `distance` above it, `offset` from its axis [m]; at the distance 0 the meter is the disk.
 
-    tilt: by which the meter on the axis is turned away from the disk [rad];  reading: what is read instead, the
-    radiance in "three ways" near the disk or a "ball" on the axis;  ball: its radius [m].
+    reading: by a meter "parallel" to the disk; by one on the axis, "turned" by `tilt` [rad]; in "three ways", near the
+    disk; by a "ball" on the axis, its radius the share `ball` of the distance.
     """
     if reading not in READINGS:
         raise tp.SceneError(f"reading must be one of {', '.join(READINGS)}, got {reading!r}")
     if distance < 0:
         raise tp.SceneError(f"distance must not be negative, got {distance}; the disk emits towards +z")
-    if reading == "ball" and not 0 < ball < distance:
-        raise tp.SceneError(
-            f"ball must be positive and below its distance {distance} from the disk, got {ball}"
-        )
-    if tilt != 0 and (offset != 0 or distance == 0 or reading != "meter"):
-        raise tp.SceneError(
-            f"tilt needs a meter above the disk on its axis, got {tilt}; set distance=2, offset=0"
-        )
     disk, emission = tp.Disk(radius=radius), tp.Lambertian(radiance=radiance)
-    if reading == "three ways":
-        return tp.Scene(sources=tp.Source(disk, emission), detectors=_three_ways(radius))
-    if reading == "ball":
-        sphere = tp.Sphere(center=(0, 0, distance), radius=ball)
-        detector = tp.Detector(sphere, name="ball")
-        return tp.Scene(sources=tp.Source(disk, emission, aim=sphere), detectors=detector)
     if distance == 0:
-        detector = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING))
-        return tp.Scene(sources=tp.Source(disk, emission), detectors=detector)
-    normal = (math.sin(tilt), 0, -math.cos(tilt))
-    meter = tp.Disk(center=(offset, 0, distance), normal=normal, radius=METER)
-    detectors = [tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset, tilt))]
+        detectors, aim = tp.Detector(disk, name="meter", directions=tp.Directions(theta=LEAVING)), None
+    elif reading == "three ways":
+        detectors, aim = _three_ways(radius), None
+    elif reading == "ball":
+        detectors, aim = _ball(distance, ball)
+    elif reading == "turned":
+        detectors, aim = _turned(radius, distance, tilt)
+    else:
+        detectors, aim = _parallel(radius, distance, offset)
+    return tp.Scene(sources=tp.Source(disk, emission, aim=aim), detectors=detectors)
+
+
+def _parallel(radius: float, distance: float, offset: float) -> tuple[list[tp.Detector], tp.Disk]:
+    meter = tp.Disk(center=(offset, 0, distance), normal=(0, 0, -1), radius=METER)
+    detectors = [tp.Detector(meter, name="meter", directions=_directions(radius, distance, offset))]
     if offset != 0:
         detectors.append(tp.Detector(meter, name="map", directions=MAP))
-    return tp.Scene(sources=tp.Source(disk, emission, aim=meter), detectors=detectors)
+    return detectors, meter
+
+
+def _turned(radius: float, distance: float, tilt: float) -> tuple[tp.Detector, tp.Disk]:
+    """The largest cone within the disk, from all of the meter."""
+    meter = tp.Disk(center=(0, 0, distance), normal=(math.sin(tilt), 0, -math.cos(tilt)), radius=METER)
+    cone = tp.Directions.cone((0, 0, -1), math.atan((radius - METER) / (distance + METER)))
+    return tp.Detector(meter, name="turned", directions=cone), meter
+
+
+def _ball(distance: float, share: float) -> tuple[tp.Detector, tp.Sphere]:
+    if not 0 < share < 1:
+        raise tp.SceneError(
+            f"ball must be between 0 and 1, a share of its distance from the disk, got {share}"
+        )
+    sphere = tp.Sphere(center=(0, 0, distance), radius=share * distance)
+    return tp.Detector(sphere, name="ball"), sphere
 
 
 def _three_ways(radius: float) -> list[tp.Detector]:
@@ -132,10 +145,8 @@ def _three_ways(radius: float) -> list[tp.Detector]:
     ]
 
 
-def _directions(radius: float, distance: float, offset: float, tilt: float) -> tp.Directions:
+def _directions(radius: float, distance: float, offset: float) -> tp.Directions:
     """Bins round the axis, all but one within the disk or outside of it; or the largest cone round the disk's middle."""
-    if tilt != 0:
-        return tp.Directions.cone((0, 0, -1), math.atan((radius - METER) / (distance + METER)))
     if offset == 0:
         return tp.Directions(theta=theta_edges(radius, distance))
     middle, rim = math.atan(offset / distance), math.atan((offset + radius - METER) / distance)
@@ -150,28 +161,29 @@ def theta_edges(radius: float, distance: float) -> np.ndarray:
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
-    first = result.scene.detectors[0].name
-    if first == "ball":
-        section = math.pi * result.scene.detectors[0].shape.radius ** 2
+    if "turned" in result:
+        return {"irradiance": result["turned"].irradiance, IN_CONE: result["turned"].radiance[0]}
+    if "ball" in result:
+        section = math.pi * result["ball"].detector.shape.radius ** 2
         return {BALL: result["ball"].flux_in / constant(result, section, "m^2")}
-    if first == LEVEL:
-        part = result.scene.detectors[2].positions.u[-1]
-        shown = constant(result, math.pi * part**2 * math.cos(RAY), "m^2")
-        intensity = result[PART].intensity_out[0, 0]
-        return {
-            LEVEL: result[LEVEL].radiance[0],
-            ACROSS: result[ACROSS].flux_density[0],
-            PART: intensity / shown,
-        }
+    return _read_three_ways(result) if LEVEL in result else _read_meter(result)
+
+
+def _read_three_ways(result: tp.Result) -> dict[str, tp.Estimate]:
+    level, across, part = (result[name] for name in THREE_WAYS)
+    shown = math.pi * part.detector.positions.u[-1] ** 2 * math.cos(RAY)
+    intensity = part.intensity_out[0, 0] / constant(result, shown, "m^2")
+    return {LEVEL: level.radiance[0], ACROSS: across.flux_density[0], PART: intensity}
+
+
+def _read_meter(result: tp.Result) -> dict[str, tp.Estimate]:
     meter = result["meter"]
     if result.scene.sources[0].aim is None:
-        leaving = {
-            _bin("radiance leaving", LEAVING, i): meter.radiance_out[i] for i in range(len(LEAVING) - 1)
-        }
+        leaving = {_bin("radiance leaving", LEAVING, i): each for i, each in enumerate(meter.radiance_out)}
         return {"power": meter.flux_out, "exitance": meter.exitance} | leaving
     rows = {"irradiance": meter.irradiance}
     if len(meter.radiance) == 1:
-        return rows | {"radiance, cone in the disk": meter.radiance[0]}
+        return rows | {IN_CONE: meter.radiance[0]}
     edges = meter.radiance.coords["theta"]
     inside = {_bin("radiance in the disk", edges, i): meter.radiance[i] for i in range(INSIDE)}
     return rows | inside | {"radiance beside it": meter.radiance[-1], "fluence rate": meter.fluence_rate}
@@ -182,27 +194,27 @@ def exact(
     radius: float = 0.5,
     distance: float = 2.0,
     offset: float = 0.0,
-    tilt: float = 0.0,
-    reading: str = "meter",
-    ball: float = 0.05,
+    reading: str = "parallel",
+    tilt: float = 1.5,
+    ball: float = 0.1,
 ) -> dict[str, float]:
+    if distance == 0:
+        area = math.pi * radius**2
+        power = emitters.lambert_power(radiance, area)
+        leaving = {_bin("radiance leaving", LEAVING, i): radiance for i in range(len(LEAVING) - 1)}
+        return {"power": power, "exitance": power / area} | leaving
     if reading == "three ways":
         mean = radiance * (1 + math.cos(CONE)) / 2
         return {LEVEL: radiance, ACROSS: mean, PART: mean}
     fluence_rate = float(radiance * solid_angles.disk_solid_angle(radius, distance))
     if reading == "ball":
         return {BALL: fluence_rate}
-    if distance == 0:
-        area = math.pi * radius**2
-        power = emitters.lambert_power(radiance, area)
-        leaving = {_bin("radiance leaving", LEAVING, i): radiance for i in range(len(LEAVING) - 1)}
-        return {"power": power, "exitance": power / area} | leaving
+    if reading == "turned":
+        seen = solid_angles.cone_projected_solid_angle(math.atan(radius / distance), math.cos(tilt))
+        return {"irradiance": float(radiance * seen), IN_CONE: radiance}
     if offset != 0:
         irradiance = emitters.disk_irradiance(radiance, radius, distance, abs(offset))
-        return {"irradiance": float(irradiance), "radiance, cone in the disk": radiance}
-    if tilt != 0:
-        seen = solid_angles.cone_projected_solid_angle(math.atan(radius / distance), math.cos(tilt))
-        return {"irradiance": float(radiance * seen), "radiance, cone in the disk": radiance}
+        return {"irradiance": float(irradiance), IN_CONE: radiance}
     edges = theta_edges(radius, distance)
     return {
         "irradiance": float(emitters.mean_disk_irradiance(radiance, radius, METER, distance)),
@@ -219,27 +231,23 @@ def _bin(quantity: str, edges: np.ndarray, index: int) -> str:
 
 def verdict(outcomes: list[Outcome]) -> str:
     rows = [row for o in outcomes for row in o.rows]
-    scores = [row.z for row in rows if row.name.startswith(("radiance", *THREE_WAYS)) and row.exact]
-    if not scores:
-        return f"A ball reads the fluence rate: {rows[0].estimate}, exact {rows[0].exact:.6g}."
+    scores = [row.z for row in rows if row.name.startswith(("radiance", *THREE_WAYS, BALL)) and row.exact]
     irradiances = [row.estimate.value for row in rows if row.name == "irradiance"]
     fall = max(irradiances, default=1) / min(irradiances, default=1)
-    while_it_falls = f" while the irradiance falls {fall:.3g}-fold" if len(irradiances) > 1 else ""
+    also = f" while the irradiance falls {fall:.3g}-fold" if fall != 1 else ""
     furthest = f"the furthest {np.abs(scores).max():.1f} standard errors off"
-    return f"Radiance is L in all {len(scores)} bins and ways, {furthest}{while_it_falls}."
+    return f"Radiance is L in all {len(scores)} readings, {furthest}{also}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Radiance at several distances; with a word behind the name the map off the axis, the sheet turned, the other ways."""
-    turned = [o for o in outcomes if "tilt" in o.parameters]
+    turned = [o for o in outcomes if "turned" in o.result]
+    others = [o for o in outcomes if "ball" in o.result or LEVEL in o.result]
     pictures = {
-        "distances": (
-            draw_distances,
-            [o for o in outcomes if "radiance beside it" in [r.name for r in o.rows]],
-        ),
+        "distances": (draw_distances, [o for o in outcomes if "fluence rate" in [r.name for r in o.rows]]),
         "map": (draw_map, [o for o in outcomes if "map" in o.result]),
         "turned": (draw_turned, [o for o in turned if _is_whole(o.result.scene)]),
-        "ways": (draw_ways, [*turned, *(o for o in outcomes if "reading" in o.parameters)]),
+        "ways": (draw_ways, [*turned, *others]),
     }
     found = {word: each for word, each in pictures.items() if each[1]} or {"rows": (draw_ways, outcomes)}
     path, paths = Path(path), []
@@ -287,7 +295,7 @@ def draw_turned(outcomes: list[Outcome], path: Path) -> None:
 
     cosines, shares = [], []
     for outcome in outcomes:
-        source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[0].shape
+        source, meter = outcome.result.scene.sources[0], outcome.result["turned"].detector.shape
         seen = solid_angles.disk_projected_solid_angle(source.shape.radius, meter.center[2])
         facing = constant(outcome.result, source.emission.radiance * seen, "W m^-2")
         cosines.append(-meter.normal[2])
@@ -320,7 +328,7 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
         _label(row.name, o): (row.estimate, row.exact)
         for o in outcomes
         for row in o.rows
-        if "tilt" not in o.parameters or row.name != "irradiance"
+        if "turned" not in o.result or row.name != "irradiance"
     }
     comparison(
         table, path, title="Radiance L of a Lambert disk, and its integrals", note=provenance(outcomes)
@@ -329,10 +337,10 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
 
 def _label(name: str, outcome: Outcome) -> str:
     """A row's name and what tells its case from the others."""
-    words = {"distance": "{:g} m", "offset": "{:g} m aside", "ball": "r = {:g} m"}
+    words = {"distance": "{:g} m", "offset": "{:g} m aside", "ball": "r = {:g} d"}
     given = [words[key].format(value) for key, value in outcome.parameters.items() if key in words]
-    if tilt := outcome.parameters.get("tilt"):
-        given.append(f"turned by {math.degrees(tilt):.4g}°")
+    if "turned" in outcome.result:
+        given.append(f"turned by {math.degrees(outcome.parameters.get('tilt', 1.5)):.4g}°")
     return ", ".join([name.removeprefix("fluence rate, ").removesuffix(", cone in the disk"), *given])
 
 

@@ -139,8 +139,11 @@ def burst():
         Source(Point(), glow, pulse=Instant(0.1)),
         Source(Point(position=(0, 0, 1)), glow, pulse=GaussianPulse(0.5, 0.05), aim=triangle),
         Source(Box(size=0.4), glow, aim=triangle),
+        Source(Disk(center=(0, 0, -1), radius=0.5), Lambertian(energy=1.0, speed=1.0)),
     ]
-    return Scene(sources, [], [Detector(triangle, "triangle", times=4)], duration=1.5)
+    tile = Triangle(vertices=((0, 0, -1), (0.6, 0, -1), (0, 0.6, -1)))
+    meters = [Detector(triangle, "triangle", times=4), Detector(tile, "tile")]
+    return Scene(sources, [], meters, duration=1.5)
 
 
 def glow():

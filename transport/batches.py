@@ -6,6 +6,7 @@ import numpy as np
 
 from transport import layout
 from transport.plan import Plan
+from transport.records import merged_records, records_of
 
 HIGH, LOW, LOWEST, SLANT = 2.0**-32, 2.0**-63, 2.0**-94, 2.0**-22  # units of the sums [largest birth weight]
 
@@ -28,11 +29,10 @@ class Batch:
     lost: int  # histories
     crossings: int
     moments: np.ndarray  # (long rows,) sums of velocities
-    records: np.ndarray  # of layout.RECORD, each weight times the histories that it stands for
+    records: np.ndarray  # the sample of its snapshots (records.py)
 
     def merged(self, other: "Batch", most_records: int) -> "Batch":
-        """Both as one batch; of more records than that every second is kept."""
-        records = np.concatenate([self.records, other.records])
+        """Both as one batch; of more records than that every second history is kept."""
         return Batch(
             self.histories + other.histories,
             self.weights + other.weights,
@@ -44,7 +44,7 @@ class Batch:
             self.lost + other.lost,
             self.crossings + other.crossings,
             self.moments + other.moments,
-            records if len(records) <= most_records else _weighted(records[::2], 2),
+            merged_records(self.records, other.records, most_records),
         )
 
 
@@ -77,12 +77,5 @@ def batch_of(plan: Plan, raw) -> Batch:
         int(ledger[layout.LOST, 2]),
         raw.crossings,
         raw.moments[:, 0] * HIGH + raw.moments[:, 1] * LOW + raw.moments[:, 2] * LOWEST,
-        _weighted(raw.records, raw.stride),
+        records_of(raw.records, raw.stride),
     )
-
-
-def _weighted(records: np.ndarray, share: int) -> np.ndarray:
-    """Records, each with the weight of as many histories as it stands for."""
-    records = records.copy()
-    records["weight"] *= share
-    return records

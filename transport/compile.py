@@ -79,10 +79,12 @@ def _fill_moments(plan: Plan) -> None:
     if not any(detector.moments for detector in plan.scene.meters):
         return
     slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
-    scale = plan.tempo / plan.space.size
     is_light = plan.scene.measured_in == "watts"
     plan.moments = layout.row(
-        layout.MOMENTS, fastest=plan.fastest * scale, slowest=slowest * scale, is_light=is_light
+        layout.MOMENTS,
+        fastest=plan.fastest / plan.speed_unit,
+        slowest=slowest / plan.speed_unit,
+        is_light=is_light,
     )
     plan.long_rows = 3 * 2 * plan.half
 

@@ -37,7 +37,7 @@ def bins_of(phase_space: PhaseSpace) -> int:
 
 
 def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
-    size, speed = plan.space.size, plan.space.size / plan.tempo
+    size, speed = plan.space.size, plan.speed_unit
     values = {
         "time": min(time / plan.tempo, 1.0),
         "first": plan.rows,

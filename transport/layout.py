@@ -93,7 +93,7 @@ MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the ex
 # Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS coefficients each.
 QUANTILES = np.dtype(_integers("octaves octave_count cells cell_count"))
 OCTAVE = np.dtype(_integers("first level"))
-CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell; octaves of each tail
+CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell: coefficients, then the split; octaves of each tail
 
 # Phase space at a time: up to two coordinates of those below, in bins; first: its row for the outside, the bins follow.
 COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
@@ -104,7 +104,7 @@ PHASE = np.dtype(
 )  # moments: first row of its velocity sums, -1: none
 VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
 SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
-RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history snapshot"))
+RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch snapshot"))
 
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
 BIRTH = np.dtype(_floats("weight") + _integers("sheet"))

@@ -83,7 +83,7 @@ def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[
         values |= axis_columns(plan, "time", times / plan.tempo, counts["speed"] * block)
     if speeds is not None:
         plan.axes.add("speed")
-        values |= axis_columns(plan, "speed", speeds / plan.space.size * plan.tempo, block)
+        values |= axis_columns(plan, "speed", speeds / plan.speed_unit, block)
     return values
 
 

@@ -169,7 +169,9 @@ class PhaseReading:
             values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts
         )
 
-    def _by_time(self, values: np.ndarray, counts: np.ndarray, exact: bool = False) -> Estimate | EstimateArray:
+    def _by_time(
+        self, values: np.ndarray, counts: np.ndarray, exact: bool = False
+    ) -> Estimate | EstimateArray:
         values = values / self._run.sizes[:, None]
         if self.phase_space.is_series:
             times = {"time": np.array(self.phase_space.times)}
@@ -237,7 +239,11 @@ def _all_stay(plan) -> bool:
 
 
 class SnapshotReading:
-    """A sample of the particles alive at an instant: equal chances for all, so that weighted sums are unbiased."""
+    """A sample of the particles alive at an instant: equal chances for all, so that weighted sums are unbiased.
+
+    positions [m] and velocities [m/s], (N, 3);  weights: the particles, or J, that each stands for;  histories: one
+    number for each history of the run, the same at every instant;  batches: index of the run's batch that it is of.
+    """
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot, self.name = snapshot, snapshot.name
@@ -245,17 +251,21 @@ class SnapshotReading:
         found = [b.records[b.records["snapshot"] == number] for b in result.batches]
         batches = np.repeat(np.arange(len(found)), [len(records) for records in found])
         records = np.concatenate(found)
-        thinning = max(1.0, len(records) / snapshot.particles)
-        kept = ((np.arange(min(len(records), snapshot.particles)) + 0.5) * thinning).astype(int)
-        records, self.batches = records[kept], batches[kept]
+        if len(records) > snapshot.particles:
+            order = np.argsort(records["place"] / records["below"])
+            kept = np.sort(order[: snapshot.particles])
+            share = snapshot.particles / len(records)
+            records, batches = records[kept], batches[kept]
+            records["weight"] /= share
+        self.batches = batches
         self.time = snapshot.time
         self.positions = np.stack(
             [records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1
         )
-        speed = space.size / plan.tempo
+        speed = plan.speed_unit
         self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
-        self.weights = records["weight"] * (thinning * plan.unit / result.particles)
-        self.histories = records["history"].copy()
+        self.weights = records["weight"] * (plan.unit / result.particles)
+        self.histories = records["identity"].copy()
 
     @property
     def quantities(self) -> dict[str, Estimate]:

@@ -58,6 +58,11 @@ class Plan:
         """The unit of time [s]: the duration, or a second where there is no clock."""
         return self.scene.duration if self.has_clock else 1.0
 
+    @property
+    def speed_unit(self) -> float:
+        """The unit of speed [m/s]: a scene length in a unit of time."""
+        return self.space.size / self.tempo
+
     @cached_property
     def has_speeds(self) -> bool:
         """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
@@ -70,7 +75,7 @@ class Plan:
         speed = speeds.pop() if len(speeds) == 1 else None
         if self.has_speeds or not isinstance(speed, float):
             return 0.0
-        scaled = speed / self.space.size * self.tempo
+        scaled = speed / self.speed_unit
         return 1.0 / scaled if scaled > 0 else math.inf
 
     @cached_property

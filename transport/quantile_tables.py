@@ -1,7 +1,8 @@
 """The inverse of a cumulative distribution as polynomials in cells, for the engine to draw speeds from.
 
 Each tail is cut into octaves of probability, each octave into 2^level cells with a polynomial of degree 5: as few as
-keep it within 1e-13 of the function.  Where that cannot be (a kink, a jump) a cell holds less than 2^-20 of all draws.
+keep it within 1e-13 of the function.  Where that cannot be (a kink, a jump) the cell holds 2^-12 of all draws at most and
+two straight pieces, split at its steepest place: a jump keeps its probability, and nothing is drawn beyond the function.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,9 @@ import numpy as np
 from transport import layout
 
 TOLERANCE = 1e-13  # of the largest value in a cell
-MOST_LEVELS, RAREST = 10, 20  # a cell's probability need not be below 2^-RAREST
+ROUGH = 1e-6  # relative error from which a polynomial gives way to two straight pieces
+MOST_LEVELS = 10
+SPLIT, NEVER, HALVINGS = 6, 2.0, 45  # the column of a cell's split, beyond 1 where there is none
 TERMS = 6
 NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
 CHECKS = np.linspace(-1.0, 1.0, 9)[:-1]
@@ -25,16 +28,20 @@ Quantile = Callable[[np.ndarray], np.ndarray]
 @lru_cache(maxsize=64)
 def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
     """(octaves, cells) of a function of u in [0, 1): layout.OCTAVE of lower then upper tail, and (cells, CELL_TERMS)."""
-    fitted = {
+    halves = {
         0: _constant(quantile),
         layout.OCTAVES: _constant(quantile),
     }  # octave 0: the probability 1/2 alone
-    open_octaves = [number for number in range(2 * layout.OCTAVES) if number not in fitted]
+    fitted, open_octaves = halves, [n for n in range(2 * layout.OCTAVES) if n not in halves]
     for level in range(MOST_LEVELS + 1):
-        coefficients, is_good = _fitted(quantile, open_octaves, level)
-        for number, rows, good in zip(open_octaves, coefficients, is_good, strict=True):
-            if good or level >= _most_levels(number):
-                fitted[number] = level, rows
+        rows, errors = _fitted(quantile, open_octaves, level)
+        for number, of_octave, error in zip(open_octaves, rows, errors, strict=True):
+            is_upper, k = divmod(number, layout.OCTAVES)
+            known = 2.0 ** (k - 51) if is_upper else 0.0  # as well as 1 - u knows its octave
+            if (error <= max(TOLERANCE, known)).all() or level == MOST_LEVELS:
+                rough = np.flatnonzero(error > max(ROUGH, known))
+                of_octave[rough] = _split(quantile, number, level, rough)
+                fitted[number] = level, of_octave
         open_octaves = [number for number in open_octaves if number not in fitted]
         if not open_octaves:
             break
@@ -43,39 +50,63 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
         level, rows = fitted[number]
         octaves[number]["first"], octaves[number]["level"] = first, level
         first += len(rows)
-    return octaves, _padded(np.concatenate([fitted[number][1] for number in range(2 * layout.OCTAVES)]))
-
-
-def _most_levels(number: int) -> int:
-    return max(0, min(MOST_LEVELS, RAREST - number % layout.OCTAVES))
+    return octaves, np.concatenate([fitted[number][1] for number in range(2 * layout.OCTAVES)])
 
 
 def _constant(quantile: Quantile) -> tuple[int, np.ndarray]:
-    return 0, np.array([[float(quantile(np.array([0.5]))[0]), 0, 0, 0, 0, 0]])
+    return 0, _smooth(np.array([[float(quantile(np.array([0.5]))[0]), 0, 0, 0, 0, 0]]))
 
 
 def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients of the octaves' 2^level cells, (octaves, cells, TERMS), and whether those of an octave are good."""
-    values = _values(quantile, numbers, level, np.concatenate([NODES, CHECKS]))
-    nodes, wanted = values[..., :TERMS], values[..., TERMS:]
-    coefficients = nodes @ TO_COEFFICIENTS.T
-    found = coefficients @ (CHECKS[:, None] ** POWERS).T
-    is_good = np.abs(found - wanted) <= TOLERANCE * np.abs(wanted).max(axis=-1, keepdims=True)
-    return coefficients, is_good.all(axis=(1, 2))
+    """Rows of the octaves' 2^level cells, (octaves, cells, CELL_TERMS), and their relative errors, (octaves, cells)."""
+    places = np.concatenate([NODES, CHECKS])
+    octaves, cells = np.array(numbers)[:, None, None], np.arange(1 << level)[:, None]
+    values = _values(quantile, octaves, level, cells, places)
+    coefficients = values[..., :TERMS] @ TO_COEFFICIENTS.T
+    wanted, found = values[..., TERMS:], coefficients @ (CHECKS[:, None] ** POWERS).T
+    errors, sizes = np.abs(found - wanted).max(axis=-1), np.abs(wanted).max(axis=-1)
+    return _smooth(coefficients), errors / np.where(sizes > 0, sizes, 1.0)
 
 
-def _values(quantile: Quantile, numbers: list[int], level: int, places: np.ndarray) -> np.ndarray:
-    """The function at places in [-1, 1] of each cell, (octaves, cells, places), in a single call."""
-    is_upper, k = np.divmod(np.array(numbers)[:, None, None], layout.OCTAVES)
-    cells = np.arange(1 << level)[:, None]
+def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np.ndarray:
+    """Rows of cells with two straight pieces each, which meet where the function is steepest (by halving)."""
+
+    def at(place: np.ndarray) -> np.ndarray:
+        return _values(quantile, np.array(number), level, cells, place)
+
+    left, right = np.full(len(cells), -1.0), np.full(len(cells), 1.0)
+    start, end = at(left), at(right)
+    low, high = start, end
+    for _ in range(HALVINGS if len(cells) else 0):
+        middle = 0.5 * (left + right)
+        value = at(middle)
+        steeper_left = np.abs(value - low) > np.abs(high - value)
+        left, low = np.where(steeper_left, left, middle), np.where(steeper_left, low, value)
+        right, high = np.where(steeper_left, middle, right), np.where(steeper_left, value, high)
+    rows = np.zeros((len(cells), layout.CELL_TERMS))
+    for column, (at_end, from_split) in enumerate(((start, low), (end, high))):
+        ends = -1.0 if column == 0 else 1.0
+        way = np.where(right == ends, 1.0, right - ends)
+        slope = np.where(right == ends, 0.0, (from_split - at_end) / way)
+        rows[:, 2 * column], rows[:, 2 * column + 1] = at_end - ends * slope, slope
+    rows[:, SPLIT] = right
+    return rows
+
+
+def _values(
+    quantile: Quantile, numbers: np.ndarray, level: int, cells: np.ndarray, places: np.ndarray
+) -> np.ndarray:
+    """The function at places in [-1, 1] of cells of octaves, all broadcast, in a single call."""
+    is_upper, k = np.divmod(numbers, layout.OCTAVES)
     x = np.ldexp(1.0 + (cells + 0.5 * (places + 1.0)) / (1 << level), -k - 1)
     u = np.where(is_upper == 1, np.minimum(1.0 - x, np.nextafter(1.0, 0.0)), x)
     return np.asarray(quantile(u.ravel()), float).reshape(u.shape)
 
 
-def _padded(coefficients: np.ndarray) -> np.ndarray:
-    rows = np.zeros((len(coefficients), layout.CELL_TERMS))
-    rows[:, :TERMS] = coefficients
+def _smooth(coefficients: np.ndarray) -> np.ndarray:
+    """Rows of polynomials, which are not split."""
+    rows = np.zeros((*coefficients.shape[:-1], layout.CELL_TERMS))
+    rows[..., :TERMS], rows[..., SPLIT] = coefficients, NEVER
     return rows
 
 
@@ -88,7 +119,8 @@ def constant_quantile(speed: float) -> Quantile:
 def quantile_columns(plan, quantile: Quantile) -> dict[str, int]:
     """Columns of layout.QUANTILES for speeds [m/s] in the plan's units; the plan keeps the tables alive."""
     octaves, cells = quantile_table(quantile)
-    cells = cells / plan.space.size * plan.tempo
+    cells = cells.copy()
+    cells[:, :SPLIT] /= plan.speed_unit
     plan.kept += [octaves, cells]
     return {
         "octaves": octaves.ctypes.data,

@@ -268,7 +268,7 @@ class Reading:
         self._need_moments("pressure")
         values, counts = (self.sums.by_place(kind, side) for kind in ("momentum", "counts"))
         if self._is_light:
-            one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.space.size / self._plan.tempo)
+            one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.speed_unit)
         else:
             one = self._mass("pressure") * self._plan.fastest
         values = values * (self._scale(True, values.ndim) * one) / self._areas

@@ -45,7 +45,7 @@ def moment_of(source: Source, duration: float | None) -> Step | None:
 def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
     """How fast its particles are born, and where they drift; directions have been drawn before."""
     emission, nothing = source.emission, layout.row(layout.NO_TABLE)
-    unit = plan.space.size / plan.tempo
+    unit = plan.speed_unit
     if isinstance(emission.speed, float):
         speed = emission.speed / unit
         if not math.isfinite(speed):
@@ -70,7 +70,7 @@ def drifting_law(plan: Plan, source: Source, shape: Shape) -> Step | None:
     if not isinstance(emission, Effusive) or getattr(emission.speed, "drift", AT_REST) == AT_REST:
         return None
     e_u, e_v, normal = shape.frame
-    side, unit = -1.0 if source.is_back else 1.0, plan.space.size / plan.tempo
+    side, unit = -1.0 if source.is_back else 1.0, plan.speed_unit
     drift = emission.speed.drift
     values = layout.frame_columns((e_u, e_v, normal)) | {"side": side, "sigma": emission.speed.sigma / unit}
     values |= {"drift_u": dot(drift, e_u) / unit, "drift_v": dot(drift, e_v) / unit}

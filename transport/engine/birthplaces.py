@@ -4,7 +4,7 @@ Only for emitters whose sheet carries a meter.  An aimed particle's x is its tar
 """
 
 from transport.engine.passes import lane_pass
-from transport.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT
+from transport.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, TRIANGLE
 
 
 @lane_pass(BIRTH)
@@ -53,6 +53,17 @@ def born_over_disk(b, table, first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         r2 = px * px + py * py + pz * pz
         b.hit[k] |= table.code if (r2 <= table.outer2) & (r2 >= table.inner2) else 0
+    return live
+
+
+@lane_pass(TRIANGLE)
+def born_over_triangle(b, table, first, live):
+    """Meters on this triangle look at what is born within it."""
+    for k in range(first, live):
+        px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        u = px * table.ax + py * table.ay + pz * table.az
+        v = px * table.bx + py * table.by + pz * table.bz
+        b.hit[k] |= table.code if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0
     return live
 
 

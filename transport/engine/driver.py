@@ -188,5 +188,5 @@ def run_batch(
             f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
-    records = sums.records[: int(bundle["recorded"][0])]
+    records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
     return RawSums(histories, sums.tallies, sums.ledger, sums.moments, records, sums.stride, crossings)

@@ -11,6 +11,8 @@ from transport.engine.sums import limbs, long_limbs
 from transport.layout import PHASE, RECORD, SNAPSHOT
 from transport.physics.device import device
 
+RECORD_BYTES = RECORD.itemsize
+
 
 @device
 def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
@@ -81,12 +83,12 @@ def record_snapshot(b, table, first, live):
     for j in range(n):
         k = b.listed[j]
         if b.history[k] % stride == phase:
-            row = view(b.records + 72 * b.recorded, 1, RECORD)[0]
+            row = view(b.records + RECORD_BYTES * b.recorded, 1, RECORD)[0]
             speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
             way = b.start[k] + (instant - b.time[k]) * speed
             row.x, row.y, row.z = b.x[k] + way * ux, b.y[k] + way * uy, b.z[k] + way * uz
             row.vx, row.vy, row.vz = speed * ux, speed * uy, speed * uz
             row.weight = b.weight[k]
-            row.history, row.snapshot = b.history[k], table.number
+            row.history, row.batch, row.snapshot = b.history[k], b.batch, table.number
             b.recorded += 1
     return live

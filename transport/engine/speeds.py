@@ -20,7 +20,7 @@ from transport.layout import (
 )
 from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn, log_positive
-from transport.physics.quantiles import cell_place, octave_of, polynomial
+from transport.physics.quantiles import cell_place, cell_value, octave_of
 from transport.physics.streams import SPEED, random_words, uniform
 
 
@@ -31,7 +31,9 @@ def quantile(octaves, cells, u):
     row = octaves[octave]
     cell, t = cell_place(mantissa, row.level)
     c = CELL_TERMS * (row.first + cell)
-    return polynomial(cells[c], cells[c + 1], cells[c + 2], cells[c + 3], cells[c + 4], cells[c + 5], t)
+    return cell_value(
+        cells[c], cells[c + 1], cells[c + 2], cells[c + 3], cells[c + 4], cells[c + 5], cells[c + 6], t
+    )
 
 
 @lane_pass(VELOCITY)
