@@ -34,7 +34,7 @@ def counts(reading, side=ARRIVALS):
 # ---- pulses: a point amid a sphere, which all of it reaches at the distance 1 and the speed 1 ----
 
 PULSES = {
-    "instant": (tp.Instant(2.0), lambda t: np.where(t > 3.0, 1.0, 0.0)),
+    "instant": (tp.Instant(2.05), lambda t: np.where(t > 3.05, 1.0, 0.0)),
     "box": (tp.BoxPulse(0.5, 2.25), lambda t: np.clip((t - 1.5) / 1.75, 0, 1)),
     "gaussian": (tp.GaussianPulse(3.0, 0.35), lambda t: ndtr((t - 4.0) / 0.35)),
     "steady": (None, lambda t: np.clip((t - 1) / 6.0, 0, 1)),
@@ -256,8 +256,7 @@ def test_bins_of_direction_and_position_over_time_are_those_without_it(place):
         assert timed.shape == ever.shape == (2, 3)
         assert (timed <= ever).all() and timed.sum() > 1000
     assert binned.radiance.dims == ("time", "u", "mu") and binned.irradiance.dims == ("time", "u")
-    split = (binned.fluence.value * binned.sums.shape.area / 2).shape
-    assert split == (2, 2)
+    assert binned.fluence.shape == (2, 2) and binned.radiance.shape == (2, 2, 3)
 
 
 def test_fluence_over_all_bins_is_that_of_the_whole():

@@ -17,7 +17,10 @@ from sims import sun
 from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
-SIMS = ("diffuse_box", "inverse_square", "lambert_disk", "photon_gas", "sun")
+SIMS = (
+    "diffuse_box", "directions", "effusion", "flows", "inverse_square", "lambert_disk", "limits", "phase_space",
+    "photon_gas", "pressure", "sun", "two_elements",
+)  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
 
@@ -97,10 +100,17 @@ def test_parameters_may_be_set_for_all_cases(name):
     module = experiment(name)
     settings = {
         "diffuse_box": {"exitance": 5.0},
+        "directions": {"power": 3.0, "size": 1e-6},
+        "effusion": {},
+        "flows": {"speed": 3.0, "density": 1e12, "power": 2.0},
         "inverse_square": {"power": 3.0},
         "lambert_disk": {"radiance": 7.0, "radius": 0.25},
+        "limits": {"radius": 0.1, "separation": 0.6, "burst": 1e-6},
+        "phase_space": {"length": 1e-6, "speed": 300.0},
         "photon_gas": {"stuff": "charge", "density": 1e20, "speed": 500.0},
+        "pressure": {"energy_density": 3.0, "temperature": 600.0},
         "sun": {"zenith_angle": math.pi / 2},  # the sun half below the horizon
+        "two_elements": {"radiance": 7.0, "distance": 2.0},
     }[name]
     rows = list(rows_of(run_experiment(module, settings, particles=1_000_000, seed=1)))
     for outcome, row in rows:
@@ -121,6 +131,8 @@ def test_stuff_flows_in_its_own_unit():
 def test_unknown_choices_are_refused_with_the_possible_ones():
     for name, wrong in {
         "diffuse_box": {"emitting": "floor"},
+        "directions": {"subject": "cube"},
+        "flows": {"meter": "open"},
         "inverse_square": {"emitter": "cube"},
         "photon_gas": {"stuff": "phlogiston"},
         "sun": {"planet": "Pluto"},

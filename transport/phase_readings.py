@@ -11,6 +11,7 @@ from transport.instants import bins_of
 from transport.layout import VELOCITY_SUMS
 from transport.maxwellian import BOLTZMANN
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.records import chosen_alike
 from transport.scene_speeds import scene_mass
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
@@ -239,7 +240,7 @@ def _all_stay(plan) -> bool:
 
 
 class SnapshotReading:
-    """A sample of the particles alive at an instant: equal chances for all, so that weighted sums are unbiased.
+    """A sample of the particles alive at an instant, weighted so that sums over it are unbiased.
 
     positions [m] and velocities [m/s], (N, 3);  weights: the particles, or J, that each stands for;  histories: one
     number for each history of the run, the same at every instant;  batches: index of the run's batch that it is of.
@@ -248,23 +249,20 @@ class SnapshotReading:
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot, self.name = snapshot, snapshot.name
         plan, space = result.plan, result.plan.space
-        found = [b.records[b.records["snapshot"] == number] for b in result.batches]
-        batches = np.repeat(np.arange(len(found)), [len(records) for records in found])
-        records = np.concatenate(found)
-        if len(records) > snapshot.particles:
-            order = np.argsort(records["place"] / records["below"])
-            kept = np.sort(order[: snapshot.particles])
-            share = snapshot.particles / len(records)
-            records, batches = records[kept], batches[kept]
-            records["weight"] /= share
-        self.batches = batches
+        records = np.concatenate([b.records for b in result.batches])
+        batches = np.repeat(np.arange(len(result.batches)), [len(b.records) for b in result.batches])
+        alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
+        chosen = records["snapshot"] == number
+        kept = chosen & chosen_alike(records, alike, snapshot.particles)
+        thinning = np.count_nonzero(chosen) / max(1, np.count_nonzero(kept))
+        records, self.batches = records[kept], batches[kept]
         self.time = snapshot.time
         self.positions = np.stack(
             [records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1
         )
         speed = plan.speed_unit
         self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
-        self.weights = records["weight"] * (plan.unit / result.particles)
+        self.weights = records["weight"] * (thinning * plan.unit / result.particles)
         self.histories = records["identity"].copy()
 
     @property

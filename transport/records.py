@@ -40,6 +40,16 @@ def thinned(records: np.ndarray, below: float) -> np.ndarray:
     return kept
 
 
+def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> np.ndarray:
+    """Which records are of histories so chosen that none of the snapshots has more than so many, (N,) of bool."""
+    places = records["place"] / records["below"]
+    limit = 1.0
+    for number in snapshots:
+        own = np.sort(places[records["snapshot"] == number])
+        limit = min(limit, own[most]) if len(own) > most else limit
+    return places < limit
+
+
 def _places(identities: np.ndarray) -> np.ndarray:
     """A number in [0, 1) that looks random (SplitMix64: Steele, Lea, Flood 2014)."""
     z = identities.astype(np.uint64) + np.uint64(0x9E3779B97F4A7C15)
