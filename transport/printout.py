@@ -13,6 +13,8 @@ from transport.running import is_complete, picture_of, total_cost, verdict_on
 from transport.scene import Scene
 from transport.tables import case_table, effects_lines, ledger_line, pass_table
 
+FEW_CASES = 3  # that a warning names
+
 
 def print_menu(with_commands: bool = True) -> None:
     """The experiments grouped by the question that they answer."""
@@ -71,10 +73,14 @@ def warnings_of(outcomes: list[Outcome]) -> list[str]:
             cases.setdefault(warning, []).append(outcome.title)
     if len(outcomes) == 1:
         return list(cases)
-    return [
-        f"{'all cases' if len(titles) == len(outcomes) else '; '.join(titles)}: {warning}"
-        for warning, titles in cases.items()
-    ]
+    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
+
+
+def _whose(titles: list[str], cases: int) -> str:
+    """The cases that a warning is about: by name, or where they are many by number."""
+    if len(titles) == cases:
+        return "all cases"
+    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:

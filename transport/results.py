@@ -123,11 +123,18 @@ class Result:
             )
         aims = [source for source in self.scene.sources if source.aim is not None]
         for detector in self.scene.meters if aims else ():
-            if any(self.scene.shape_of(detector) != source.aim for source in aims):
+            looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]
+            if any(source.aim not in looked_at for source in aims):
                 found.append(
                     f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
                 )
         return found
+
+    def _on_the_way(self, detector: Detector) -> list[Detector]:
+        """The detector, and those that all that it counts has crossed before."""
+        return [
+            meter for meter in self.scene.meters if meter is detector or meter.name in (detector.via or ())
+        ]
 
     def report(self) -> str:
         """The ledger, each detector, the cost and what the next digit costs, as text."""
