@@ -186,10 +186,17 @@ class PhaseReading:
 
     @cached_property
     def _measure(self) -> np.ndarray:
-        """Product of the bins' widths, times the extent of `within` along the other axes of space; (bins,)."""
-        widths = [np.diff(edges) for edges in self.phase_space.axes.values()]
+        """Product of the bins' widths `within`, times its extent along the other axes of space; (bins,), nan for none."""
+        widths = [self._widths(name, edges) for name, edges in self.phase_space.axes.items()]
         measure = (widths[0] if len(widths) == 1 else np.multiply.outer(*widths)).ravel()
-        return measure * np.prod([length for _, length in self._other_lengths])
+        return np.where(measure > 0, measure, np.nan) * np.prod([length for _, length in self._other_lengths])
+
+    def _widths(self, name: str, edges: np.ndarray) -> np.ndarray:
+        box = self.phase_space.within
+        if box is not None and name in ("x", "y", "z"):
+            low, high = (corner["xyz".index(name)] for corner in box.bounds)
+            edges = edges.clip(low, high)
+        return np.diff(edges)
 
     @property
     def _measure_unit(self) -> Unit:
