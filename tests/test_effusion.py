@@ -20,9 +20,8 @@ from transport.theory import effusion as theory
 
 FALSE_ALARM = 1e-5
 GAS = tp.Maxwellian(sigma=1.0, mass=2.0)
-UNWEIGHTED = tp.SpeedTable(
-    v := np.linspace(0, 8, 801), v * np.exp(-(v**2) / 2)
-)  # weighted it is that of GAS itself
+SPEEDS = np.linspace(0, 8, 801)
+UNWEIGHTED = tp.SpeedTable(SPEEDS, SPEEDS * np.exp(-(SPEEDS**2) / 2))  # weighted: those of GAS
 
 
 def run(particles=1_000_000, **parameters):

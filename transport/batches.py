@@ -77,5 +77,5 @@ def batch_of(plan: Plan, raw) -> Batch:
         int(ledger[layout.LOST, 2]),
         raw.crossings,
         raw.moments[:, 0] * HIGH + raw.moments[:, 1] * LOW + raw.moments[:, 2] * LOWEST,
-        records_of(raw.records, raw.stride),
+        records_of(raw.records, raw.stride, raw.seed),
     )

@@ -12,14 +12,16 @@ SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below"
 # identity: of the history in the run;  place: its number in [0, 1);  below: the places that were kept
 
 
-def records_of(raw: np.ndarray, stride: int) -> np.ndarray:
+def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
     """A batch's records as SAMPLED, each weight times the histories that it stands for."""
     records = np.zeros(len(raw), SAMPLED)
     for name in RECORD.names:
         records[name] = raw[name]
     records["weight"] *= stride
     records["identity"] = (raw["batch"] << 32) | raw["history"]
-    records["place"] = _places(records["identity"])
+    records["place"] = (
+        _mixed(records["identity"].astype(np.uint64) ^ _mixed(np.array([seed], np.uint64))) * 2.0**-64
+    )
     records["below"] = 1.0
     return records
 
@@ -50,9 +52,9 @@ def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> np.nda
     return places < limit
 
 
-def _places(identities: np.ndarray) -> np.ndarray:
-    """A number in [0, 1) that looks random (SplitMix64: Steele, Lea, Flood 2014)."""
-    z = identities.astype(np.uint64) + np.uint64(0x9E3779B97F4A7C15)
+def _mixed(numbers: np.ndarray) -> np.ndarray:
+    """64 bits that look random, for each number (SplitMix64: Steele, Lea, Flood 2014)."""
+    z = numbers + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return ((z ^ (z >> np.uint64(31))) >> np.uint64(11)).astype(float) * 2.0**-53
+    return z ^ (z >> np.uint64(31))

@@ -30,6 +30,7 @@ class RawSums:
     moments: np.ndarray  # (rows, 4) int64: three limbs, and nothing
     records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
     stride: int
+    seed: int
     crossings: int
 
 
@@ -189,4 +190,4 @@ def run_batch(
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
-    return RawSums(histories, sums.tallies, sums.ledger, sums.moments, records, sums.stride, crossings)
+    return RawSums(histories, sums.tallies, sums.ledger, sums.moments, records, sums.stride, seed, crossings)

@@ -1,0 +1,397 @@
+"""Clocks and speeds at their edges: at rest, over twelve decades, edge-on, at once, and in any unit of time and length.
+
+All runs have seed 1.  Most of it is asked of integers; statistical judgements fail right code in one of 10^6 seeds.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.agreement import assert_follows
+
+FALSE_ALARM = 1e-6
+ARRIVALS, DEPARTURES = 0, 1
+
+
+def run(scene, particles=10_000, **options):
+    return tp.simulate(scene, particles=particles, seed=1, progress=False, **options)
+
+
+def counts(reading, side=ARRIVALS):
+    return reading.sums.whole("counts", side).sum(axis=0).squeeze()
+
+
+def histories(result, value):
+    """Numbers of histories from numbers of particles."""
+    found = np.asarray(value) * result.particles / result.ledger["emitted"].value
+    np.testing.assert_allclose(found, np.rint(found), rtol=0, atol=1e-5)
+    return np.rint(found).astype(int)
+
+
+def mirrored_box(size=2.0):
+    return tp.Surface(tp.Box(size=size), tp.Mirror(), "walls")
+
+
+# ---- at rest ----
+
+
+@pytest.mark.parametrize("walls", [(), (mirrored_box(),)], ids=["open", "mirrored"])
+@pytest.mark.parametrize("direction", [None, (0.3, 0.2, 1.0)])
+@pytest.mark.parametrize("looks", ["meter", "all"])
+def test_particles_at_rest_stay_where_they_are_and_meet_nothing(walls, direction, looks):
+    """With and without something that looks at speeds."""
+    edges, times = (-1.0, -0.2, 0.3, 1.0), (0.0, 1.0, 5.0)
+    meter = tp.Detector(tp.Sphere(radius=0.4), "meter", times=3)
+    found = [meter]
+    if looks == "all":
+        found += [
+            tp.PhaseSpace(x=edges, time=times, moments=True),
+            tp.PhaseSpace(speed=(0, 1), time=5.0, name="v"),
+        ]
+        found += [tp.Snapshot(t, particles=10_000, name=f"at {t}") for t in times]
+    gas = tp.Source(tp.Box(size=1.5), tp.Gas(number=7.0, speed=0.0, direction=direction))
+    result = run(tp.Scene(gas, walls, found, duration=5.0))
+    assert (counts(result["meter"]) == 0).all() and result.cost.crossings == 0
+    assert result.ledger["in_flight"].value == pytest.approx(7.0, rel=1e-14)
+    if looks == "all":
+        number = histories(result, result["phase_space"].number.value)
+        assert (number == number[0]).all() and (number.sum(axis=1) == 10_000).all()
+        assert histories(result, result["v"].number.value) == 10_000
+        assert (result["phase_space"].mean_speed.value == 0).all()
+        first, last = (result[f"at {t}"] for t in (0.0, 5.0))
+        assert (first.velocities == 0).all() and len(first) == 10_000
+        np.testing.assert_array_equal(first.positions, last.positions)
+
+
+def rest_or_fly(u):
+    return np.where(u < 0.5, 0.0, 1.0)
+
+
+def test_those_at_rest_among_others_are_neither_moved_nor_lost():
+    gas = tp.Source(tp.Sphere(radius=0.2), tp.Gas(number=2.0, speed=tp.InverseCDF(rest_or_fly)))
+    shots = [tp.Snapshot(t, particles=10_000, name=f"at {t}") for t in (0.0, 4.0)]
+    ball = tp.Surface(tp.Sphere(radius=0.5), tp.Diffuse(1.0))
+    result = run(
+        tp.Scene(gas, ball, [*shots, tp.PhaseSpace(speed=(0, 0.5, 2), time=(0.0, 4.0))], duration=4.0)
+    )
+    number = histories(result, result["phase_space"].number.value)
+    assert (number[0] == number[1]).all() and number[0].sum() == 10_000
+    assert_follows(number[0], [0.5, 0.5], FALSE_ALARM)
+    for name in ("at 0.0", "at 4.0"):
+        speeds = np.linalg.norm(result[name].velocities, axis=1)
+        assert np.isin(np.round(speeds, 12), (0.0, 1.0)).all()
+    first, last = ({h: tuple(x) for h, x, v in zip(
+        zip(s.batches, s.histories, strict=True), s.positions, s.velocities, strict=True) if not v.any()}
+        for s in (result["at 0.0"], result["at 4.0"]))  # fmt: skip
+    assert first == last and len(first) == number[0][0]
+    assert result.ledger["in_flight"].value == pytest.approx(2.0, rel=1e-14)
+
+
+# ---- twelve decades ----
+
+DECADES = 10.0 ** np.arange(-12, 1)
+
+
+def twelve_decades(u):
+    return 10.0 ** (12 * u - 12)
+
+
+@lru_cache(maxsize=1)
+def spread():
+    """Log-uniform speeds from 1e-12 to 1 m/s in a box of one thermal, one half-mirroring and four mirroring walls."""
+    faces = tp.Box(size=1.0).faces()
+    half = tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(1.0): 0.5})
+    kinds = [tp.Diffuse(1.0, speed=tp.InverseCDF(twelve_decades)), half] + [tp.Mirror()] * 4
+    walls = [tp.Surface(f, kind, n) for (n, f), kind in zip(faces.items(), kinds, strict=True)]
+    gas = tp.Source(tp.Box(size=1.0), tp.Gas(number=1.0, speed=tp.InverseCDF(twelve_decades)))
+    looks = [
+        tp.PhaseSpace(speed=DECADES, time=(0.0, 20.0), moments=True),
+        tp.PhaseSpace(x=(-0.5, 0.0, 0.5), speed=DECADES, time=20.0, name="by place"),
+        *[tp.Snapshot(t, particles=100_000, name=f"at {t:g}") for t in (0.0, 20.0)],
+    ]
+    return run(tp.Scene(gas, walls, looks, duration=20.0), 48_000)
+
+
+def test_every_decade_has_its_share_and_none_of_its_particles_is_lost():
+    result = spread()
+    number = histories(result, result["phase_space"].number.value)
+    assert number.shape == (2, 12) and (number.sum(axis=1) == 48_000).all()
+    assert_follows(number[0], np.full(12, 1 / 12), FALSE_ALARM)
+    assert histories(result, result["by place"].number.value).sum() == 48_000
+    # The slow have not met a wall; of those that have, some were given another speed.
+    assert abs(number[1, :9].sum() - number[0, :9].sum()) < 0.2 * number[0, :9].sum()
+    assert number[1, 11] != number[0, 11]
+    for name in ("in_flight", "emitted"):
+        assert result.ledger[name].value == pytest.approx(1.0, rel=1e-14)
+    assert result.ledger["lost"].value == result.ledger["escaped"].value == 0
+    assert result.cost.crossings > 50_000
+
+
+@pytest.mark.parametrize("decade", range(12))
+def test_moments_of_a_decade_are_those_of_its_particles(decade):
+    """Sums of v down to 1e-12 and of v² to 1e-24 of the fastest, beside those of the fastest themselves."""
+    result = spread()
+    for k, time in enumerate((0.0, 20.0)):
+        shot, found = result[f"at {time:g}"], result["phase_space"]
+        v = shot.velocities[in_decade(shot, decade)]
+        speeds, n = np.linalg.norm(v, axis=1), len(v)
+        width = DECADES[decade + 1] - DECADES[decade]
+        flux = speeds.sum() * result.ledger["emitted"].value / result.particles / width
+        assert found.fluence_rate.value[k, decade] == pytest.approx(flux, rel=1e-9)
+        assert found.mean_speed.value[k, decade] == pytest.approx(speeds.mean(), rel=20 / n)
+        spread_ = np.sqrt(v.var(axis=0) / n)
+        for j, axis in enumerate("xyz"):
+            mean = getattr(found, f"mean_v{axis}").value[k, decade]
+            assert mean == pytest.approx(v[:, j].mean(), abs=0.1 * spread_[j])
+            variance = getattr(found, f"variance_v{axis}").value[k, decade]
+            assert variance == pytest.approx(v[:, j].var(), rel=40 / n)
+            assert variance != pytest.approx(1.02 * v[:, j].var(), rel=40 / n)
+
+
+def in_decade(shot, decade):
+    speeds = np.linalg.norm(shot.velocities, axis=1)
+    return (speeds >= DECADES[decade]) & (speeds < DECADES[decade + 1])
+
+
+def test_slow_particles_beside_fast_ones_have_moved_by_v_t():
+    """Those below 1e-4 m/s: at the far end of the box after 20 s only if a wall was within 2 mm."""
+    result = spread()
+    shots = [result[f"at {t}"] for t in (0, 20)]
+    order = [np.lexsort((s.histories, s.batches)) for s in shots]
+    (x, v), (y, w) = ((s.positions[o], s.velocities[o]) for s, o in zip(shots, order, strict=True))
+    slow = (np.abs(x) < 0.497).all(axis=1) & (np.linalg.norm(v, axis=1) < 1e-4)
+    assert slow.sum() > 20_000
+    np.testing.assert_array_equal(w[slow], v[slow])
+    np.testing.assert_allclose(y[slow], x[slow] + 20 * v[slow], rtol=0, atol=1e-15)
+
+
+# ---- too short, edge-on ----
+
+
+@pytest.mark.parametrize("share", [1e-12, 0.5, 1 - 1e-12])
+def test_a_clock_that_stops_before_the_first_arrival_has_all_in_flight(share):
+    """The nearest of the meter is 1 m away, at 2 m/s half a second."""
+    lamp = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(energy=3.0, speed=2.0))
+    wall = tp.Surface(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=9.0), tp.Diffuse(0.5), "wall")
+    duration = 0.5 * share
+    looks = [tp.Detector("wall", times=2), tp.PhaseSpace(z=(0, 0.5, 1.0), time=(duration / 2, duration))]
+    result = run(tp.Scene(lamp, wall, looks, duration=duration))
+    assert (counts(result["wall"]) == 0).all() and (result["wall"].energy_in.value == 0).all()
+    assert set(result["wall"].energy_in.reason) == {"no score"}
+    assert result.ledger["in_flight"].value == pytest.approx(3.0, rel=1e-14)
+    assert result.ledger["absorbed"].value == 0
+    assert histories(result, result["phase_space"].alive.value)[1] == 10_000
+    assert 0.4 < histories(result, result["phase_space"].alive.value)[0] / 10_000 < 0.6
+
+
+def test_a_clock_that_stops_at_the_very_arrival_has_it_counted():
+    beam = tp.Gas(number=1.0, speed=2.0, direction=(0, 0, 1))
+    wall = tp.Surface(tp.Disk(center=(0, 0, 1), radius=1.0), tp.Black(), "wall")
+    looks = [tp.Detector("wall", side="back", times=(0.25, 0.5)), tp.PhaseSpace(z=(0, 1), time=(0.49, 0.5))]
+    result = run(tp.Scene(tp.Source(tp.Point(), beam), wall, looks, duration=0.5))
+    assert counts(result["wall"]) == 10_000
+    assert result.ledger["absorbed"].value == pytest.approx(1.0) and result.ledger["in_flight"].value == 0
+    np.testing.assert_array_equal(histories(result, result["phase_space"].alive.value), [10_000, 0])
+
+
+DIRECTIONS = [(1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (1.0, -2.0, 2.0), (0.123, 0.456, -0.789)]
+
+
+@pytest.mark.parametrize("direction", DIRECTIONS)
+@pytest.mark.parametrize("shape", ["disk", "rectangle", "triangle"])
+def test_a_detector_edge_on_to_a_beam_meets_next_to_none_of_it(direction, shape):
+    """What it counts is crossed within the rounding of its normal; whatever it is, fluxes and fluence are finite."""
+    d = np.array(direction) / np.linalg.norm(direction)
+    normal = np.cross(d, (0.3, -0.4, 0.5))
+    normal /= np.linalg.norm(normal)
+    across = np.cross(normal, d)
+    meter = {
+        "disk": tp.Disk(radius=0.4, normal=tuple(normal)),
+        "rectangle": tp.Rectangle(width=0.8, height=0.8, normal=tuple(normal), up=tuple(across)),
+        "triangle": tp.Triangle(vertices=tuple(map(tuple, (0.4 * d, -0.4 * d, 0.4 * across)))),
+    }[shape]
+    beam = tp.Gas(number=1.0, speed=1.0, direction=direction)
+    for source in (tp.Box(size=2.0), tp.Disk(radius=0.3, center=tuple(-2 * d), normal=tuple(d))):
+        emission = beam if isinstance(source, tp.Box) else tp.Beam(direction=direction, power=1.0, speed=1.0)
+        looks = tp.Detector(meter, "meter", times=4, moments=True)
+        result = run(tp.Scene(tp.Source(source, emission), [], looks, duration=5.0))
+        reading = result["meter"]
+        assert counts(reading).sum() + counts(reading, DEPARTURES).sum() <= 2
+        assert np.isfinite(reading.fluence_rate.value).all() and np.isfinite(reading.pressure.value).all()
+        assert result.ledger["lost"].value == 0
+        assert result.ledger["in_flight"].value == pytest.approx(result.ledger["emitted"].value, rel=1e-12)
+
+
+def test_a_beam_along_the_plane_of_its_own_walls_goes_on():
+    """Particles that were born within the plane of a mirror and fly along it: they meet the far wall, on time."""
+    faces = tp.Box(size=2.0).faces()
+    walls = [tp.Surface(f, tp.Mirror() if n != "+x" else tp.Black(), n) for n, f in faces.items()]
+    for z in (1.0, 1 - 2.0**-53, 1 - 1e-12):
+        point = tp.Source(tp.Point(position=(0, 0, z)), tp.Gas(number=1.0, speed=1.0, direction=(1, 0, 0)))
+        looks = tp.Detector("+x", side="back", times=(0.9, 1.1))
+        result = run(tp.Scene(point, walls, looks, duration=3.0), 100)
+        assert counts(result["+x"]) + result.ledger["in_flight"].value * 100 == pytest.approx(100)
+        assert result.ledger["lost"].value == 0
+        assert counts(result["+x"]) == 100
+
+
+# ---- at once ----
+
+
+def test_two_meters_on_one_sheet_count_the_same_crossings_at_the_same_instant():
+    """One within the other, one upside down; in bins of time that end at the crossing's very instant."""
+    beam = tp.Gas(number=1.0, speed=1.0, direction=(0, 0, 1))
+    big, small = tp.Disk(center=(0, 0, 1), radius=1.0), tp.Rectangle(
+        center=(0.1, 0, 1), normal=(0, 0, -1), width=0.5, height=0.5
+    )  # fmt: skip
+    looks = [
+        tp.Detector(big, "big", side="back", times=(0, 1, 2)),
+        tp.Detector(small, "small", times=(0, 1, 2)),
+    ]
+    looks += [
+        tp.Detector(big, "from above", times=(0, 1, 2)),
+        tp.Detector(big, "by small", side="back", via="small"),
+    ]
+    result = run(tp.Scene(tp.Source(tp.Point(), beam), [], looks, duration=2.0), 1000)
+    for name in ("big", "small"):
+        np.testing.assert_array_equal(counts(result[name]), [0, 1000])
+    np.testing.assert_array_equal(counts(result["from above"], DEPARTURES), [0, 1000])
+    assert counts(result["by small"]) == 0
+    assert result.cost.crossings == 1000
+
+
+def test_meters_that_cross_each_other_are_both_crossed_on_their_common_line():
+    """Two panes, one leaning; the beam goes through the line on which they meet."""
+    beam = tp.Gas(number=1.0, speed=1.0, direction=(0, 0, 1))
+    panes = [tp.Disk(center=(0, 0, 1), radius=1.0), tp.Disk(center=(0, 0, 1), radius=1.0, normal=(1, 0, 1))]
+    looks = [tp.Detector(p, str(k), side="back", times=(0, 1, 2)) for k, p in enumerate(panes)]
+    result = run(tp.Scene(tp.Source(tp.Point(), beam), [], looks, duration=2.0), 1000)
+    total = [int(counts(result[name]).sum()) for name in "01"]
+    print(total)
+    assert total == [1000, 1000]
+
+
+@pytest.mark.parametrize("target", [(1, 1, 0), (1, 1, 1), (1, 1, 0.3)])
+@pytest.mark.parametrize(
+    "kind", [tp.Mirror(), tp.Diffuse(1.0), tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(1.0): 0.5})]
+)
+def test_a_ray_into_a_common_edge_stays_in_the_box_and_in_phase_space(target, kind):
+    """All meet two or three walls at one instant; none is lost, and each is alive once at it and after it."""
+    walls = [tp.Surface(f, kind, n) for n, f in tp.Box(size=2.0).faces().items()]
+    speed = math.sqrt(sum(t * t for t in target))
+    gas = tp.Source(tp.Point(), tp.Gas(number=1.0, speed=speed, direction=target))
+    edges = (-1 - 1e-9, 0, 1 + 1e-9)
+    looks = [tp.PhaseSpace(x=edges, z=edges, time=(0.0, 0.5, 1.0, 1.5, 7.25, 8.0))]
+    result = run(tp.Scene(gas, walls, looks, duration=8.0), 1000)
+    number = histories(result, result["phase_space"].number.value)
+    assert (number.sum(axis=(1, 2)) == 1000).all()
+    assert result.ledger["in_flight"].value == pytest.approx(1.0, rel=1e-14)
+
+
+def test_what_happens_at_an_edge_of_time_belongs_to_what_begins_there():
+    """Crossings at 1, 2, 3 and 4 s; bins of time are closed at their lower edge, the last one at both."""
+    beam = tp.Gas(number=1.0, speed=1.0, direction=(0, 0, 1))
+    disks = [
+        tp.Detector(tp.Disk(center=(0, 0, z), radius=1.0), f"{z}", side="back", times=4) for z in (1, 2, 3, 4)
+    ]
+    end = tp.Surface(tp.Disk(center=(0, 0, 3.5), radius=0.1), tp.Transparent(), "end")
+    result = run(tp.Scene(tp.Source(tp.Point(), beam), end, disks, duration=4.0), 1000)
+    found = np.array([counts(result[d.name]) for d in disks])
+    np.testing.assert_array_equal(
+        found, 1000 * np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 1]])
+    )
+
+
+def test_at_the_instant_of_an_event_a_particle_is_after_it():
+    """Born, reflected and absorbed at the very times of a look: there at birth, turned round, gone."""
+    mirror = tp.Surface(tp.Disk(center=(0, 0, 1), radius=1.0), tp.Mirror())
+    black = tp.Surface(tp.Disk(center=(0, 0, -1), radius=1.0), tp.Black())
+    source = tp.Source(
+        tp.Disk(radius=0.1), tp.Beam(direction=(0, 0, 1), energy=1.0, speed=1.0), pulse=tp.Instant(1.0)
+    )
+    times = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
+    looks = [tp.PhaseSpace(vz=(-2, 0, 2), time=times), tp.Snapshot(2.0, particles=1000)]
+    result = run(tp.Scene(source, [mirror, black], looks, duration=8.0), 1000)
+    number = histories(result, result["phase_space"].number.value)
+    np.testing.assert_array_equal(number[:, 1], [0, 1000, 0, 0, 0, 0])
+    np.testing.assert_array_equal(number[:, 0], [0, 0, 1000, 1000, 0, 0])
+    assert (result["snapshot"].velocities == (0, 0, -1)).all()
+    np.testing.assert_allclose(result["snapshot"].positions[:, 2], 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("duration", [0.1, 0.3, 0.7, 1e-3, 3e-5, 1e9, 1.0])
+@pytest.mark.parametrize("speed", [3.0, 0.7, 343.0])
+def test_a_speed_on_an_edge_is_in_the_bin_above_it_in_any_unit_of_time(duration, speed):
+    gas = tp.Gas(number=1.0, speed=speed, direction=(0, 0, 1))
+    reach = speed * duration
+    meter = tp.Disk(center=(0, 0, 0.5 * reach), radius=1.3 * reach)
+    looks = [tp.Detector(meter, "meter", side="back", speeds=(0, speed, 2 * speed))]
+    looks += [tp.PhaseSpace(speed=(0, speed, 2 * speed), time=duration / 3)]
+    result = run(tp.Scene(tp.Source(tp.Point(), gas), [], looks, duration=duration), 100)
+    np.testing.assert_array_equal(counts(result["meter"]), [0, 100])
+    np.testing.assert_array_equal(histories(result, result["phase_space"].number.value), [0, 100])
+
+
+# ---- any unit ----
+
+
+def furnace(length, second):
+    """A gas and a steady source in a box of thermal and black walls, in such units of length and time."""
+    speed = length / second
+    faces = tp.Box(size=2 * length).faces()
+    hot = tp.Maxwellian(sigma=1.5 * speed, mass=1.0)
+    kinds = [tp.Diffuse(0.9), tp.Mirror(), tp.Diffuse(1.0, speed=hot), tp.Black(), tp.Diffuse(0.5)]
+    kinds.append(tp.Mixture({tp.Mirror(): 0.5, tp.Diffuse(1.0): 0.5}))
+    walls = [tp.Surface(f, kind, n) for (n, f), kind in zip(faces.items(), kinds, strict=True)]
+    cool = tp.Maxwellian(sigma=0.8 * speed, mass=1.0, drift=(0.2 * speed, 0.0, -0.1 * speed))
+    sources = [
+        tp.Source(tp.Box(size=length), tp.Gas(number=3.0, speed=cool)),
+        tp.Source(
+            "-z", tp.Effusive(number=2.0, speed=hot), side="back", pulse=tp.BoxPulse(second, 2 * second)
+        ),
+    ]
+    edges = (-length, -0.2 * length, length)
+    looks = [
+        tp.Detector("-x", side="back", times=5, speeds=(0, speed, 3 * speed), moments=True),
+        tp.Detector(tp.Disk(radius=0.5 * length), "pane", via="-x", events=(1, 5)),
+        tp.PhaseSpace(
+            x=edges, vx=(-3 * speed, 0.1 * speed, 3 * speed), time=(0.0, second, 4 * second), moments=True
+        ),
+    ]
+    return run(tp.Scene(sources, walls, looks, duration=4 * second), 20_000)
+
+
+def digits(length, second):
+    """Everything that was measured, freed of its units."""
+    result, speed = furnace(length, second), length / second
+    wall, picture = result["-x"], result["phase_space"]
+    measured = [
+        *counts(wall).ravel(),
+        *counts(result["pane"]).ravel(),
+        *(wall.flux_in.value * second).ravel(),
+        *(wall.mean_speed_out.value / speed).ravel(),
+        *(wall.pressure.value * length * second**2).ravel(),
+        *picture.number.value.ravel(),
+        *picture.outside.value.ravel(),
+        *(picture.density.value * length * speed).ravel(),
+        *(picture.mean_vx.value / speed).ravel(),
+        *(picture.variance_vz.value / speed**2).ravel(),
+        *[result.ledger[name].value for name in ("absorbed", "in_flight", "roulette")],
+    ]
+    return np.array(measured, float)
+
+
+@pytest.mark.parametrize(
+    ("length", "second"),
+    [(1.0, 1e17), (1.0, 1e-18), (1e-9, 1.0), (1e9, 1.0), (1e-9, 1e-18), (1e9, 1e17), (1e-9, 1e17)],
+)
+def test_digits_do_not_know_the_units_of_length_and_time(length, second):
+    """Not a history goes another way; numbers agree to their rounding."""
+    one, other = digits(1.0, 1.0), digits(length, second)
+    np.testing.assert_allclose(other, one, rtol=2e-11, atol=1e-13)
+    assert len(one) > 60 and np.isfinite(one).all()

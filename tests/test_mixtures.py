@@ -1,0 +1,223 @@
+"""Mixtures: each particle that arrives meets one of the materials, by its share; accommodation among them.
+
+All runs have seed 1.  Each judgement fails right code in one of 10^6 seeds; numbers of histories follow their
+shares as binomial and multinomial numbers do.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.special import gammainc, gammaincinv
+
+import transport as tp
+from tests.agreement import assert_agrees, assert_follows, smallest_bias
+from transport.speeds import BOLTZMANN
+from transport.theory import enclosures
+
+FALSE_ALARM = 1e-6
+PARTICLES = 200_000
+ARRIVALS, DEPARTURES = 0, 1
+WALL = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=2.0, height=2.0)
+BEHIND = tp.Rectangle(center=(0, 0, 2), normal=(0, 0, -1), width=2.0, height=2.0)
+
+
+def run(scene, particles=PARTICLES):
+    return tp.simulate(scene, particles=particles, seed=1, progress=False)
+
+
+def counts(reading, side=ARRIVALS):
+    return reading.sums.whole("counts", side).sum(axis=0).squeeze()
+
+
+@lru_cache(maxsize=8)
+def shone_on(material, direction=(0.1, 0.2, 1.0)):
+    """A wall in a beam, and a black one behind it."""
+    beam = tp.Source(tp.Point(), tp.Beam(direction=direction, power=1.0))
+    surfaces = [tp.Surface(WALL, material, "wall"), tp.Surface(BEHIND, tp.Black(), "behind")]
+    looks = [
+        tp.Detector("wall", directions=tp.Directions(mu=10)),
+        tp.Detector("wall", "back of it", side="back"),
+        tp.Detector("behind"),
+    ]
+    return run(tp.Scene(beam, surfaces, looks))
+
+
+# ---- shares ----
+
+
+def fates(result):
+    """Numbers of histories that passed, that came back along the mirrored beam, otherwise, and that stayed."""
+    beam_bin = int(10 / np.sqrt(1.05))
+    back = result["wall"].sums.by_direction("counts", DEPARTURES).sum(axis=(0, 1, 2))
+    passed = counts(result["behind"])
+    assert counts(result["back of it"], DEPARTURES) == passed
+    return np.array([passed, back[beam_bin], back.sum() - back[beam_bin], PARTICLES - passed - back.sum()])
+
+
+@pytest.mark.parametrize(
+    "shares", [(0.2, 0.5, 0.3), (1 / 3, 1 / 3, 1 / 3), (0.9, 0.0, 0.1), (1e-3, 0.998, 1e-3)]
+)
+def test_each_material_is_met_by_its_share_of_the_particles(shares):
+    """Binomial for each of them: passed, mirrored, absorbed."""
+    clear, mirror, black = shares
+    mixture = tp.Mixture({tp.Transparent(): clear, tp.Mirror(): mirror, tp.Black(): black})
+    result = shone_on(mixture)
+    passed, mirrored, elsewhere, stayed = fates(result)
+    assert elsewhere == 0
+    found, expected = np.array([passed, mirrored, stayed]), np.array(shares)
+    there = expected > 0
+    assert (found[~there] == 0).all()
+    assert_follows(found[there], expected[there], FALSE_ALARM)
+    wrong = expected[there] + np.r_[0.012, -0.012, np.zeros(there.sum() - 2)]
+    with pytest.raises(AssertionError):
+        assert_follows(found[there], np.abs(wrong) / np.abs(wrong).sum(), FALSE_ALARM)
+    absorbed = result.ledger.absorbed_by["wall"].value * PARTICLES
+    assert absorbed == pytest.approx(stayed, abs=1e-6)
+
+
+def test_shares_do_not_depend_on_the_order_in_which_they_are_written():
+    parts = {tp.Transparent(): 0.2, tp.Mirror(): 0.25, tp.Diffuse(0.5): 0.25, tp.Black(): 0.3}
+    found = {
+        tuple(fates(shone_on(tp.Mixture(dict(order))))) for order in itertools.permutations(parts.items())
+    }
+    assert len(found) == 1
+
+
+def test_a_mixture_of_one_is_that_material_and_so_is_one_of_two_alike():
+    one = fates(shone_on(tp.Mixture({tp.Mirror(): 1.0})))
+    np.testing.assert_array_equal(one, fates(shone_on(tp.Mirror())))
+    both = shone_on(tp.Mixture({tp.Mirror(0.5): 0.5, tp.Mirror(0.500001): 0.5}))["wall"].flux_out.value
+    assert both == pytest.approx(0.5, rel=1e-5)
+
+
+def test_which_part_is_met_tells_nothing_about_the_direction_that_a_diffuse_part_gives():
+    """Cosine law, by chi-square, of what half a wall, or a tenth, sends back."""
+    edges = np.linspace(0, 1, 11)
+    for share in (0.5, 0.1, 0.9):
+        result = shone_on(tp.Mixture({tp.Black(): 1 - share, tp.Diffuse(1.0): share}))
+        back = result["wall"].sums.by_direction("counts", DEPARTURES).sum(axis=(0, 1, 2))
+        assert_follows(back, np.diff(edges**2), FALSE_ALARM)
+        assert_follows([back.sum(), PARTICLES - back.sum()], [share, 1 - share], FALSE_ALARM)
+        with pytest.raises(AssertionError):
+            assert_follows(back, np.diff(edges), FALSE_ALARM)
+
+
+def test_choices_at_later_walls_are_new_ones():
+    """Between two half mirrors a tenth of a per cent still flies after ten of them: shares multiply."""
+    half = tp.Mixture({tp.Mirror(): 0.5, tp.Black(): 0.5})
+    pair = [
+        tp.Surface(tp.Disk(center=(0, 0, z), normal=(0, 0, -z), radius=1.0), half, n)
+        for z, n in ((1.0, "up"), (-1.0, "down"))
+    ]
+    beam = tp.Source(tp.Point(), tp.Beam(direction=(0, 0, 1), power=1.0))
+    looks = [tp.Detector(n, f"{n} {k}", events=k) for k in range(8) for n in ("up", "down")]
+    result = run(tp.Scene(beam, pair, looks))
+    met = np.array([counts(result[f"{'down' if k % 2 else 'up'} {k}"]) for k in range(8)])
+    ended = np.append(met[:-1] - met[1:], met[-1])
+    assert met[0] == PARTICLES
+    assert_follows(ended, np.append(0.5 ** np.arange(1, 8), 0.5**7), FALSE_ALARM)
+
+
+def test_what_a_transparent_share_lets_pass_keeps_its_way():
+    """From the front and from behind, and the wall is met from the other side as from this one."""
+    mixture = tp.Mixture({tp.Transparent(): 0.3, tp.Mirror(): 0.7})
+    passed, mirrored, elsewhere, stayed = fates(shone_on(mixture))
+    assert elsewhere == stayed == 0 and passed + mirrored == PARTICLES
+    beam = tp.Source(tp.Point(position=(0.2, 0.4, 2.0)), tp.Beam(direction=(-0.1, -0.2, -1.0), power=1.0))
+    looks = [tp.Detector("wall"), tp.Detector(tp.Disk(radius=0.01), "spot")]
+    result = run(tp.Scene(beam, tp.Surface(WALL, mixture, "wall"), looks))
+    through = counts(result["wall"], DEPARTURES)
+    assert counts(result["spot"]) == through
+    assert_follows([through, PARTICLES - through], [0.3, 0.7], FALSE_ALARM)
+
+
+# ---- a share that absorbs, and an albedo ----
+
+
+@pytest.mark.parametrize("absorbed", [0.2, 0.7])
+def test_a_share_of_black_is_what_an_albedo_below_one_is(absorbed):
+    """In a closed box: what arrives everywhere is the closed form for both, and so is each wall's part for one another."""
+    found = {}
+    for name, material in {
+        "mixture": tp.Mixture({tp.Black(): absorbed, tp.Diffuse(1.0): 1 - absorbed}),
+        "albedo": tp.Diffuse(1 - absorbed),
+    }.items():
+        walls = [tp.Surface(f, material, n) for n, f in tp.Box(size=(1.0, 2.0, 1.5)).faces().items()]
+        looks = [tp.Detector(w.name, side="back", directions=tp.Directions(mu=3)) for w in walls]
+        lamp = tp.Source("-x", tp.Lambertian(power=1.0), side="back")
+        result = run(tp.Scene(lamp, walls, looks))
+        fluxes = [result[w.name].flux_in for w in walls]
+        total = sum(fluxes[1:], fluxes[0])
+        assert_agrees(total, enclosures.total_flux_in(1.0, 1 - absorbed), FALSE_ALARM)
+        assert smallest_bias(total, FALSE_ALARM) < 0.02
+        found[name] = [*fluxes, *(result[w.name].radiance for w in walls), result.ledger.absorbed_by["+x"]]
+    for one, other in zip(found["mixture"], found["albedo"], strict=True):
+        assert_agrees(one - other, 0.0, FALSE_ALARM)
+        with pytest.raises(AssertionError):
+            assert_agrees(one - other * 1.1, 0.0, FALSE_ALARM)
+
+
+# ---- accommodation ----
+
+COLD = tp.Maxwellian(temperature=200.0, mass=5e-26)
+WARM = tp.Maxwellian(temperature=600.0, mass=5e-26)
+
+
+@lru_cache(maxsize=4)
+def accommodated(share):
+    """Cold gas that effuses onto a warm wall, which accommodates a share of it."""
+    parts = {tp.Mirror(): 1 - share, tp.Diffuse(1.0, speed=WARM): share}
+    source = tp.Source(tp.Disk(radius=0.5), tp.Effusive(exitance=1.0, speed=COLD))
+    edges = (0.0, *np.sqrt(2 * gammaincinv(2.0, np.arange(0.05, 1, 0.05))) * WARM.sigma, 12 * WARM.sigma)
+    looks = [tp.Detector("wall", moments=True), tp.Detector("wall", "speeds", speeds=edges)]
+    wide = tp.Rectangle(center=(0, 0, 0.5), normal=(0, 0, -1), width=20.0, height=20.0)
+    return run(tp.Scene(source, tp.Surface(wide, tp.Mixture(parts), "wall"), looks)), np.array(edges)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.8, 1.0])
+def test_energy_that_leaves_a_wall_is_the_mixture_of_what_arrived_and_what_is_thermal(share):
+    """Mean energies of crossers are 2 kT (Reif 1965, 7.12); the share is the energy accommodation coefficient."""
+    wall = accommodated(share)[0]["wall"]
+    arrived, thermal = 2 * BOLTZMANN * 200.0, 2 * BOLTZMANN * 600.0
+    assert_agrees(wall.mean_energy_in, arrived, FALSE_ALARM)
+    assert_agrees(wall.mean_energy_out, (1 - share) * arrived + share * thermal, FALSE_ALARM)
+    coefficient = (wall.mean_energy_out - wall.mean_energy_in) / (thermal - arrived)
+    if share not in (0.0, 1.0):
+        gas = 1.5 / 2.0  # energies of a gas at rest, not of what crosses: the weighting by speed forgotten
+        with pytest.raises(AssertionError):
+            wrong = (1 - share) * arrived + share * gas * thermal
+            assert_agrees(wall.mean_energy_out, wrong, FALSE_ALARM)
+    assert abs(coefficient.value - share) < 0.02
+    assert wall.flux_out.value == pytest.approx(wall.flux_in.value, rel=1e-14)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_speeds_that_leave_are_a_mixture_of_both_laws(share):
+    result, edges = accommodated(share)
+    left = counts(result["speeds"], DEPARTURES)
+    laws = [np.diff(gammainc(2.0, (edges / gas.sigma) ** 2 / 2)) for gas in (COLD, WARM)]
+    assert_follows(left, (1 - share) * laws[0] + share * laws[1], FALSE_ALARM)
+    assert_follows(counts(result["speeds"]), laws[0], FALSE_ALARM)
+    with pytest.raises(AssertionError):
+        assert_follows(left, abs(0.97 - share) * laws[0] + (1 - abs(0.97 - share)) * laws[1], FALSE_ALARM)
+
+
+def test_a_gas_in_a_box_of_accommodating_walls_takes_their_temperature():
+    """Cold at first; after many flights its energy is that of the walls, whatever they accommodate."""
+    parts = {tp.Mirror(): 0.4, tp.Diffuse(1.0, speed=WARM): 0.6}
+    walls = tp.Surface(tp.Box(size=1.0), tp.Mixture(parts), "wall")
+    gas = tp.Source(tp.Box(size=1.0), tp.Gas(density=1e20, speed=COLD))
+    look = tp.PhaseSpace(x=(-0.5, 0.0, 0.5), time=(0.0, 0.15), within=tp.Box(size=1.0), moments=True)
+    scene = tp.Scene(
+        gas, walls, [look, tp.Detector("wall", side="back", moments=True, times=(0.1, 0.15))], duration=0.15
+    )
+    result = run(scene, 50_000)
+    found = result["phase_space"]
+    assert_agrees(found.temperature[0], 200.0, FALSE_ALARM)
+    assert_agrees(found.temperature[1], 600.0, FALSE_ALARM)
+    assert_agrees(found.pressure[1], 1e20 * BOLTZMANN * 600.0, FALSE_ALARM)
+    assert_agrees(result["wall"].pressure[0], 1e20 * BOLTZMANN * 600.0, FALSE_ALARM)
