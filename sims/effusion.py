@@ -42,8 +42,7 @@ particles = 1_000_000
 
 SETTINGS = ("ball", "box", "beam", "wind", "flight", "burst")
 HELIUM = 6.6464731e-27  # kg, of an atom: 4.002602 u
-DENSITY = 1e20  # m^-3
-NUMBER = 1e12  # particles of a burst
+DENSITY, NUMBER = 1e20, 1e12  # m^-3; particles of a burst
 RADIUS, SIDE, DISTANCE = 0.05, 0.1, 1.0  # m: of ball and patch, of the box, of the plane
 LAST, EARLY = 30, 3  # flights: all, and those that the first flux is a mean over
 SHOWN = {"ball": (2, 5, 10, 20, 30), "box": (10, 30)}  # flights
@@ -159,9 +158,8 @@ def _burst(gas: tp.Maxwellian, setting: str) -> tp.Scene:
     v = gas.sigma if along_z else theory.mean_speed(gas.sigma)
     burst = tp.Gas(number=NUMBER, speed=gas if along_z else v, direction=(0, 0, 1) if along_z else None)
     plane = tp.Disk(center=(0, 0, DISTANCE), normal=(0, 0, -1), radius=edges[-1] * DISTANCE)
-    times = edges * DISTANCE / v
-    detector = tp.Detector(plane, setting, times=times)
-    return tp.Scene(tp.Source(tp.Point(), burst), detectors=detector, duration=times[-1])
+    detector = tp.Detector(plane, setting, times=edges * DISTANCE / v)
+    return tp.Scene(tp.Source(tp.Point(), burst), detectors=detector, duration=detector.times[-1])
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:

@@ -101,7 +101,7 @@ def test_parameters_may_be_set_for_all_cases(name):
     settings = {
         "diffuse_box": {"exitance": 5.0},
         "directions": {"power": 3.0, "size": 1e-6},
-        "effusion": {},
+        "effusion": {"temperature": 77.0, "loss": 0.2},
         "flows": {"speed": 3.0, "density": 1e12, "power": 2.0},
         "inverse_square": {"power": 3.0},
         "lambert_disk": {"radiance": 7.0, "radius": 0.25},

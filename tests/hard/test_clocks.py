@@ -53,7 +53,7 @@ def test_particles_at_rest_stay_where_they_are_and_meet_nothing(walls, direction
             tp.PhaseSpace(x=edges, time=times, moments=True),
             tp.PhaseSpace(speed=(0, 1), time=5.0, name="v"),
         ]
-        found += [tp.Snapshot(t, particles=10_000, name=f"at {t}") for t in times]
+        found += [tp.Snapshot(t, particles=10_000, name=f"at {t:g}") for t in times]
     gas = tp.Source(tp.Box(size=1.5), tp.Gas(number=7.0, speed=0.0, direction=direction))
     result = run(tp.Scene(gas, walls, found, duration=5.0))
     assert (counts(result["meter"]) == 0).all() and result.cost.crossings == 0
@@ -63,7 +63,7 @@ def test_particles_at_rest_stay_where_they_are_and_meet_nothing(walls, direction
         assert (number == number[0]).all() and (number.sum(axis=1) == 10_000).all()
         assert histories(result, result["v"].number.value) == 10_000
         assert (result["phase_space"].mean_speed.value == 0).all()
-        first, last = (result[f"at {t}"] for t in (0.0, 5.0))
+        first, last = (result[f"at {t:g}"] for t in (0.0, 5.0))
         assert (first.velocities == 0).all() and len(first) == 10_000
         np.testing.assert_array_equal(first.positions, last.positions)
 
@@ -74,7 +74,7 @@ def rest_or_fly(u):
 
 def test_those_at_rest_among_others_are_neither_moved_nor_lost():
     gas = tp.Source(tp.Sphere(radius=0.2), tp.Gas(number=2.0, speed=tp.InverseCDF(rest_or_fly)))
-    shots = [tp.Snapshot(t, particles=10_000, name=f"at {t}") for t in (0.0, 4.0)]
+    shots = [tp.Snapshot(t, particles=10_000, name=f"at {t:g}") for t in (0.0, 4.0)]
     ball = tp.Surface(tp.Sphere(radius=0.5), tp.Diffuse(1.0))
     result = run(
         tp.Scene(gas, ball, [*shots, tp.PhaseSpace(speed=(0, 0.5, 2), time=(0.0, 4.0))], duration=4.0)
@@ -82,12 +82,12 @@ def test_those_at_rest_among_others_are_neither_moved_nor_lost():
     number = histories(result, result["phase_space"].number.value)
     assert (number[0] == number[1]).all() and number[0].sum() == 10_000
     assert_follows(number[0], [0.5, 0.5], FALSE_ALARM)
-    for name in ("at 0.0", "at 4.0"):
+    for name in ("at 0", "at 4"):
         speeds = np.linalg.norm(result[name].velocities, axis=1)
         assert np.isin(np.round(speeds, 12), (0.0, 1.0)).all()
     first, last = ({h: tuple(x) for h, x, v in zip(
         zip(s.batches, s.histories, strict=True), s.positions, s.velocities, strict=True) if not v.any()}
-        for s in (result["at 0.0"], result["at 4.0"]))  # fmt: skip
+        for s in (result["at 0"], result["at 4"]))  # fmt: skip
     assert first == last and len(first) == number[0][0]
     assert result.ledger["in_flight"].value == pytest.approx(2.0, rel=1e-14)
 
@@ -142,15 +142,15 @@ def test_moments_of_a_decade_are_those_of_its_particles(decade):
         speeds, n = np.linalg.norm(v, axis=1), len(v)
         width = DECADES[decade + 1] - DECADES[decade]
         flux = speeds.sum() * result.ledger["emitted"].value / result.particles / width
-        assert found.fluence_rate.value[k, decade] == pytest.approx(flux, rel=1e-9)
-        assert found.mean_speed.value[k, decade] == pytest.approx(speeds.mean(), rel=20 / n)
+        assert found.fluence_rate.value[k, decade] == pytest.approx(flux, rel=1e-9, abs=0)
+        assert found.mean_speed.value[k, decade] == pytest.approx(speeds.mean(), rel=20 / n, abs=0)
         spread_ = np.sqrt(v.var(axis=0) / n)
         for j, axis in enumerate("xyz"):
             mean = getattr(found, f"mean_v{axis}").value[k, decade]
-            assert mean == pytest.approx(v[:, j].mean(), abs=0.1 * spread_[j])
+            assert mean == pytest.approx(v[:, j].mean(), rel=0, abs=0.1 * spread_[j])
             variance = getattr(found, f"variance_v{axis}").value[k, decade]
-            assert variance == pytest.approx(v[:, j].var(), rel=40 / n)
-            assert variance != pytest.approx(1.02 * v[:, j].var(), rel=40 / n)
+            assert variance == pytest.approx(v[:, j].var(), rel=40 / n, abs=0)
+            assert variance != pytest.approx(1.02 * v[:, j].var(), rel=40 / n, abs=0)
 
 
 def in_decade(shot, decade):
@@ -161,7 +161,7 @@ def in_decade(shot, decade):
 def test_slow_particles_beside_fast_ones_have_moved_by_v_t():
     """Those below 1e-4 m/s: at the far end of the box after 20 s only if a wall was within 2 mm."""
     result = spread()
-    shots = [result[f"at {t}"] for t in (0, 20)]
+    shots = [result[f"at {t:g}"] for t in (0, 20)]
     order = [np.lexsort((s.histories, s.batches)) for s in shots]
     (x, v), (y, w) = ((s.positions[o], s.velocities[o]) for s, o in zip(shots, order, strict=True))
     slow = (np.abs(x) < 0.497).all(axis=1) & (np.linalg.norm(v, axis=1) < 1e-4)
@@ -215,7 +215,7 @@ def test_a_detector_edge_on_to_a_beam_meets_next_to_none_of_it(direction, shape)
         "rectangle": tp.Rectangle(width=0.8, height=0.8, normal=tuple(normal), up=tuple(across)),
         "triangle": tp.Triangle(vertices=tuple(map(tuple, (0.4 * d, -0.4 * d, 0.4 * across)))),
     }[shape]
-    beam = tp.Gas(number=1.0, speed=1.0, direction=direction)
+    beam = tp.Gas(number=1.0, speed=1.0, direction=direction, mass=1.0)
     for source in (tp.Box(size=2.0), tp.Disk(radius=0.3, center=tuple(-2 * d), normal=tuple(d))):
         emission = beam if isinstance(source, tp.Box) else tp.Beam(direction=direction, power=1.0, speed=1.0)
         looks = tp.Detector(meter, "meter", times=4, moments=True)
@@ -271,9 +271,41 @@ def test_meters_that_cross_each_other_are_both_crossed_on_their_common_line():
     panes = [tp.Disk(center=(0, 0, 1), radius=1.0), tp.Disk(center=(0, 0, 1), radius=1.0, normal=(1, 0, 1))]
     looks = [tp.Detector(p, str(k), side="back", times=(0, 1, 2)) for k, p in enumerate(panes)]
     result = run(tp.Scene(tp.Source(tp.Point(), beam), [], looks, duration=2.0), 1000)
-    total = [int(counts(result[name]).sum()) for name in "01"]
-    print(total)
-    assert total == [1000, 1000]
+    assert [counts(result[name]).sum() for name in "01"] == [1000, 1000]
+
+
+def test_nothing_slips_out_where_a_meter_cuts_a_wall():
+    """Turned boxes, each with a meter through one wall and beams at points of the line that they have in common."""
+    random = np.random.default_rng(3)
+    for kind in (tp.Mirror(), tp.Diffuse(1.0)) * 3:
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        offset, angle = random.normal(size=3), random.uniform(0.2, 1.4)
+        along = turn @ (math.cos(0.3), math.sin(0.3), 0)
+        normal = math.cos(angle) * turn[:, 2] + math.sin(angle) * np.cross(along, turn[:, 2])
+        meter = tp.Disk(center=tuple(offset + turn[:, 2]), normal=tuple(normal), radius=0.8)
+        sources = []
+        for reach in random.uniform(-0.7, 0.7, 40):
+            start = offset + turn @ random.uniform(-0.6, 0.6, 3)
+            way = offset + turn[:, 2] + reach * along - start
+            sources.append(tp.Source(tp.Point(position=start), tp.Gas(number=1.0, speed=1.0, direction=way)))
+        walls = [turned_wall(turn, offset, axis, sign, kind) for axis in range(3) for sign in (-1, 1)]
+        looks = [tp.Detector(meter, "meter"), tp.Snapshot(5.0)]
+        result = run(tp.Scene(sources, walls, looks, duration=5.0), 400)
+        places = (result["snapshot"].positions - offset) @ turn
+        assert len(places) == 400 and np.abs(places).max() <= 1 + 1e-12
+
+
+def turned_wall(turn, offset, axis, sign, kind):
+    """A wall of a box of 2 m, turned and shifted."""
+    _, up = (i for i in range(3) if i != axis)
+    shape = tp.Rectangle(
+        center=offset + sign * turn[:, axis],
+        normal=sign * turn[:, axis],
+        up=turn[:, up],
+        width=2.0,
+        height=2.0,
+    )
+    return tp.Surface(shape, kind)
 
 
 @pytest.mark.parametrize("target", [(1, 1, 0), (1, 1, 1), (1, 1, 0.3)])
