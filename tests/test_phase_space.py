@@ -209,14 +209,33 @@ def test_samples_of_both_snapshots_are_of_the_same_histories():
     np.testing.assert_allclose(later, x + 2.25 * v, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("particles", [20_000, 10_000_000])
+@pytest.mark.parametrize("particles", [20_011, 10_000_000])
 def test_a_snapshot_of_more_particles_than_histories_has_all_of_them(particles):
+    """Also where batches differ by one history."""
     shot = tp.Snapshot(1.0, particles=particles)
-    result = tp.simulate(streaming(shot), particles=20_000, seed=1)
+    result = tp.simulate(streaming(shot), particles=20_011, seed=1)
     found = result["snapshot"]
-    assert len(found) == 20_000 == len(set(zip(found.batches, found.histories, strict=True)))
-    np.testing.assert_allclose(found.weights, 6.0 / 20_000, rtol=1e-14)
-    assert found.time == 1.0 and found.positions.shape == found.velocities.shape == (20_000, 3)
+    assert len(found) == 20_011 == len(set(zip(found.batches, found.histories, strict=True)))
+    np.testing.assert_allclose(found.weights, 6.0 / 20_011, rtol=1e-14)
+    assert found.time == 1.0 and found.positions.shape == found.velocities.shape == (20_011, 3)
+
+
+@pytest.mark.parametrize(
+    "aim", [None, tp.Disk(center=(0.5, 0, 3.0), radius=0.2), tp.Sphere(center=(0, 0, 2), radius=0.5)]
+)
+def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
+    """An aimed particle is kept at its target while it flies there from its source."""
+    source = tp.Source(tp.Point(), tp.Isotropic(energy=1.0, speed=2.0), aim=aim, pulse=tp.Instant(0.25))
+    looks = [tp.Snapshot(t, particles=2000, name=f"{k}") for k, t in enumerate((0.25, 0.5, 1.0, 3.0))]
+    looks.append(tp.PhaseSpace(x=(-9, 9), time=(0.1, 0.5, 3.0), name="all"))
+    result = tp.simulate(tp.Scene(source, [], looks, duration=3.0), particles=2000, seed=1)
+    for k, t in enumerate((0.25, 0.5, 1.0, 3.0)):
+        shot = result[f"{k}"]
+        far = np.linalg.norm(shot.positions, axis=1)
+        np.testing.assert_allclose(far, 2 * (t - 0.25), rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(np.linalg.norm(shot.velocities, axis=1), 2.0, rtol=1e-14)
+    emitted = 1.0 - result.ledger["unsampled"].value
+    np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)
 
 
 @pytest.mark.parametrize("thinned", [False, True])
