@@ -167,7 +167,9 @@ def outcomes_of(
     ready = []
     for parameters in cases_of(module, settings):
         scene = scene_of(module, parameters, settings)
-        if scene in [known for _, known, *_ in ready]:  # parameters that these settings leave without a meaning
+        if scene in [
+            known for _, known, *_ in ready
+        ]:  # parameters that these settings leave without a meaning
             continue
         with blamed(module, settings):
             exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}

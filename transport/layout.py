@@ -28,6 +28,9 @@ GRAZING_CUT = (
 # The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
+# Where a lane stands: the sheet that its ray began on, and that of the meter that it passed last on it; 0: none.
+STANDING, PASSED_SHIFT = 0xFFFF, 16
+
 NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
     [("rows", "i8"), ("count", "i8")]

@@ -112,6 +112,11 @@ class Plan:
         return any(name == "meet_rectangle" for name, *_ in self.members)
 
     @property
+    def passes_meters(self) -> bool:
+        """Whether rays go on through meters to other sheets."""
+        return len(self.sheets) > 2 and any(name.startswith("cover") for name, *_ in self.members)
+
+    @property
     def materials(self) -> set[int]:
         return set(self.surfaces["material"].tolist())
 

@@ -47,7 +47,7 @@ CARRIED = (
     ("birth", "f8"),  # weight when born
     ("history", "i8"),  # number within the batch
     ("event", "i8"),  # reflections so far, and other crossings that drew: numbers the draws
-    ("sheet", "i8"),  # the support that the particle stands on; 0: none
+    ("sheet", "i8"),  # the support that it stands on, and the meter's that it passed last (layout.STANDING)
     ("start", "f8"),  # where on the ray it is: 0, or negative for one aimed at a target where x is
     ("distance", "f8"),  # along the ray from x to what it meets next
     ("hit", "i8"),  # sheet, surface and meters that it meets next (layout.py)
@@ -68,6 +68,10 @@ SCRATCH = (
     ("oy", "f8"),
     ("oz", "f8"),
     ("left", "i8"),  # the sheet that it began on
+    ("rx", "f8"),  # the ray's origin, which what passes through a meter keeps
+    ("ry", "f8"),
+    ("rz", "f8"),
+    ("begun", "f8"),  # and where the flight began on it
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1

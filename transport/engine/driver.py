@@ -42,7 +42,7 @@ class Sums:
         self.ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
-        self.stride = max(1, math.ceil(histories * batches / wanted))
+        self.stride = max(1, histories * batches // wanted)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:

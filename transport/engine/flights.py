@@ -17,13 +17,26 @@ from transport.layout import (
     ESCAPED,
     LOST,
     NO_TABLE,
+    PASSED_SHIFT,
     RECTANGLE,
     ROUNDING,
     SHEET_SHIFT,
     SPHERE,
+    STANDING,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
     TRIANGLE,
 )
+from transport.physics.device import device
 from transport.physics.rays import plane_crossing, sphere_crossing
+
+
+@device
+def ahead(t, start, sheet, places):
+    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does."""
+    passed = places >> PASSED_SHIFT
+    further = (t > start) | ((t == start) & (passed != 0) & (sheet > passed))
+    return further & ((places & STANDING) != sheet) & (passed != sheet)
 
 
 @lane_pass(NO_TABLE)
@@ -47,7 +60,7 @@ def meet_rectangle(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         u, v, slack = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz), ROUNDING * t
         nearer = (u - slack <= half_u) & (v - slack <= half_v) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & (b.sheet[k] != sheet)
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
         edge = (u > inner_u) | (v > inner_v)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
@@ -65,7 +78,7 @@ def cover_rectangle(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u <= half_u) & (v <= half_v) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -82,7 +95,7 @@ def meet_disk(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
         nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < b.distance[k])
-        nearer &= (t > b.start[k]) & (b.sheet[k] != sheet)
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
     return live
@@ -98,7 +111,7 @@ def cover_disk(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (r2 <= outer2) & (r2 >= inner2) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -111,8 +124,9 @@ def meet_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing = b.sheet[k] == sheet
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, b.start[k], standing)
+        standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
+        own = start if start < 0.0 else 0.0  # where the ray began
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own)
         nearer = t < b.distance[k]
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
@@ -125,8 +139,10 @@ def cover_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        standing = b.sheet[k] == sheet
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, b.start[k], standing)
+        start, passed = b.start[k], (b.sheet[k] >> PASSED_SHIFT) == sheet
+        standing = passed | ((b.sheet[k] & STANDING) == sheet)
+        own = start if passed | (start < 0.0) else 0.0
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
@@ -145,7 +161,8 @@ def cover_triangle(b, table, first, live):
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0) & (t > b.start[k]) & (b.sheet[k] != sheet)
+        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
+        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -192,4 +209,31 @@ def move(b, table, first, live):
         b.y[k] += d * b.uy[k]
         b.z[k] += d * b.uz[k]
         b.start[k] = 0.0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def remember_ray(b, table, first, live):
+    """Where the ray begins, in scenes with meters that other surfaces may touch."""
+    for k in range(first, live):
+        b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
+        b.begun[k] = b.start[k]
+        b.left[k] = b.sheet[k] & STANDING
+    return live
+
+
+@lane_pass(NO_TABLE)
+def resume_ray(b, table, first, live):
+    """What passed through a meter flies on from its ray's old origin, beyond the meter; but for one aimed at a target.
+
+    All crossings of a ray are then told from one origin: a wall that a meter touches lies behind the meter or before it,
+    never at a distance of 0 that rounding takes for passed.
+    """
+    for k in range(first, live):
+        passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0) & (b.begun[k] >= 0.0)
+        b.x[k] = b.rx[k] if passes else b.x[k]
+        b.y[k] = b.ry[k] if passes else b.y[k]
+        b.z[k] = b.rz[k] if passes else b.z[k]
+        b.start[k] = b.distance[k] if passes else b.start[k]
+        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | b.left[k] if passes else b.sheet[k]
     return live

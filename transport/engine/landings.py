@@ -12,6 +12,7 @@ from transport.layout import (
     ROWS,
     SHEET,
     SHEET_SHIFT,
+    STANDING,
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
@@ -96,7 +97,7 @@ def remember_origin(b, table, first, live):
             b.y[k] + start * b.uy[k],
             b.z[k] + start * b.uz[k],
         )
-        b.left[k] = b.sheet[k]
+        b.left[k] = b.sheet[k] & STANDING
     return live
 
 

@@ -138,6 +138,8 @@ def _flight(plan, moved):
     yield _step(lanes.fill_gaps, moved)
     if plan.contacts:
         yield _step(landings.remember_origin)
+    if plan.passes_meters:
+        yield _step(flights.remember_ray)
     yield _step(flights.move)
 
 
@@ -161,6 +163,8 @@ def _crossing(plan, moved):
     if not plan.acts:
         yield from _metering(plan, meters.bin_crossings)
         yield from _visits(plan)
+        if plan.passes_meters:
+            yield _step(flights.resume_ray)
         return
     yield from _metering(plan, meters.bin_arrivals)
     if plan.draws_again:
@@ -183,6 +187,8 @@ def _crossing(plan, moved):
         yield _step(surfaces.count_reflections)
     yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     yield from _visits(plan)
+    if plan.passes_meters:
+        yield _step(flights.resume_ray)
     if plan.has_roulette:
         yield _step(surfaces.play_roulette)
     if plan.reflects:
