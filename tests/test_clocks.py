@@ -18,7 +18,7 @@ from tests.agreement import assert_agrees, assert_follows
 from transport.theory import emitters
 
 FALSE_ALARM = 1e-6
-PARTICLES = 200_000
+PARTICLES = 1_000_000
 ARRIVALS, DEPARTURES = 0, 1
 
 

@@ -228,12 +228,16 @@ def test_light_from_a_flash_is_on_a_sphere_whether_it_was_aimed_or_not(aim):
     source = tp.Source(tp.Point(), tp.Isotropic(energy=1.0, speed=2.0), aim=aim, pulse=tp.Instant(0.25))
     looks = [tp.Snapshot(t, particles=2000, name=f"{k}") for k, t in enumerate((0.25, 0.5, 1.0, 3.0))]
     looks.append(tp.PhaseSpace(x=(-9, 9), time=(0.1, 0.5, 3.0), name="all"))
+    around = tp.Sphere(radius=4.0)
+    looks.append(tp.Detector(around, "around", side="inside", times=(0.0, 2.2499, 2.2501, 3.0)))
     result = tp.simulate(tp.Scene(source, [], looks, duration=3.0), particles=2000, seed=1)
     for k, t in enumerate((0.25, 0.5, 1.0, 3.0)):
         shot = result[f"{k}"]
         far = np.linalg.norm(shot.positions, axis=1)
         np.testing.assert_allclose(far, 2 * (t - 0.25), rtol=1e-13, atol=1e-15)
         np.testing.assert_allclose(np.linalg.norm(shot.velocities, axis=1), 2.0, rtol=1e-14)
+    met = result["around"].sums.whole("counts", ARRIVALS).sum(axis=(0, 2))
+    np.testing.assert_array_equal(met, [0, 2000, 0])
     emitted = 1.0 - result.ledger["unsampled"].value
     np.testing.assert_allclose(result["all"].alive.value, [0, emitted, emitted], rtol=1e-12)
 

@@ -29,7 +29,7 @@ from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene
 from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
-from transport.speeds import Maxwellian
+from transport.speeds import Maxwellian, SpeedTable
 
 ROOT = Path(__file__).resolve().parents[1]
 HISTORIES = 200
@@ -117,6 +117,7 @@ def vessel():
         Source(Cloud(sigma=(0.1, 0.2, 0.3)), Gas(50.0, wind)),
         Source(Box(size=1.0), Gas(50.0, Maxwellian(sigma=1.0, mass=2.0), direction=(1, 1, 0))),
         Source("-z", Effusive(20.0, wind), side="back"),
+        Source(Sphere(radius=0.2), Gas(20.0, SpeedTable((0.5, 1.0, 1.0 + 1e-9, 2.0), (1.0, 0.5, 2.0, 0.0)))),
         Source("-x", Effusive(20.0, hot), side="back", pulse=BoxPulse(0.1, 0.5)),
     ]
     looks = [

@@ -68,6 +68,7 @@ SCALAR_PASSES = {
     "account_absorbed": "scatters to the surfaces' rows",
     "fill_gaps": "works on a list of lanes",
     "take_quantile": "gathers from the cells of the speeds",
+    "take_stepped_quantile": "gathers from the cells of the speeds",
     "emit_from_drifting_gas": "gathers from the cells of the speeds",
     "take_wall_speed": "gathers from the surfaces and the cells of the speeds, for few lanes",
     "choose_part": "gathers from the surfaces, for few lanes",

@@ -95,7 +95,7 @@ MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the ex
 
 # Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS coefficients each.
 QUANTILES = np.dtype(_integers("octaves octave_count cells cell_count"))
-OCTAVE = np.dtype(_integers("first level"))
+OCTAVE = np.dtype(_integers("cells"))  # its first cell, and the level from bit 32 on
 CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell: coefficients, then the split; octaves of each tail
 
 # Phase space at a time: up to two coordinates of those below, in bins; first: its row for the outside, the bins follow.

@@ -48,7 +48,7 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
     octaves, first = np.zeros(2 * layout.OCTAVES, layout.OCTAVE), 0
     for number in range(2 * layout.OCTAVES):
         level, rows = fitted[number]
-        octaves[number]["first"], octaves[number]["level"] = first, level
+        octaves[number]["cells"] = first | level << 32
         first += len(rows)
     return octaves, np.concatenate([fitted[number][1] for number in range(2 * layout.OCTAVES)])
 
@@ -114,6 +114,11 @@ def _smooth(coefficients: np.ndarray) -> np.ndarray:
 def constant_quantile(speed: float) -> Quantile:
     """The quantile function of one speed."""
     return lambda u: np.full(np.shape(u), speed)
+
+
+def has_steps(quantile: Quantile) -> bool:
+    """Whether the function has jumps or kinks, so that some of its cells are split."""
+    return bool((quantile_table(quantile)[1][:, SPLIT] <= 1.0).any())
 
 
 def quantile_columns(plan, quantile: Quantile) -> dict[str, int]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from transport import layout
 from transport.pulses import BoxPulse, GaussianPulse, Instant
-from transport.quantile_tables import quantile_columns, quantile_row
+from transport.quantile_tables import has_steps, quantile_columns, quantile_row
 from transport.shapes import Shape
 from transport.sources import Effusive, Gas, Source
 from transport.speeds import Maxwellian
@@ -58,7 +58,8 @@ def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
         quantile = emission.speed.flux_quantile
     else:
         quantile = emission.speed.quantile if emission.direction is None else emission.speed.line_quantile
-    steps = [("draw_speed", nothing), ("take_quantile", quantile_row(plan, quantile))]
+    take = "take_stepped_quantile" if has_steps(quantile) else "take_quantile"
+    steps = [("draw_speed", nothing), (take, quantile_row(plan, quantile))]
     if drift != AT_REST or getattr(emission, "direction", None) is not None:
         steps.append(("add_drift", layout.row(layout.VELOCITY, **_velocity(drift, unit))))
     return tuple(steps)

@@ -38,6 +38,17 @@ def start_within(b, table, first, live):
 
 
 @lane_pass(MOMENT)
+def start_within_and_draw(b, table, first, live):
+    """The same, and from the same random block the number that a speed is made of."""
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        b.time[k], b.u0[k] = start + uniform(w0, w1) * width, uniform(w2, w3)
+    return live
+
+
+@lane_pass(MOMENT)
 def start_about(b, table, first, live):
     """A Gaussian pulse; width: its standard deviation (Box, Muller 1958)."""
     start, width = table.start, table.width

@@ -79,11 +79,7 @@ def _births(plan, emitter):
     yield _step(births.begin, emitter.birth)
     yield _named(births, emitter.place)
     yield _named(speeds if emitter.law[0] == "emit_from_drifting_gas" else births, emitter.law)
-    if plan.has_clock:
-        yield _named(clocks, emitter.moment)
-    if plan.has_speeds:
-        for step in emitter.speed:
-            yield _named(speeds, step)
+    yield from _moment_and_speed(plan, emitter)
     if emitter.target is not None:
         if emitter.place[0] != "born_on_sphere":
             yield _step(births.take_normal, emitter.place[1])
@@ -104,6 +100,18 @@ def _births(plan, emitter):
     ]
     if metered and emitter.place[0] != "born_at_point":
         yield from _birth_counted(plan, emitter, metered)
+
+
+def _moment_and_speed(plan, emitter):
+    """When and how fast; one random block serves both where it can."""
+    moment, steps = emitter.moment, emitter.speed if plan.has_speeds else ()
+    draws = steps and steps[0][0] == "draw_speed"
+    if plan.has_clock and moment[0] == "start_within" and draws:
+        moment, steps = ("start_within_and_draw", moment[1]), steps[1:]
+    if plan.has_clock:
+        yield _named(clocks, moment)
+    for step in steps:
+        yield _named(speeds, step)
 
 
 def _birth_counted(plan, emitter, metered):

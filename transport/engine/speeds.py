@@ -20,20 +20,25 @@ from transport.layout import (
 )
 from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn, log_positive
-from transport.physics.quantiles import cell_place, cell_value, octave_of
+from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import SPEED, random_words, uniform
+
+
+@device
+def cell_of(octaves, u):
+    """Where the coefficients of a probability's cell begin, and its place in the cell."""
+    octave, mantissa = octave_of(u)
+    cells = octaves[octave].cells
+    cell, t = cell_place(mantissa, cells >> 32)
+    return CELL_TERMS * ((cells & 0xFFFFFFFF) + cell), t
 
 
 @device
 def quantile(octaves, cells, u):
     """The speed below which the share u of the distribution lies."""
-    octave, mantissa = octave_of(u)
-    row = octaves[octave]
-    cell, t = cell_place(mantissa, row.level)
-    c = CELL_TERMS * (row.first + cell)
-    return cell_value(
-        cells[c], cells[c + 1], cells[c + 2], cells[c + 3], cells[c + 4], cells[c + 5], cells[c + 6], t
-    )
+    k, t = cell_of(octaves, u)
+    c0, c1, c2, c3, c4, c5 = cells[k], cells[k + 1], cells[k + 2], cells[k + 3], cells[k + 4], cells[k + 5]
+    return cell_value(c0, c1, c2, c3, c4, c5, cells[k + 6], t)
 
 
 @lane_pass(VELOCITY)
@@ -57,7 +62,26 @@ def draw_speed(b, table, first, live):
 
 @lane_pass(QUANTILES)
 def take_quantile(b, table, first, live):
-    """The speed of that quantile; the gather is a pass of its own."""
+    """The speed of that quantile, of a distribution without jumps and kinks."""
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    for k in range(first, live):
+        c, t = cell_of(octaves, b.u0[k])
+        c0, c1, c2, c3, c4, c5 = (
+            cells[c],
+            cells[c + 1],
+            cells[c + 2],
+            cells[c + 3],
+            cells[c + 4],
+            cells[c + 5],
+        )
+        b.speed[k] = polynomial(c0, c1, c2, c3, c4, c5, t)
+    return live
+
+
+@lane_pass(QUANTILES)
+def take_stepped_quantile(b, table, first, live):
+    """The speed of that quantile, of any distribution."""
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
     for k in range(first, live):

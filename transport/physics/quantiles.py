@@ -32,8 +32,13 @@ def cell_place(mantissa, level):
 
 
 @device
+def polynomial(c0, c1, c2, c3, c4, c5, t):
+    """Horner's scheme of degree 5."""
+    return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+
+
+@device
 def cell_value(c0, c1, c2, c3, c4, c5, split, t):
     """A polynomial of degree 5; or where the cell is split, within [-1, 1], a straight piece on either side."""
-    smooth = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
     pieces = c0 + c1 * t if t < split else c2 + c3 * t
-    return pieces if split <= 1.0 else smooth
+    return pieces if split <= 1.0 else polynomial(c0, c1, c2, c3, c4, c5, t)
