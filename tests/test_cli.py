@@ -339,7 +339,7 @@ def test_verify_has_one_row_a_law_with_formula_source_and_smallest_bias(call):
     assert sum(line.rstrip().endswith("holds") for line in answer.output.splitlines()) == 2
     rows = json.loads(call("verify", "disks.py", "--json").output)
     assert [row["quantity"] for row in rows] == ["distance=2: irradiance", "distance=4: irradiance"]
-    keys = ["law", "source", "sim", "quantity", "value", "error", "exact", "z", "smallest_bias"]
+    keys = ["law", "source", "sim", "quantity", "value", "error", "unit", "exact", "z", "smallest_bias"]
     assert all(list(row) == keys for row in rows)
     assert all(0 < row["smallest_bias"] < 0.01 for row in rows)
 

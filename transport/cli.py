@@ -224,6 +224,7 @@ def _law_record(law: Law, rate: float) -> dict[str, object]:
         "quantity": law.quantity,
         "value": law.estimate.value,
         "error": law.estimate.error,
+        "unit": str(law.estimate.unit),
         "exact": law.exact,
         "z": law.z,
         "smallest_bias": law.smallest_bias(rate),
