@@ -11,10 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 import transport as tp
-from tests.agreement import assert_follows
+from tests.agreement import assert_agrees, assert_follows
 from transport.compile import compile_scene
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
@@ -410,6 +410,21 @@ def test_within_a_box_only_its_particles_are_counted_and_the_rest_is_outside():
     assert str(found.density.unit) == "m^-3" and str(found.pressure.unit) == "Pa"
 
 
+def test_a_bin_that_the_box_cuts_has_the_density_of_what_is_left_of_it():
+    """A uniform gas, looked at within a box over half of one bin and a quarter of another; beyond is nothing to tell."""
+    gas = tp.Source(tp.Box(size=2.0), tp.Gas(density=3.0, speed=1.0))
+    look = tp.PhaseSpace(
+        x=(-1.0, 0.0, 0.8, 1.0), time=0.0, within=tp.Box(center=(-0.15, 0.2, 0), size=(0.7, 1, 1.5))
+    )
+    density = tp.simulate(tp.Scene(gas, [], look, duration=1.0), particles=200_000, seed=1)[
+        "phase_space"
+    ].density
+    assert_agrees(density[:2], 3.0, FALSE_ALARM)
+    assert np.isnan(density.value[2])
+    with pytest.raises(AssertionError):
+        assert_agrees(density[:2], 3.0 * np.array([0.5, 0.25]), FALSE_ALARM)
+
+
 def test_positions_of_a_gas_are_uniform_in_its_box():
     """Chi-square over cells of the box, at the start."""
     edges = tuple(np.linspace(-0.75, 0.75, 9))
@@ -418,3 +433,37 @@ def test_positions_of_a_gas_are_uniform_in_its_box():
     counts = histories(result, result["phase_space"].number.value)
     assert counts.sum() == 200_000
     assert_follows(counts, np.full(64, 1 / 64), FALSE_ALARM)
+
+
+def test_positions_of_a_gas_are_uniform_in_its_ball():
+    """The cube of the radius, the cosine and the azimuth are uniform and independent."""
+    gas = tp.Source(tp.Sphere(center=(1, 2, 3), radius=2.0), tp.Gas(number=1.0, speed=1.0))
+    shot = tp.Snapshot(0.0, particles=200_000)
+    x, y, z = (run_alone(gas, shot).positions - (1, 2, 3)).T
+    r = np.sqrt(x**2 + y**2 + z**2)
+    assert r.max() <= 2 * (1 + 1e-12)
+    counts, _ = np.histogramdd(
+        [(r / 2) ** 3, z / r, np.arctan2(y, x)], [8] * 3, [(0, 1), (-1, 1), (-np.pi, np.pi)]
+    )
+    assert_follows(counts, np.full(512, 1 / 512), FALSE_ALARM)
+    wrong = np.diff(np.linspace(0, 1, 9) ** 0.95)
+    with pytest.raises(AssertionError):
+        assert_follows(counts.sum(axis=(1, 2)), wrong, FALSE_ALARM)
+
+
+def test_positions_of_a_cloud_are_normal_each_with_its_own_width():
+    gas = tp.Source(tp.Cloud(center=(1, 2, 3), sigma=(0.5, 1.0, 2.0)), tp.Gas(number=1.0, speed=1.0))
+    shot = tp.Snapshot(0.0, particles=200_000)
+    places = (run_alone(gas, shot).positions - (1, 2, 3)) / (0.5, 1.0, 2.0)
+    edges = np.concatenate([[-9], np.linspace(-2, 2, 9), [9]])
+    shares = np.diff(ndtr(edges))
+    counts, _ = np.histogramdd(places, [edges] * 3)
+    assert counts.sum() == 200_000
+    assert_follows(counts, np.einsum("i,j,k->ijk", shares, shares, shares), FALSE_ALARM)
+    with pytest.raises(AssertionError):
+        assert_follows(counts.sum(axis=(0, 1)), np.diff(ndtr(edges / 1.02)), FALSE_ALARM)
+
+
+def run_alone(source, shot):
+    """The whole sample of a source by itself."""
+    return tp.simulate(tp.Scene(source, [], shot, duration=1.0), particles=200_000, seed=1)["snapshot"]
