@@ -118,6 +118,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 layers[layer][number] = look
                 layer += 1
             row = _member_row(member, plan.space, code, number)
+            _share_plane(row, sheet, plan.space)
             verb = "cover" if member.surface is None else "meet"
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
             walls += [row if isinstance(member.shape, Rectangle) else walls[0]] * (len(surfaces) - first)
@@ -195,6 +196,19 @@ def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
     row = quantile_row(plan, quantile)
     plan.kept.append(row)
     return row.ctypes.data
+
+
+def _share_plane(row: np.ndarray, sheet: Sheet, space: Space) -> None:
+    """The one point and normal by which all flat meters of a sheet are met: those of its smallest member.
+
+    Each by its own would put them a rounding apart, and what crosses there could pass between them, or one of them twice.
+    """
+    if "sx" in row.dtype.names:
+        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
+        row["sx"], row["sy"], row["sz"] = space.place(finest.center)
+        is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
+        if is_meter:
+            row["nx"], row["ny"], row["nz"] = finest.normal
 
 
 def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarray:

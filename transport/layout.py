@@ -50,10 +50,12 @@ def _integers(names: str) -> list[tuple[str, str]]:
 # All lengths in scene lengths.  e_u, e_v, n: the local frame of shapes.FlatShape.frame.
 FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
-RECTANGLE = np.dtype(_floats(FRAME + " half_u half_v inner_u inner_v") + _integers("code sheet"))
-DISK = np.dtype(_floats("cx cy cz nx ny nz inner2 outer2 breadth") + _integers("code sheet"))
+# s: a point of the sheet; all its meters are met at the distance of that one point's plane (normal n), not each at its own.
+PLACE = "cx cy cz sx sy sz nx ny nz"
+RECTANGLE = np.dtype(_floats(FRAME + " sx sy sz half_u half_v inner_u inner_v") + _integers("code sheet"))
+DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth") + _integers("code sheet"))
 # c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
-TRIANGLE = np.dtype(_floats("cx cy cz nx ny nz ax ay az bx by bz") + _integers("code sheet"))
+TRIANGLE = np.dtype(_floats(PLACE + " ax ay az bx by bz") + _integers("code sheet"))
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 
 SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane

@@ -71,11 +71,14 @@ def meet_rectangle(b, table, first, live):
 def cover_rectangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
@@ -105,10 +108,13 @@ def meet_disk(b, table, first, live):
 def cover_disk(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
     inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, b.sheet[k])
@@ -126,7 +132,7 @@ def meet_sphere(b, table, first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # where the ray began
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own)
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False)
         nearer = t < b.distance[k]
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
@@ -139,10 +145,13 @@ def cover_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, passed = b.start[k], (b.sheet[k] >> PASSED_SHIFT) == sheet
-        standing = passed | ((b.sheet[k] & STANDING) == sheet)
-        own = start if passed | (start < 0.0) else 0.0
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own)
+        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
+        standing = (last == sheet) | ((b.sheet[k] & STANDING) == sheet)
+        own = start if (last == sheet) | (start < 0.0) else 0.0
+        closed = (last != 0) & (
+            sheet > last
+        )  # of meters that meet in a line, the one of the next number is next
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, closed)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
@@ -154,11 +163,14 @@ def cover_sphere(b, table, first, live):
 def cover_triangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
@@ -224,16 +236,18 @@ def remember_ray(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def resume_ray(b, table, first, live):
-    """What passed through a meter flies on from its ray's old origin, beyond the meter; but for one aimed at a target.
+    """What passed through a meter flies on from its ray's old origin, beyond the meter.
 
     All crossings of a ray are then told from one origin: a wall that a meter touches lies behind the meter or before it,
     never at a distance of 0 that rounding takes for passed.
     """
     for k in range(first, live):
-        passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0) & (b.begun[k] >= 0.0)
+        passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)
         b.x[k] = b.rx[k] if passes else b.x[k]
         b.y[k] = b.ry[k] if passes else b.y[k]
         b.z[k] = b.rz[k] if passes else b.z[k]
         b.start[k] = b.distance[k] if passes else b.start[k]
-        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | b.left[k] if passes else b.sheet[k]
+        # An aimed ray's origin is its target: from now on no sheet is where it stood.
+        stood = b.left[k] if b.begun[k] >= 0.0 else 0
+        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | stood if passes else b.sheet[k]
     return live

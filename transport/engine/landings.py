@@ -91,12 +91,10 @@ def draw_back_from_edge(b, table, first, live):
 def remember_origin(b, table, first, live):
     """Where the flight began, and on which sheet: that tells the side of every surface that it did not cross."""
     for k in range(first, live):
-        start = b.start[k]
-        b.ox[k], b.oy[k], b.oz[k] = (
-            b.x[k] + start * b.ux[k],
-            b.y[k] + start * b.uy[k],
-            b.z[k] + start * b.uz[k],
-        )
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # of a ray that has passed meters, where it began
+        b.ox[k] = b.x[k] + start * b.ux[k]
+        b.oy[k] = b.y[k] + start * b.uy[k]
+        b.oz[k] = b.z[k] + start * b.uz[k]
         b.left[k] = b.sheet[k] & STANDING
     return live
 
