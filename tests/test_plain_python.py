@@ -243,7 +243,7 @@ def test_plain_python_counts_what_compiled_code_counts(plain, name):
             np.abs(one[:, 3] - other[:, 3]).max() <= 2 * other[:, 2].max()
         )  # slants, each rounded to its unit
     one, other = (np.array(sums["moments"]).reshape(-1, 4) for sums in (interpreted, compiled))
-    limbs = np.array([2.0**-32, 2.0**-63, 2.0**-94, 0.0])
+    limbs = np.array([2.0**-32, 2.0**-63, 2.0**-94, 2.0**-125])
     assert np.abs((one - other) @ limbs).max(initial=0.0) <= 1e-12 * HISTORIES
     one, other = (np.array(sums["records"]) for sums in (interpreted, compiled))
     assert one == pytest.approx(other, rel=1e-9, abs=1e-12)

@@ -8,7 +8,9 @@ from transport import layout
 from transport.plan import Plan
 from transport.records import merged_records, records_of
 
-HIGH, LOW, LOWEST, SLANT = 2.0**-32, 2.0**-63, 2.0**-94, 2.0**-22  # units of the sums [largest birth weight]
+HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
+
+LIMBS = np.array([HIGH, LOW, 2.0**-94, 2.0**-125])  # of a row of velocity sums
 
 
 class LedgerError(AssertionError):
@@ -76,6 +78,6 @@ def batch_of(plan: Plan, raw) -> Batch:
         np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
         raw.crossings,
-        raw.moments[:, 0] * HIGH + raw.moments[:, 1] * LOW + raw.moments[:, 2] * LOWEST,
+        raw.moments @ LIMBS,
         records_of(raw.records, raw.stride, raw.seed),
     )

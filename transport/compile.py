@@ -16,7 +16,7 @@ from transport.plan import Plan
 from transport.quantile_tables import constant_quantile, quantile_row
 from transport.scene import Scene
 from transport.scene_speeds import parts_of, scene_speeds
-from transport.shapes import Disk, Rectangle, Sphere, Triangle
+from transport.shapes import Disk, Rectangle, Shape, Sphere, Triangle
 from transport.sheets import Member, Sheet, sheet_of_source, sheets_of
 from transport.space import Space, space_of
 from transport.speeds import SpeedDistribution
@@ -96,6 +96,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
         [],
         [],
     )
+    ties = _ties(sheets)
     for number, sheet in enumerate(sheets, start=1):
         layer = 0
         for member in sheet.members:
@@ -119,6 +120,8 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 layer += 1
             row = _member_row(member, plan.space, code, number)
             _share_plane(row, sheet, plan.space)
+            if "tie" in row.dtype.names:
+                row["tie"] = ties[number]
             verb = "cover" if member.surface is None else "meet"
             plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
             walls += [row if isinstance(member.shape, Rectangle) else walls[0]] * (len(surfaces) - first)
@@ -127,6 +130,18 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
     _fill_contacts(plan, sheets)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+
+
+def _ties(sheets: list[Sheet]) -> dict[int, int]:
+    """For each sheet its number, or the first one's of a box of which it holds a face: one box is met once at its edges."""
+    first: dict[Shape, int] = {}
+    for number, sheet in enumerate(sheets, start=1):
+        for member in sheet.members:
+            first.setdefault(member.whole, number)
+    return {
+        number: min(first[member.whole] for member in sheet.members if member.whole is not None)
+        for number, sheet in enumerate(sheets, start=1)
+    }
 
 
 def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.ndarray]:

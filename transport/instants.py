@@ -5,9 +5,11 @@ import math
 import numpy as np
 
 from transport import layout
+from transport.emissions import Emission
 from transport.looks import axis_columns
 from transport.phase_space import PhaseSpace
 from transport.plan import Plan
+from transport.vectors import Vector
 
 
 def fill_phase_spaces(plan: Plan) -> None:
@@ -36,12 +38,33 @@ def bins_of(phase_space: PhaseSpace) -> int:
     return math.prod(len(edges) - 1 for edges in phase_space.axes.values())
 
 
+def reference_velocity(plan: Plan) -> Vector:
+    """The mean velocity [m/s] of all that is born with a common one; about it moments are taken, lest they cancel."""
+    total = math.fsum(emitter.amount for emitter in plan.emitters)
+    means = [(emitter.amount / total, _common_velocity(emitter.source.emission)) for emitter in plan.emitters]
+    return tuple(math.fsum(share * velocity[k] for share, velocity in means) for k in range(3))
+
+
+def fastest_about(plan: Plan) -> float:
+    """A bound of all speeds [m/s], and of those about the reference velocity."""
+    return plan.fastest + math.hypot(*reference_velocity(plan))
+
+
+def _common_velocity(emission: Emission) -> Vector:
+    """A drift, or the one velocity of a stream."""
+    direction, speed = getattr(emission, "direction", None), emission.speed
+    if direction is not None and isinstance(speed, float):
+        return tuple(speed * u for u in direction)
+    return getattr(speed, "drift", (0.0, 0.0, 0.0))
+
+
 def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
     size, speed = plan.space.size, plan.speed_unit
     values = {
         "time": min(time / plan.tempo, 1.0),
         "first": plan.rows,
-        "fastest": plan.fastest / speed or 1.0,
+        "fastest": fastest_about(plan) / speed or 1.0,
+        **dict(zip(("vx", "vy", "vz"), (v / speed for v in reference_velocity(plan)), strict=True)),
         "moments": -1,
     }
     if phase_space.moments:

@@ -52,10 +52,10 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
 # s: a point of the sheet; all its meters are met at the distance of that one point's plane (normal n), not each at its own.
 PLACE = "cx cy cz sx sy sz nx ny nz"
-RECTANGLE = np.dtype(_floats(FRAME + " sx sy sz half_u half_v inner_u inner_v") + _integers("code sheet"))
-DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth") + _integers("code sheet"))
+RECTANGLE = np.dtype(_floats(FRAME + " sx sy sz half_u half_v inner_u inner_v") + _integers("code sheet tie"))
+DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth") + _integers("code sheet tie"))
 # c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
-TRIANGLE = np.dtype(_floats(PLACE + " ax ay az bx by bz") + _integers("code sheet"))
+TRIANGLE = np.dtype(_floats(PLACE + " ax ay az bx by bz") + _integers("code sheet tie"))
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 
 SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane
@@ -103,10 +103,12 @@ CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell: coefficients, then the split
 # Phase space at a time: up to two coordinates of those below, in bins; first: its row for the outside, the bins follow.
 COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
 PHASE = np.dtype(
-    _floats("time low_x low_y low_z high_x high_y high_z fastest")
+    _floats("time low_x low_y low_z high_x high_y high_z fastest vx vy vz")
     + _integers("first moments")
     + [column for axis in ("a", "b") for column in (*_integers(f"{axis}_kind"), *_axis(axis))]
 )  # moments: first row of its velocity sums, -1: none
+# moments: first row of the velocity sums, -1: none;  vx, vy, vz: the velocity about which they are taken, in which
+# all sums but that of the speed stay free of cancellation.
 VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
 SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
 RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch snapshot"))

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.estimates import Estimate, EstimateArray
-from transport.instants import bins_of
+from transport.instants import bins_of, fastest_about, reference_velocity
 from transport.layout import VELOCITY_SUMS
 from transport.maxwellian import BOLTZMANN
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
@@ -61,17 +61,17 @@ class PhaseReading:
     @cached_property
     def mean_vx(self) -> EstimateArray:
         """Mean of the velocity's x component [m s^-1]."""
-        return self._mean("vx")
+        return self._mean("vx") + self._reference("x")
 
     @cached_property
     def mean_vy(self) -> EstimateArray:
         """Mean of the velocity's y component [m s^-1]."""
-        return self._mean("vy")
+        return self._mean("vy") + self._reference("y")
 
     @cached_property
     def mean_vz(self) -> EstimateArray:
         """Mean of the velocity's z component [m s^-1]."""
-        return self._mean("vz")
+        return self._mean("vz") + self._reference("z")
 
     @cached_property
     def variance_vx(self) -> EstimateArray:
@@ -158,7 +158,7 @@ class PhaseReading:
             -1, self._times, 1 + self._bins, each
         )
         power = 2 if name.endswith("2") else 1
-        return sums[..., VELOCITY_SUMS.index(name)] * (self._plan.unit * self._plan.fastest**power)
+        return sums[..., VELOCITY_SUMS.index(name)] * (self._plan.unit * fastest_about(self._plan) ** power)
 
     def _binned(self, values: np.ndarray, unit: Unit) -> EstimateArray:
         axes = self._axes
@@ -215,9 +215,14 @@ class PhaseReading:
         return self._unit / self._measure_unit * Unit.parse("m s^-1")
 
     def _mean(self, name: str) -> EstimateArray:
+        """The mean of one velocity sum: of a speed, or of what is taken about the reference velocity."""
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
         mean = self._binned(self._moment(name)[..., 1:], self._unit * unit) / self.number
         return mean.unless(self._counts[:, 1:].reshape(mean.shape) < FEW)
+
+    def _reference(self, axis: str) -> Estimate:
+        """The component of the velocity about which moments are taken."""
+        return self._constant(reference_velocity(self._plan)["xyz".index(axis)], "m s^-1")
 
     def _variance(self, axis: str) -> EstimateArray:
         mean = self._mean(f"v{axis}")
@@ -260,8 +265,8 @@ class SnapshotReading:
         batches = np.repeat(np.arange(len(result.batches)), [len(b.records) for b in result.batches])
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
         chosen = records["snapshot"] == number
-        kept = chosen & chosen_alike(records, alike, snapshot.particles)
-        thinning = np.count_nonzero(chosen) / max(1, np.count_nonzero(kept))
+        is_kept, chance = chosen_alike(records, alike, snapshot.particles)
+        kept = chosen & is_kept
         records, self.batches = records[kept], batches[kept]
         self.time = snapshot.time
         self.positions = np.stack(
@@ -269,7 +274,7 @@ class SnapshotReading:
         )
         speed = plan.speed_unit
         self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
-        self.weights = records["weight"] * (thinning * plan.unit / result.particles)
+        self.weights = records["weight"] * (plan.unit / result.particles / chance)
         self.histories = records["identity"].copy()
 
     @property

@@ -46,7 +46,7 @@ class Plan:
     phase_spaces: list[np.ndarray] = field(default_factory=list)  # a row for each instant
     snapshots: list[np.ndarray] = field(default_factory=list)
     long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
-    long_rows: int = 0  # rows of three limbs: a meter's moments, then those of phase space
+    long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
     @property

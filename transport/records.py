@@ -42,14 +42,19 @@ def thinned(records: np.ndarray, below: float) -> np.ndarray:
     return kept
 
 
-def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> np.ndarray:
-    """Which records are of histories so chosen that none of the snapshots has more than so many, (N,) of bool."""
+def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> tuple[np.ndarray, float]:
+    """Which records are of histories so chosen that none of the snapshots has more than so many, (N,) of bool; and the
+    chance with which each was.
+
+    That chance is the place of the first history left out: sums with weights of one over it are unbiased (priority
+    sampling: Duffield, Lund, Thorup 2007).
+    """
     places = records["place"] / records["below"]
     limit = 1.0
     for number in snapshots:
         own = np.sort(places[records["snapshot"] == number])
-        limit = min(limit, own[most]) if len(own) > most else limit
-    return places < limit
+        limit = min(limit, float(own[most])) if len(own) > most else limit
+    return places < limit, limit
 
 
 def _mixed(numbers: np.ndarray) -> np.ndarray:

@@ -32,6 +32,7 @@ class Member:
     detectors: list[Detector] = field(default_factory=list)
     orientation: float = 1.0  # of its normal against the sheet's
     mark: str | None = None  # the surface's name, where a detector's `via` asks for it
+    whole: Shape | None = None  # the shape of which it is a piece
 
 
 @dataclass
@@ -119,11 +120,11 @@ def _members(scene: Scene) -> Iterator[Member]:
         mark = surface.name if surface.name in scene.visited else None
         if acts or looking or mark is not None:
             for piece in pieces(surface.shape):
-                yield Member(piece, surface if acts else None, list(looking), mark=mark)
+                yield Member(piece, surface if acts else None, list(looking), mark=mark, whole=surface.shape)
     for detector in scene.meters:
         if isinstance(detector.shape, Shape):
             for piece in pieces(detector.shape):
-                yield Member(piece, None, [detector])
+                yield Member(piece, None, [detector], whole=detector.shape)
 
 
 def _orientation(support: Shape, shape: Shape) -> float:

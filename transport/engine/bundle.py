@@ -18,7 +18,7 @@ PITCH = (
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "tallies",  # address of the batch's detector sums
-    "moments",  # address of its rows of three limbs: sums of velocities
+    "moments",  # address of its rows of four limbs: sums of velocities
     "records",  # address of the sample taken at snapshots ...
     "recorded",  # ... how many there are ...
     "stride",  # ... of how many histories one is taken ...
@@ -71,7 +71,7 @@ SCRATCH = (
     ("rx", "f8"),  # the ray's origin, which what passes through a meter keeps
     ("ry", "f8"),
     ("rz", "f8"),
-    ("begun", "f8"),  # and where the flight began on it
+    ("stood", "i8"),  # and the sheet that it began on
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1

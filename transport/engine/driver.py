@@ -27,7 +27,7 @@ class RawSums:
     histories: int
     meters: np.ndarray  # (rows, 4) int64; phase space behind the meters
     ledger: np.ndarray  # (rows, 4) int64
-    moments: np.ndarray  # (rows, 4) int64: three limbs, and nothing
+    moments: np.ndarray  # (rows, 4) int64: four limbs of velocity sums
     records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
     stride: int
     seed: int

@@ -32,10 +32,13 @@ from transport.physics.rays import plane_crossing, sphere_crossing
 
 
 @device
-def ahead(t, start, sheet, places):
-    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does."""
+def ahead(t, start, sheet, tie, places):
+    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does.
+
+    tie: the sheet's number; for faces of one box the first one's, so that a ray through its edge is counted once.
+    """
     passed = places >> PASSED_SHIFT
-    further = (t > start) | ((t == start) & (passed != 0) & (sheet > passed))
+    further = (t > start) | ((t == start) & (passed != 0) & (tie > passed))
     return further & ((places & STANDING) != sheet) & (passed != sheet)
 
 
@@ -71,7 +74,7 @@ def meet_rectangle(b, table, first, live):
 def cover_rectangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
+    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
     for k in range(first, live):
@@ -81,7 +84,7 @@ def cover_rectangle(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
+        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, tie, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -108,7 +111,7 @@ def meet_disk(b, table, first, live):
 def cover_disk(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
+    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
     inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -117,7 +120,7 @@ def cover_disk(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, b.sheet[k])
+        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, tie, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -132,7 +135,7 @@ def meet_sphere(b, table, first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # where the ray began
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False)
+        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False, False)
         nearer = t < b.distance[k]
         b.distance[k] = t if nearer else b.distance[k]
         b.hit[k] = code if nearer else b.hit[k]
@@ -146,12 +149,14 @@ def cover_sphere(b, table, first, live):
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
-        standing = (last == sheet) | ((b.sheet[k] & STANDING) == sheet)
-        own = start if (last == sheet) | (start < 0.0) else 0.0
+        standing = (b.sheet[k] & STANDING) == sheet
+        own = start if start < 0.0 else 0.0
         closed = (last != 0) & (
             sheet > last
         )  # of meters that meet in a line, the one of the next number is next
-        t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, closed)
+        t = sphere_crossing(
+            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, closed, last == sheet
+        )
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
@@ -163,7 +168,7 @@ def cover_sphere(b, table, first, live):
 def cover_triangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
+    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
@@ -174,7 +179,7 @@ def cover_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
-        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
+        covers &= ahead(t, b.start[k], sheet, tie, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -229,8 +234,8 @@ def remember_ray(b, table, first, live):
     """Where the ray begins, in scenes with meters that other surfaces may touch."""
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
-        b.begun[k] = b.start[k]
-        b.left[k] = b.sheet[k] & STANDING
+        # An aimed ray's origin is its target: once under way it has begun on no sheet.
+        b.stood[k] = b.sheet[k] & STANDING if b.start[k] >= 0.0 else 0
     return live
 
 
@@ -247,7 +252,5 @@ def resume_ray(b, table, first, live):
         b.y[k] = b.ry[k] if passes else b.y[k]
         b.z[k] = b.rz[k] if passes else b.z[k]
         b.start[k] = b.distance[k] if passes else b.start[k]
-        # An aimed ray's origin is its target: from now on no sheet is where it stood.
-        stood = b.left[k] if b.begun[k] >= 0.0 else 0
-        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | stood if passes else b.sheet[k]
+        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | b.stood[k] if passes else b.sheet[k]
     return live

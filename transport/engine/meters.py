@@ -124,10 +124,10 @@ def score_moments(b, table, first, live):
         weight, v = b.weight[k], b.speed[k] / fastest
         momentum = slowest / b.speed[k] if is_light != 0 else v
         row = b.moments + 96 * b.bin[k]
-        high, middle, low = long_limbs(weight * abs(b.mu[k]) * momentum)
-        add_to_row(row, high, middle, low, 0)
-        high, middle, low = long_limbs(weight * v)
-        add_to_row(row + 32, high, middle, low, 0)
-        high, middle, low = long_limbs(weight * v * v)
-        add_to_row(row + 64, high, middle, low, 0)
+        high, middle, low, rest = long_limbs(weight * abs(b.mu[k]) * momentum)
+        add_to_row(row, high, middle, low, rest)
+        high, middle, low, rest = long_limbs(weight * v)
+        add_to_row(row + 32, high, middle, low, rest)
+        high, middle, low, rest = long_limbs(weight * v * v)
+        add_to_row(row + 64, high, middle, low, rest)
     return live

@@ -53,7 +53,8 @@ def count_phase_space(b, table, first, live):
         add_to_row(b.tallies + 32 * (table.first + row), high, low, 1, 0)
         if table.moments >= 0:
             inverse, weight = 1.0 / table.fastest, b.weight[k]
-            vx, vy, vz, speed = vx * inverse, vy * inverse, vz * inverse, speed * inverse
+            vx, vy, vz = (vx - table.vx) * inverse, (vy - table.vy) * inverse, (vz - table.vz) * inverse
+            speed *= inverse
             sums = b.moments + 32 * (table.moments + 7 * row)
             add_velocity(sums, weight * vx)
             add_velocity(sums + 32, weight * vy)
@@ -67,9 +68,9 @@ def count_phase_space(b, table, first, live):
 
 @device
 def add_velocity(address, value):
-    """Add to a row of three limbs."""
-    high, middle, low = long_limbs(value)
-    add_to_row(address, high, middle, low, 0)
+    """Add to a row of four limbs."""
+    high, middle, low, rest = long_limbs(value)
+    add_to_row(address, high, middle, low, rest)
 
 
 @lane_pass(SNAPSHOT)

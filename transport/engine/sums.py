@@ -23,12 +23,14 @@ def limbs(weight):
 
 @device
 def long_limbs(value):
-    """A value of size 1 at most in units of 2^-32, what is left in units of 2^-63, and of that in units of 2^-94."""
+    """A value of size 1 at most in units of 2^-32, and what each leaves in units of 2^-63, 2^-94 and 2^-125."""
     scaled = value * 4294967296.0
     high = int64(scaled)
     rest = (scaled - float64(high)) * 2147483648.0
     middle = int64(rest)
-    return high, middle, int64((rest - float64(middle)) * 2147483648.0)
+    rest = (rest - float64(middle)) * 2147483648.0
+    low = int64(rest)
+    return high, middle, low, int64((rest - float64(low)) * 2147483648.0)
 
 
 @device

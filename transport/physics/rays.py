@@ -14,10 +14,10 @@ def plane_crossing(rx, ry, rz, ux, uy, uz, nx, ny, nz):
 
 
 @device
-def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing, own, closed):
+def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing, own, closed, passed):
     """Distance along u to the next crossing of a sphere beyond `start` (or at it, where `closed`), for a ray with
     origin o from its centre; infinity where there is none.  `standing`: one crossing is known, at the distance `own`;
-    then the other root follows from the sum of both, without cancellation.
+    then the other root follows from the sum of both, without cancellation.  `passed`: `start` is one of the crossings.
 
     The discriminant comes from the perpendicular through the centre and the small root from the large one (their
     product is o² − r²): stable for far and for small spheres (Haines et al. 2019, Ray Tracing Gems ch. 7).
@@ -33,7 +33,8 @@ def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing, own, closed
     near = q if h > 0.0 else other
     far = other if h > 0.0 else q
     t = near if (near > start) | (closed & (near == start)) else far
-    t = -2.0 * h - own if standing else t
+    t = (far if abs(near - start) <= abs(far - start) else math.inf) if passed else t
+    t = (math.inf if passed else -2.0 * h - own) if standing else t
     met = (standing | (d > 0.0)) & ((t > start) | (closed & (t == start)))
     return t if met else math.inf
 
