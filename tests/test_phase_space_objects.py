@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import transport as tp
 from transport.detectors import Detector, Directions, Positions
 from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
@@ -133,10 +134,11 @@ def test_a_scene_sorts_what_looks():
     assert Scene(LAMP).meters == Scene(LAMP).phase_spaces == Scene(LAMP).snapshots == ()
 
 
-def test_a_look_may_happen_at_both_ends_of_the_clock():
+def test_a_look_may_happen_at_both_ends_of_the_clock_but_for_rounding():
     Scene(LAMP, detectors=[Snapshot(0), PhaseSpace(x=X, time=(0, 3))], duration=3)
+    Scene(LAMP, detectors=Snapshot(3 * 0.1), duration=0.3)
     with pytest.raises(SceneError, match=r"Snapshot 'snapshot': time must be within .* 3.0 s, got 3.00"):
-        Scene(LAMP, detectors=Snapshot(math.nextafter(3, 4)), duration=3)
+        Scene(LAMP, detectors=Snapshot(3 * (1 + 1e-15)), duration=3)
 
 
 def test_particles_may_come_via_a_surface_another_detector_or_the_detector_itself():
@@ -188,3 +190,22 @@ def test_a_gas_needs_a_clock_and_light_does_not():
     with pytest.raises(SceneError, match=r"duration must be given with a Gas.* write duration="):
         Scene(gas)
     assert Scene(Source(DISK, Beam((0, 0, 1), power=1))).duration is None
+
+
+def test_moments_take_more_memory_so_that_fewer_bins_are_allowed():
+    x = tuple(range(2001))
+    PhaseSpace(x=x, vx=x, time=0)
+    with pytest.raises(SceneError, match="must be 1250000 bins with moments at most, got 4000000"):
+        PhaseSpace(x=x, vx=x, time=0, moments=True)
+
+
+def test_a_thermal_wall_of_another_mass_than_the_gas_is_refused():
+    air, hydrogen = (tp.Maxwellian(temperature=300, mass=mass) for mass in (4.8e-26, 3.3e-27))
+    cube = tp.Box(size=1)
+    wall = tp.Surface(cube, tp.Diffuse(1.0, speed=hydrogen), "wall")
+    with pytest.raises(
+        SceneError, match="'wall': its Maxwellian is of particles of 3.3e-27 kg, got 4.8e-26 kg"
+    ):
+        Scene(tp.Source(cube, tp.Gas(1e10, air)), wall, duration=1)
+    with pytest.raises(SceneError, match="'wall': speeds of its own a wall gives to particles, not to watts"):
+        Scene(tp.Source(cube, tp.Isotropic(power=1)), wall)

@@ -39,7 +39,9 @@ def sphere(o, u, radius, start, standing):
     t = np.empty(len(o))
     for k in range(len(o)):
         a, b = o[k], u[k]
-        t[k] = sphere_crossing(a[0], a[1], a[2], b[0], b[1], b[2], radius[k], start[k], standing, start[k], False, False)
+        t[k] = sphere_crossing(
+            a[0], a[1], a[2], b[0], b[1], b[2], radius[k], start[k], standing, start[k], False, False
+        )
     return t
 
 

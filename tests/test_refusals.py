@@ -244,7 +244,7 @@ REFUSALS = {
             "10000000",
             "got 20010000",
             "1.28 GB",
-            "15.4 GB",
+            "30.7 GB",
             "32 batches",
             "take fewer",
         ],
@@ -570,7 +570,10 @@ REFUSALS_OF_EMISSION = {
         lambda: Source(Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0))), Lambertian(power=1)),
         ["Source", "Triangle(", "come with meshes"],
     ),
-    "aim effusive": (lambda: Source(DISK, Effusive(1, 5), aim=BALL), ["Source: aim", "Effusive", "drop aim"]),
+    "aim drift": (
+        lambda: Source(DISK, Effusive(1, Maxwellian(sigma=1, drift=(1, 0, 0))), aim=BALL),
+        ["Source: aim", "drift", "leave one of them out"],
+    ),
     "aim cloud": (lambda: Source(DISK, Lambertian(power=1), aim=Cloud(sigma=1)), ["Source: aim", "Cloud("]),
     "pulse type": (
         lambda: Source(Point(), FLASH, pulse=0.5),

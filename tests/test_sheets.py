@@ -30,7 +30,9 @@ def run(scene, particles=200_000):
 
 def counted(reading):
     """Weights and counts of arrivals and departures of every batch."""
-    return np.array([[reading.sums.whole(kind, side)[:, 0, 0] for kind in ("weights", "counts")] for side in (0, 1)])
+    return np.array(
+        [[reading.sums.whole(kind, side)[:, 0, 0] for kind in ("weights", "counts")] for side in (0, 1)]
+    )
 
 
 def test_a_meter_of_a_walls_own_shape_counts_what_the_wall_counts():

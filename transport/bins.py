@@ -183,17 +183,23 @@ def check_number_of_bins(subject: object, *axes: object) -> None:
         for name in ("times", "speeds", "u", "v", "mu", "theta", "phi")
         if (bins := getattr(each, name, None)) is not None
     }
-    check_total(subject, given, sides=2)
+    check_total(subject, given, sides=2, moments=3 if getattr(subject, "moments", False) else 0)
 
 
-def check_total(subject: object, given: dict[str, int], sides: int = 1) -> None:
-    """Refuse a product of these numbers of bins that would take more memory than any detector should."""
+def check_total(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
+    """Refuse a product of these numbers of bins that would take more memory than any detector should.
+
+    moments: velocity sums beside each bin.
+    """
     total = math.prod(given.values())
-    if total > MOST_BINS_IN_ALL:
-        sums, batches = total * sides * BYTES_OF_SUMS / 1e9, total * BYTES_OF_A_BATCH * USUAL_BATCHES / 1e9
+    most = MOST_BINS_IN_ALL // (1 + moments)
+    if total > most:
+        sums = total * sides * (1 + moments) * BYTES_OF_SUMS / 1e9
+        batches = total * sides * (BYTES_OF_A_BATCH + 8 * moments) * USUAL_BATCHES / 1e9
+        kind = "bins with moments" if moments else "bins"
         refuse(
             subject,
-            f"{' x '.join(given)} must be {MOST_BINS_IN_ALL} bins at most, got {total}, which would take"
+            f"{' x '.join(given)} must be {most} {kind} at most, got {total}, which would take"
             f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; take fewer",
         )
 

@@ -261,7 +261,7 @@ class Effusive(ParticleEmission):
     rates = ("density", "exitance")
     shapes = (Rectangle, Disk, Sphere, Box)
     cure = "particles leave a Point as a Gas"
-    has_side = True
+    has_side = can_aim = True
 
     def __post_init__(self) -> None:
         self._settle_particles()

@@ -137,7 +137,7 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     aim = source.aim
     if aim is None:
         return 1.0, None
-    lambertian = isinstance(source.emission, Lambertian)
+    lambertian = isinstance(source.emission, (Lambertian, Effusive))
     values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
     peak = max(values.values())  # per steradian
     is_volume = shape.is_closed and not lambertian

@@ -12,7 +12,7 @@ from transport.layout import VELOCITY_SUMS
 from transport.maxwellian import BOLTZMANN
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.records import chosen_alike
-from transport.scene_speeds import scene_mass
+from transport.scene_speeds import scene_mass, why_no_mass
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 
@@ -238,9 +238,8 @@ class PhaseReading:
     def _mass(self, quantity: str) -> float:
         mass = None if self._is_light else scene_mass(self._plan.scene)
         if mass is None:
-            raise SceneError(
-                f"PhaseSpace {self.name!r}: {quantity} needs particles of one known mass; write Gas(..., mass=...) in kg"
-            )
+            need, cure = why_no_mass(self._plan.scene)
+            raise SceneError(f"PhaseSpace {self.name!r}: {quantity} needs {need}; {cure}")
         return mass
 
 
@@ -281,6 +280,14 @@ class SnapshotReading:
     def quantities(self) -> dict[str, Estimate]:
         """None: a sample is no estimate."""
         return {}
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(
+            f"{self.name!r} is a sample and has no {name!r}; take positions, velocities, weights, histories or batches,"
+            " or a PhaseSpace for densities and moments"
+        )
 
     def __len__(self) -> int:
         return len(self.weights)

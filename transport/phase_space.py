@@ -78,7 +78,8 @@ class PhaseSpace(Timed):
             check_type(self, "within", Box, "a Box(center=..., size=...)")
         check_type(self, "moments", bool, "True or False")
         bins = {name: len(edges) - 1 for name, edges in self.axes.items()}
-        check_total(self, bins | ({"time": len(self.times)} if self.is_series else {}))
+        times = {"time": len(self.times)} if self.is_series else {}
+        check_total(self, bins | times, moments=7 if self.moments else 0)
 
     @property
     def axes(self) -> dict[str, np.ndarray]:

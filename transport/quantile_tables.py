@@ -1,8 +1,9 @@
 """The inverse of a cumulative distribution as polynomials in cells, for the engine to draw speeds from.
 
 Each tail is cut into octaves of probability, each octave into 2^level cells with a polynomial of degree 5: as few as
-keep it within 1e-13 of the function.  Where that cannot be (a kink, a jump) the cell holds 2^-12 of all draws at most and
-two straight pieces, split at its steepest place: a jump keeps its probability, and nothing is drawn beyond the function.
+keep it within 1e-13 of the function.  Where that cannot be (a kink, a jump, a gap) the cell holds 2^-12 of all draws at most
+and is split at its steepest place, with a polynomial of degree 2 in the root of the way from there on either side: so it
+is where a density comes down to 0.  A jump keeps its probability, and nothing is drawn beyond the function.
 """
 
 from collections.abc import Callable
@@ -75,8 +76,8 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
         return _values(quantile, np.array(number), level, cells, place)
 
     left, right = np.full(len(cells), -1.0), np.full(len(cells), 1.0)
-    start, end = at(left), at(right)
-    low, high = start, end
+    start, at_end = at(left), at(right)
+    low, high = start, at_end
     for _ in range(HALVINGS if len(cells) else 0):
         middle = 0.5 * (left + right)
         value = at(middle)
@@ -84,13 +85,22 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
         left, low = np.where(steeper_left, left, middle), np.where(steeper_left, low, value)
         right, high = np.where(steeper_left, middle, right), np.where(steeper_left, value, high)
     rows = np.zeros((len(cells), layout.CELL_TERMS))
-    for column, (at_end, from_split) in enumerate(((start, low), (end, high))):
-        ends = -1.0 if column == 0 else 1.0
-        way = np.where(right == ends, 1.0, right - ends)
-        slope = np.where(right == ends, 0.0, (from_split - at_end) / way)
-        rows[:, 2 * column], rows[:, 2 * column + 1] = at_end - ends * slope, slope
+    for first, end, value, steep in ((0, -1.0, start, low), (3, 1.0, at_end, high)):
+        way = np.abs(end - right)
+        half = at(right + 0.25 * (end - right))  # half of the root of the way
+        rows[:, first : first + 3] = _in_roots(np.sqrt(way), steep, half, value)
     rows[:, SPLIT] = right
     return rows
+
+
+def _in_roots(root: np.ndarray, steep: np.ndarray, half: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """c0 + c1 s + c2 s² through values at s = 0, root/2 and root; straight in s² where that would not be monotone."""
+    rise, safe = value - steep, np.where(root > 0, root, 1.0)
+    bend = 2.0 * (rise - 2.0 * (half - steep))  # c2 root²
+    slope = rise - bend  # c1 root
+    monotone = (slope * rise >= 0) & ((slope + 2.0 * bend) * rise >= 0)
+    slope, bend = np.where(monotone, slope, 0.0), np.where(monotone, bend, rise)
+    return np.stack([steep, slope / safe, bend / safe**2], axis=1)
 
 
 def _values(

@@ -15,7 +15,7 @@ import numpy as np
 from transport.detectors import Detector
 from transport.estimates import Estimate, EstimateArray
 from transport.meter_sums import ARRIVALS, DEPARTURES, MeterSums
-from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ
+from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.solid_angles import solid_angles_of
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
@@ -49,6 +49,11 @@ class Reading:
     def area(self) -> float:
         """Area of the shape [m^2]."""
         return self.sums.shape.area
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether nothing was counted at all."""
+        return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:
@@ -298,7 +303,7 @@ class Reading:
     def _mass(self, quantity: str) -> float:
         mass = None if self._is_light else scene_mass(self._scene)
         if mass is None:
-            self._refuse(quantity, "particles of one known mass", "write Gas(..., mass=...) in kg")
+            self._refuse(quantity, *why_no_mass(self._scene))
         return mass
 
     def _need_moments(self, quantity: str) -> None:

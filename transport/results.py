@@ -121,6 +121,11 @@ class Result:
                 f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
             )
+        for meter in self.scene.meters:
+            if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
+                found.append(
+                    f"detector {meter.name!r} counted nothing on the outside of its shape; side='inside' looks inwards"
+                )
         aims = [source for source in self.scene.sources if source.aim is not None]
         for detector in self.scene.meters if aims else ():
             looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]

@@ -119,10 +119,22 @@ class Scene:
         if len({source.emission.measured_in for source in self.sources}) > 1:
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
-        for surface in self.surfaces if self.measured_in == "watts" else ():
-            if any(getattr(part, "speed", None) is not None for part in parts_of(surface.material)):
-                cure = "leave speed out of Diffuse, or emit particles with Gas or Effusive"
-                refuse(surface, f"speeds of its own a wall gives to particles, not to watts; {cure}")
+        for surface in self.surfaces:
+            for part in parts_of(surface.material):
+                if getattr(part, "speed", None) is not None:
+                    self._check_wall(surface, part.speed)
+
+    def _check_wall(self, surface: Surface, speed: object) -> None:
+        """Refuse a thermal wall for energies, or for particles of another mass than its own."""
+        if self.measured_in == "watts":
+            cure = "leave speed out of Diffuse, or emit particles with Gas or Effusive"
+            refuse(surface, f"speeds of its own a wall gives to particles, not to watts; {cure}")
+        masses = {source.emission.mass for source in self.sources} - {None}
+        mass = getattr(speed, "mass", None)
+        if mass is not None and masses - {mass}:
+            got = ", ".join(f"{other} kg" for other in sorted(masses - {mass}))
+            cure = "a wall gives the speeds of one mass; take that mass, and a scene for each species"
+            refuse(surface, f"its Maxwellian is of particles of {mass} kg, got {got} from a source; {cure}")
 
 
 def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:

@@ -44,6 +44,17 @@ def fastest_of(speed: float | SpeedDistribution) -> float:
     return speed if isinstance(speed, float) else speed.fastest
 
 
+def why_no_mass(scene: Scene) -> tuple[str, str]:
+    """What a quantity lacks that needs a mass, and the cure."""
+    if scene.measured_in == "watts":
+        return "particles of one mass, got energies in watts", "emit a Gas or Effusive"
+    masses = {source.emission.mass for source in scene.sources}
+    if len(masses) > 1:
+        got = ", ".join("none" if mass is None else f"{mass} kg" for mass in masses)
+        return f"particles of one mass, got {got}", "simulate each species in a scene of its own"
+    return "particles of known mass, got none", "write mass=... in kg in the source's emission"
+
+
 def scene_mass(scene: Scene) -> float | None:
     """The mass [kg] of every particle, where it is known and the same for all."""
     masses = {getattr(source.emission, "mass", None) for source in scene.sources}

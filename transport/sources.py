@@ -99,7 +99,12 @@ class Source(Sided):
         emission = type(self.emission).__name__
         if not self.emission.can_aim:
             refuse(
-                self, f"aim goes with Lambertian or Isotropic, got {emission} and {shown(self.aim)}; drop aim"
+                self,
+                f"aim goes with Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)}; drop aim",
+            )
+        if isinstance(self.emission.speed, SpeedDistribution) and self.emission.speed.has_drift:
+            refuse(
+                self, f"aim does not go with a drift, got {shown(self.emission.speed)}; leave one of them out"
             )
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
         if isinstance(self.aim, (Point, Cloud)):

@@ -4,6 +4,8 @@ Octave k of a tail holds the probabilities from 2^-(k+1) to 2^-k, from the lower
 tail is as exact as the middle (hierarchical segmentation: Lee, Cheung, Villasenor, Luk 2007).
 """
 
+import math
+
 from numba import float64
 
 from transport.physics.bits import bits_of, float_of
@@ -39,6 +41,7 @@ def polynomial(c0, c1, c2, c3, c4, c5, t):
 
 @device
 def cell_value(c0, c1, c2, c3, c4, c5, split, t):
-    """A polynomial of degree 5; or where the cell is split, within [-1, 1], a straight piece on either side."""
-    pieces = c0 + c1 * t if t < split else c2 + c3 * t
+    """A polynomial of degree 5; or where the cell is split, within [-1, 1], on either side one in the root of the way."""
+    s = math.sqrt(abs(t - split))
+    pieces = c0 + s * (c1 + s * c2) if t < split else c3 + s * (c4 + s * c5)
     return pieces if split <= 1.0 else polynomial(c0, c1, c2, c3, c4, c5, t)
