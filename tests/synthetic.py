@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from transport.estimates import Batches, Estimate, EstimateArray
-from transport.statistics import standard_error, weighted_mean
+from transport.results.estimates import Batches, Estimate, EstimateArray
+from transport.results.statistics import standard_error, weighted_mean
 
 RUN = Batches(np.r_[np.full(10, 4), np.full(22, 3)])
 OTHER_RUN = Batches(np.full(16, 100))

@@ -40,10 +40,11 @@ def test_a_read_only_home_keeps_them_in_a_temporary_folder(monkeypatch):
 
 def test_the_digest_follows_every_source(tmp_path, monkeypatch):
     """A changed device function in another file: what Numba's own check does not see."""
-    physics = tmp_path / "physics"
+    physics, compiling = tmp_path / "physics", tmp_path / "compile"
     physics.mkdir()
+    compiling.mkdir()
     (physics / "rays.py").write_text("a = 1\n")
-    (tmp_path / "layout.py").write_text("")
+    (compiling / "layout.py").write_text("")
     monkeypatch.setattr(cache, "PACKAGE", tmp_path)
     before = cache.source_digest()
     assert cache.source_digest() == before

@@ -13,7 +13,7 @@ from matplotlib.image import imread
 
 import viz
 from tests.synthetic import EVEN_RUN, noisy
-from transport.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateArray
 from viz.directions import direction_bins
 from viz.profiles import in_standard_errors
 from viz.style import unit_label

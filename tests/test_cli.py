@@ -16,9 +16,10 @@ from scipy.special import bdtr, bdtrc
 from typer.testing import CliRunner
 
 from tests import agreement
-from transport import __version__, bench, cli, effects, printout
-from transport.estimates import Batches, Estimate
-from transport.verify import Law, split_law
+from transport import __version__
+from transport.command import bench, cli, effects, printout
+from transport.command.verify import Law, split_law
+from transport.results.estimates import Batches, Estimate
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -472,7 +473,7 @@ def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeyp
 
 def test_list_loads_no_compiler_and_no_plotting(call):
     code = (
-        "import sys\nfrom transport.cli import app\napp(['list'], standalone_mode=False)\n"
+        "import sys\nfrom transport.command.cli import app\napp(['list'], standalone_mode=False)\n"
         "heavy = {'numba', 'scipy', 'matplotlib', 'pyvista', 'xarray'} & set(sys.modules)\nassert not heavy, heavy"
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}

@@ -13,8 +13,8 @@ import pytest
 import transport as tp
 from sims import directions
 from tests.agreement import assert_agrees, assert_follows, assert_z_spread
-from transport.estimates import Batches, EstimateArray
 from transport.experiment import run_experiment
+from transport.results.estimates import Batches, EstimateArray
 from transport.theory import solid_angles
 
 FALSE_ALARM = 1e-5

@@ -14,13 +14,13 @@ import pytest
 
 from tests.agreement import assert_agrees
 from transport.compile import compile_scene
+from transport.compile.layout import ABSORBED, BORN, LOST
 from transport.detectors import Detector
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
-from transport.estimates import Batches, Estimate
-from transport.layout import ABSORBED, BORN, LOST
 from transport.materials import Black, Diffuse, Surface
+from transport.results.estimates import Batches, Estimate
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Sphere
 from transport.sources import Isotropic, Lambertian, Source

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.synthetic import EDGES, EVEN_RUN, RUN, grid, noisy
-from transport.estimates import Batches, Estimate, EstimateArray
+from transport.results.estimates import Batches, Estimate, EstimateArray
 
 
 def test_elements_and_slices_keep_names_and_edges():

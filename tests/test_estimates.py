@@ -7,7 +7,7 @@ import pytest
 
 from tests.agreement import assert_z_spread
 from tests.synthetic import EVEN_RUN, OTHER_RUN, RUN, noisy, with_error
-from transport.estimates import Batches, Estimate, EstimateArray
+from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.units import UnitError
 
 # What an estimate says

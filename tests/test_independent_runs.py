@@ -7,7 +7,7 @@ import pytest
 
 from tests.agreement import assert_z_spread
 from tests.synthetic import OTHER_RUN, noisy
-from transport.estimates import Batches, Estimate, EstimateArray
+from transport.results.estimates import Batches, Estimate, EstimateArray
 
 
 def test_errors_of_independent_runs_add_in_quadrature():

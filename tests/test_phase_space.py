@@ -16,11 +16,11 @@ from scipy.special import ndtr, ndtri
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows
 from transport.compile import compile_scene
+from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
-from transport.estimates import Estimate
-from transport.layout import IN_FLIGHT
-from transport.phase_readings import BOLTZMANN
+from transport.results.estimates import Estimate
+from transport.results.phase_readings import BOLTZMANN
 
 FALSE_ALARM = 1e-6
 DURATION = 4.0

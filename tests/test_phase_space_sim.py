@@ -15,8 +15,8 @@ import viz
 from sims import phase_space, pressure
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
 from tests.synthetic import EVEN_RUN
-from transport.estimates import EstimateArray
 from transport.experiment import run_experiment
+from transport.results.estimates import EstimateArray
 from transport.theory import free_flight, phase_mixing
 
 FALSE_ALARM = 1e-5

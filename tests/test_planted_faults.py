@@ -13,9 +13,9 @@ import pytest
 from sims import diffuse_box, inverse_square, lambert_disk, photon_gas
 from tests.agreement import assert_agrees, assert_z_spread
 from transport import simulate
-from transport.estimates import Batches, Estimate
 from transport.experiment import run_experiment
-from transport.solid_angles import solid_angles_of
+from transport.results.estimates import Batches, Estimate
+from transport.results.solid_angles import solid_angles_of
 from transport.theory import gas
 
 FALSE_ALARM = 1e-5

@@ -13,9 +13,9 @@ from agreement import assert_follows
 from scipy.special import betainc, gammaincinv, ndtri
 
 from transport import normals
-from transport.inversion import LAST
 from transport.shapes import Disk
 from transport.speeds import BOLTZMANN, InverseCDF, Maxwellian, SpeedTable
+from transport.speeds.inversion import LAST
 
 ROOT = Path(__file__).resolve().parents[1]
 TAILS = np.concatenate(

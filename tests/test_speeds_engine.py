@@ -17,10 +17,11 @@ from scipy.special import gammainc, gammaincinv, ndtr
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows
-from transport import layout, normals
+from transport import normals
+from transport.compile import layout
+from transport.compile.quantile_tables import has_steps, quantile_table
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.speeds import take_quantile, take_stepped_quantile
-from transport.quantile_tables import has_steps, quantile_table
 from transport.shapes import Shape
 from transport.theory import effusion
 

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from transport.statistics import (
+from transport.results.statistics import (
     merge,
     normal_score,
     pseudo_values,

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from transport.bins import Directions, Positions
 from transport.detectors import Detector
-from transport.distances import least_distance
 from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
 from transport.scene import Scene
 from transport.shapes import Disk, Point, Rectangle, Sphere, Triangle
+from transport.shapes.distances import least_distance
 from transport.sheets import are_on_one_support, pieces, sheets_of
 from transport.sources import Isotropic, Lambertian, Source
 from transport.validation import SceneError

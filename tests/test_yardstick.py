@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from tests.agreement import assert_agrees
-from transport.bench import bench, box_scene, disks_scene, pass_costs, render
+from transport.command.bench import bench, box_scene, disks_scene, pass_costs, render
+from transport.command.yardstick import run_box, run_disks
 from transport.compile import compile_scene
 from transport.detectors import Detector
 from transport.emissions import Lambertian
-from transport.estimates import Batches, Estimate, EstimateArray
+from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.scene import Scene
 from transport.shapes import Disk
 from transport.simulate import simulate
 from transport.sources import Source
 from transport.theory.view_factors import coaxial_disks
-from transport.yardstick import run_box, run_disks
 
 RUN = Batches(np.full(32, 8000))
 WALLS = "-x", "+x", "-y", "+y", "-z", "+z"
@@ -32,7 +32,7 @@ def walls_one_by_one(albedo=0.5):
     return [np.array(tallies) / RUN.sizes[:, None, None] for tallies in zip(*runs, strict=True)]
 
 
-def estimated(values, unit="W m^-2"):
+def estimated(values, unit="s^-1 m^-2"):
     """An exitance of 1 W/m² on one wall of six alike: what a history brings to a wall is in W/m²."""
     return Estimate(values, RUN, unit)
 
@@ -48,7 +48,7 @@ def test_yardstick_and_engine_agree_on_the_radiance_of_every_wall(engine):
     for tallies, quantity in zip(walls_one_by_one(), ("radiance", "radiance_out"), strict=True):
         for wall, name in enumerate(WALLS):
             radiance = tallies[:, wall] / (np.pi * np.diff(MU**2))
-            by_one = EstimateArray(radiance, RUN, "W m^-2 sr^-1", ("mu",), {"mu": MU})
+            by_one = EstimateArray(radiance, RUN, "s^-1 m^-2 sr^-1", ("mu",), {"mu": MU})
             assert_agrees(getattr(engine[name], quantity) - by_one, 0.0)
 
 

@@ -3,11 +3,11 @@
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.estimates import Estimate, EstimateArray
 from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
+from transport.results.estimates import Estimate, EstimateArray
 from transport.scene import Scene
 from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
 from transport.simulate import simulate

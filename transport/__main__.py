@@ -1,6 +1,6 @@
 """`python -m transport` is the command `transport`."""
 
-from transport.cli import main
+from transport.command.cli import main
 
 if __name__ == "__main__":
     main()

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from transport.detectors import Detector
-from transport.distances import least_distance
 from transport.emissions import Isotropic
-from transport.estimates import Estimate
 from transport.results import Result
+from transport.results.estimates import Estimate
 from transport.scene import Scene
 from transport.shapes import Box, FlatShape, Point, Shape, Sphere
+from transport.shapes.distances import least_distance
 from transport.sheets import ROUNDING, is_on_support, pieces
 from transport.simulate import simulate
 from transport.sources import Source

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.phase_space import PhaseSpace, Snapshot
-from transport.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
+from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
+from transport.results.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
 

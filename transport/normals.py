@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from transport.inversion import increasing_root, log_ratio
+from transport.speeds.inversion import increasing_root, log_ratio
 
 REACH = 8.5  # standard deviations; `line` stays within
 LEAST = 2.0**-54

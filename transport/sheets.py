@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from transport.detectors import Detector
-from transport.distances import in_plane_distances
 from transport.materials import Surface, Transparent
 from transport.shapes import Box, Disk, Point, Rectangle, Shape, Sphere, Triangle
+from transport.shapes.distances import in_plane_distances
 from transport.vectors import dot
 
 if TYPE_CHECKING:

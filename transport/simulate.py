@@ -10,11 +10,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from transport.batches import Batch, batch_of
 from transport.compile import compile_scene
 from transport.limits import HOPELESS, MOST_PARTICLES, Limits, checked_limits, checked_threads, checked_whole
 from transport.progress import Progress, progress_on
 from transport.results import Cost, Result
+from transport.results.batches import Batch, batch_of
 from transport.scene import Scene
 from transport.validation import SceneError, shown
 

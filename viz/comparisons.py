@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
-from transport.notation import plus_minus
+from transport.results.notation import plus_minus
 from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at, unit_label
 
 FURTHEST = 6.0  # a score beyond is an arrow at the edge

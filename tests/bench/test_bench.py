@@ -5,7 +5,7 @@ pytest -m bench tests/bench
 
 import pytest
 
-from transport.bench import bench
+from transport.command.bench import bench
 
 pytestmark = pytest.mark.bench
 

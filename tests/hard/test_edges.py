@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport import compile as compiling
+from transport.compile import compiler as compiling
 
 simulating = sys.modules[tp.simulate.__module__]
 

@@ -9,10 +9,10 @@ import math
 import numpy as np
 from numba import int64
 
+from transport.compile.layout import BORN, NO_TABLE, TARGET
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.layout import BORN, NO_TABLE, TARGET
 from transport.physics.directions import turned_by
 from transport.physics.elementary import TWO_PI, cos_sin_turn
 from transport.physics.emission import aimed_weight, cone_about

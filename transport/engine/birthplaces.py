@@ -3,8 +3,8 @@
 Only for emitters whose sheet carries a meter.  An aimed particle's x is its target; it visits its birthplace meanwhile.
 """
 
+from transport.compile.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, TRIANGLE
 from transport.engine.passes import lane_pass
-from transport.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, TRIANGLE
 
 
 @lane_pass(BIRTH)

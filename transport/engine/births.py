@@ -4,8 +4,8 @@ import math
 
 from numba import int64
 
+from transport.compile.layout import BEAM, BIRTH, NO_TABLE, PATCH
 from transport.engine.passes import lane_pass
-from transport.layout import BEAM, BIRTH, NO_TABLE, PATCH
 from transport.physics.directions import sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform

@@ -24,7 +24,9 @@ KERNELS = PACKAGE / "__kernels__"
 def source_digest() -> str:
     """Digest of every source from which machine code is made."""
     digest = hashlib.sha256()
-    for path in sorted([*PACKAGE.glob("engine/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "layout.py"]):
+    for path in sorted(
+        [*PACKAGE.glob("engine/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "compile/layout.py"]
+    ):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
+from transport.compile.layout import CLOCK, IN_FLIGHT, MOMENT, NO_TABLE
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.layout import CLOCK, IN_FLIGHT, MOMENT, NO_TABLE
 from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.streams import CLOCK as CLOCK_DRAW
 from transport.physics.streams import random_words, uniform

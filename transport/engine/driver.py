@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numba import config, int64, njit
 
+from transport.compile.layout import ABSORBED, RECORD
+from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
-from transport.layout import ABSORBED, RECORD
 from transport.physics.streams import SHARES, random_words, uniform
-from transport.plan import Plan
 
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 

@@ -8,10 +8,7 @@ import math
 
 import numpy as np
 
-from transport.engine.addresses import view
-from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs
-from transport.layout import (
+from transport.compile.layout import (
     DISK,
     EDGE,
     ESCAPED,
@@ -27,6 +24,9 @@ from transport.layout import (
     SURFACE_SHIFT,
     TRIANGLE,
 )
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
 from transport.physics.device import device
 from transport.physics.rays import plane_crossing, sphere_crossing
 

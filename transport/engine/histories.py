@@ -1,8 +1,8 @@
 """What a particle went through before: marks of what it crossed, and detectors that count only certain histories."""
 
+from transport.compile.layout import LAYER, LAYERS, METER, SHEET_SHIFT
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
-from transport.layout import LAYER, LAYERS, METER, SHEET_SHIFT
 
 
 @lane_pass(LAYERS)

@@ -2,9 +2,7 @@
 
 import math
 
-from transport.engine.addresses import view
-from transport.engine.passes import lane_pass
-from transport.layout import (
+from transport.compile.layout import (
     CONTACT,
     EDGE,
     NO_TABLE,
@@ -16,6 +14,8 @@ from transport.layout import (
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
 
 STEEP = 2.0**-12  # cosine below which a ray grazes a surface
 NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart

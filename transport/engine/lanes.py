@@ -3,10 +3,10 @@
 import numpy as np
 from numba import int64, uint64
 
+from transport.compile.layout import MOVED
 from transport.engine.addresses import view
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH
 from transport.engine.passes import lane_pass
-from transport.layout import MOVED
 
 FIELDS = len(CARRIED)
 

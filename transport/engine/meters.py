@@ -6,10 +6,7 @@ the last one fastest, behind one row for what falls outside all of them; departu
 
 from numba import float64, int64
 
-from transport.engine.addresses import add_to_row, view
-from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs, long_limbs, salt_of, slant
-from transport.layout import (
+from transport.compile.layout import (
     LAYER,
     LAYERS,
     LOOK_BACK,
@@ -20,6 +17,9 @@ from transport.layout import (
     NO_TABLE,
     SHEET_SHIFT,
 )
+from transport.engine.addresses import add_to_row, view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs, long_limbs, salt_of, slant
 from transport.physics.device import device
 
 

@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from transport import layout
+from transport.compile import layout
+from transport.compile.plan import Plan
 from transport.engine import (
     aims,
     birthplaces,
@@ -23,7 +24,6 @@ from transport.engine import (
 )
 from transport.engine.bundle import CARRIED
 from transport.engine.passes import Pass
-from transport.plan import Plan
 from transport.shapes import Sphere
 
 Step = tuple[Pass, np.ndarray]

@@ -8,9 +8,7 @@ import math
 
 import numpy as np
 
-from transport.engine.addresses import view
-from transport.engine.passes import lane_pass
-from transport.layout import (
+from transport.compile.layout import (
     CONE,
     DISK_PLACE,
     LAYER,
@@ -22,6 +20,8 @@ from transport.layout import (
     WORLD_AZIMUTH,
     WORLD_COSINE,
 )
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 

@@ -4,11 +4,11 @@ A flight from `time` to `arrival` holds the instant where time <= instant < arri
 does, from its birth to its end, so that every particle alive is counted once.
 """
 
+from transport.compile.layout import PHASE, RECORD, SNAPSHOT
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.sums import limbs, long_limbs
-from transport.layout import PHASE, RECORD, SNAPSHOT
 from transport.physics.device import device
 
 RECORD_BYTES = RECORD.itemsize

@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 
-from transport.engine.addresses import view
-from transport.engine.passes import lane_pass
-from transport.layout import (
+from transport.compile.layout import (
     CELL_TERMS,
     DRIFTING,
     NO_TABLE,
@@ -18,6 +16,8 @@ from transport.layout import (
     SURFACE_SHIFT,
     VELOCITY,
 )
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
 from transport.physics.device import device
 from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial

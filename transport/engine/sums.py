@@ -4,7 +4,7 @@ import math
 
 from numba import float64, int64
 
-from transport.layout import GRAZING_CUT
+from transport.compile.layout import GRAZING_CUT
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 

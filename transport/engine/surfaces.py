@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from transport.engine.addresses import add_to_row, view
-from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs
-from transport.layout import (
+from transport.compile.layout import (
     ABSORBED,
     DIFFUSE,
     LOST,
@@ -20,6 +17,9 @@ from transport.layout import (
     SURFACE_SHIFT,
     TRANSPARENT,
 )
+from transport.engine.addresses import add_to_row, view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
 from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, WALL, random_words, short_uniform, uniform

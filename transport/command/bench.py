@@ -1,0 +1,204 @@
+"""How fast the engine is: against the yardstick in the same run, on two cores, pass by pass, and in memory.
+
+Ratios are what counts; absolute figures belong to the machine.  Numba is loaded when something is measured.
+"""
+
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from transport.command.pass_costs import pass_costs
+from transport.detectors import Detector, Directions
+from transport.emissions import Effusive, Lambertian
+from transport.materials import Diffuse, Surface
+from transport.scene import Scene
+from transport.shapes import Box, Disk
+from transport.simulate import simulate
+from transport.sources import Source
+from transport.speeds import Maxwellian
+
+LEAST_REPEATS = 5
+SPEED, LONG = 300.0, 10.0  # [m/s] of particles, and a duration [s] in which all of them come to their ends
+GAS = Maxwellian(sigma=SPEED)
+BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000  # particles a timing
+
+
+def box_scene(
+    albedo: float = 0.5,
+    cells: int = 16,
+    duration: float | None = None,
+    speed: float | Maxwellian = SPEED,
+    wall_speed: Maxwellian | None = None,
+) -> Scene:
+    """A closed cube of diffuse walls, fed by its ceiling; every wall is metered in `cells` cosine bins."""
+    faces = Box(size=2.0).faces()
+    wall = Diffuse(albedo, speed=wall_speed)
+    return Scene(
+        sources=[Source("+z", Effusive(exitance=1.0, speed=speed), side="back")],
+        surfaces=[Surface(face, wall, name=name) for name, face in faces.items()],
+        detectors=[Detector(name, side="back", directions=Directions(mu=cells)) for name in faces],
+        duration=duration,
+    )
+
+
+def thermal_box_scene() -> Scene:
+    """The same cube with a clock, a Maxwellian gas and walls that give off theirs."""
+    return box_scene(duration=LONG, speed=GAS, wall_speed=GAS)
+
+
+def disks_scene() -> Scene:
+    """A Lambertian disk that faces a small coaxial meter: one flight, and mostly a miss."""
+    meter = Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.1)
+    source = Source(Disk(radius=0.5), Lambertian(radiance=100.0))
+    return Scene(sources=[source], detectors=[Detector(meter, name="meter", directions=Directions(mu=16))])
+
+
+def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False) -> list[dict]:
+    """Rows {name, value, unit, ratio} of one run, ratio None where there is nothing to compare with.
+
+    Timings are medians of `repeats` after a first call that compiles; those of a ratio alternate, and the ratio is
+    the median over the pairs.  quick: a quarter of the particles;  long: memory for 1e9 particles instead of 1e7.
+    Raises ValueError for fewer than 5 repeats.
+    """
+    if repeats < LEAST_REPEATS:
+        raise ValueError(f"bench: repeats must be at least {LEAST_REPEATS} for a median, got {repeats}")
+    share = 4 if quick else 1
+    return [
+        *_box_rows(repeats, share),
+        *_disk_rows(repeats, share),
+        *_clock_rows(repeats, share),
+        *_memory_rows(1_000_000_000 if long else 10_000_000),
+        *_pass_rows("closed box", box_scene()),
+        *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),
+        *_pass_rows("coaxial disks", disks_scene()),
+    ]
+
+
+def render(rows: list[dict]) -> Table:
+    """The rows as a table, ratios first."""
+    table = Table("measured", title="medians of one run, one thread unless said")
+    for column in ("ratio", "value", "unit"):
+        table.add_column(column, justify="left" if column == "unit" else "right")
+    for row in sorted(rows, key=lambda row: row["ratio"] is None):
+        ratio = "" if row["ratio"] is None else f"{row['ratio']:.2f}"
+        value = f"{row['value'] / 1e6:.1f} M" if row["value"] >= 1e6 else f"{row['value']:.3g}"
+        table.add_row(row["name"], ratio, value, row["unit"])
+    return table
+
+
+def _box_rows(repeats: int, share: int) -> list[dict]:
+    from transport.command.yardstick import run_box
+
+    scene, histories, slow = box_scene(), BOX // share, BOX_ONE_BY_ONE // share
+    first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
+    busy = []  # CPU time over wall time of each run on two threads
+
+    def run_two() -> int:
+        cpu, wall = time.process_time(), time.perf_counter()
+        crossings = simulate(scene, particles=histories, seed=1, threads=2, progress=False).cost.crossings
+        busy.append((time.process_time() - cpu) / (time.perf_counter() - wall))
+        return crossings
+
+    one, two, by_one = _rates(
+        repeats,
+        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings,
+        run_two,
+        lambda: run_box(slow, 1)[0],
+    )
+    return [
+        _row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
+        _row("closed box, two threads against one", two, "crossings/s", two / one),
+        _row(
+            "closed box, two threads: CPU time over wall time",
+            np.array(busy[1:]),
+            "cores",
+            np.array(busy[1:]),
+        ),
+        _row("closed box, one particle at a time", by_one, "crossings/s"),
+        _row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
+    ]
+
+
+def _disk_rows(repeats: int, share: int) -> list[dict]:
+    from transport.command.yardstick import run_disks
+
+    scene, histories, slow = disks_scene(), DISKS // share, DISKS_ONE_BY_ONE // share
+    engine, by_one = _rates(
+        repeats,
+        lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.particles,
+        lambda: run_disks(slow, 1) and slow,
+    )
+    return [
+        _row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
+        _row("coaxial disks, one particle at a time", by_one, "particles/s"),
+    ]
+
+
+def _clock_rows(repeats: int, share: int) -> list[dict]:
+    """What a clock, speeds and thermal walls add to the time of a crossing, each as a ratio to the one before."""
+    scenes = {
+        "with a clock, against without": box_scene(duration=LONG),
+        "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
+        "with thermal walls as well, against speeds": thermal_box_scene(),
+    }
+
+    def crossings(scene: Scene) -> Callable[[], int]:
+        histories = BOX // share
+        return lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings
+
+    rates = _rates(repeats, *map(crossings, (box_scene(), *scenes.values())))
+    pairs = zip(scenes, rates, rates[1:], strict=False)
+    return [
+        _row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
+        for what, before, rate in pairs
+    ]
+
+
+def _memory_rows(particles: int) -> list[dict]:
+    """Peak memory of a process of its own."""
+    code = f"from transport.command import bench; print(bench.peak_memory({particles}))"
+    root = Path(__file__).resolve().parents[2]
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
+    return [
+        _row(f"coaxial disks, peak memory for {particles:.0e} particles", float(child.stdout) / 2**20, "MiB")
+    ]
+
+
+def peak_memory(particles: int) -> float:
+    """Peak memory [bytes] of this process after a run of the disks; nan where the system does not tell."""
+    simulate(disks_scene(), particles=particles, seed=1, threads=1, progress=False)
+    status = Path("/proc/self/status")
+    if status.exists():  # Linux: its ru_maxrss would be the parent's peak where that is higher
+        return 1024.0 * float(status.read_text().split("VmHWM:")[1].split()[0])
+    try:
+        import resource
+    except ImportError:
+        return math.nan
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(peak if sys.platform == "darwin" else 1024 * peak)
+
+
+def _pass_rows(title: str, scene: Scene) -> list[dict]:
+    return [_row(f"{title}, {name}", cost, "ns/lane") for name, cost in pass_costs(scene).items()]
+
+
+def _row(name: str, values: np.ndarray | float, unit: str, ratios: np.ndarray | None = None) -> dict:
+    ratio = None if ratios is None else float(np.median(ratios))
+    return {"name": name, "value": float(np.median(values)), "unit": unit, "ratio": ratio}
+
+
+def _rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
+    """What each of the works does a second, taken in turns: (works, repeats).  A first turn compiles and is not timed."""
+    rates = np.zeros((len(works), repeats + 1))
+    for turn in range(repeats + 1):
+        for number, work in enumerate(works):
+            begun = time.perf_counter()
+            done = work()
+            rates[number, turn] = done / (time.perf_counter() - begun)
+    return rates[:, 1:]

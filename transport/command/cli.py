@@ -1,0 +1,231 @@
+"""The command `transport`: run an experiment, list and verify them all, tell what a scene calls for, benchmark."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from typer.core import TyperGroup
+
+from transport import __version__
+from transport.command.console import INTERRUPTED, console, refusals, say, say_json
+from transport.command.effects import costs_of, effects_of, record_of_effects
+from transport.command.printout import draw_picture, print_effects, print_menu, print_run, text_of
+from transport.command.running import checked, is_complete, record_of
+from transport.command.settings import named_errors, named_values, number, whole_number
+from transport.command.tables import law_tables
+from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
+from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
+from transport.validation import SceneError, suggestion
+
+
+class Commands(TyperGroup):
+    """Commands whose refused input ends in one line and status 2."""
+
+    def invoke(self, ctx: typer.Context) -> object:
+        with refusals(debug=ctx.params["debug"]):
+            return super().invoke(ctx)
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple:
+        name = args[0]
+        if name not in self.commands and not name.startswith("-"):
+            if name.endswith(".py") or name in experiment_names():
+                raise SceneError(f"transport: no command {name!r}; did you mean 'transport run {name}'?")
+            raise SceneError(f"transport: no command {name!r}; {suggestion(name, self.commands)}")
+        return super().resolve_command(ctx, args)
+
+
+app = typer.Typer(
+    cls=Commands,
+    help="Monte Carlo transport: photons fly, crossings are counted, radiance comes out with error bars.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Sim = Annotated[
+    str, typer.Argument(metavar="SIM", help="An experiment's name, or the path of a .py file that is one.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the scene; repeatable."),
+]
+Particles = Annotated[str | None, typer.Option(metavar="N", help="Histories of each case, such as 1e7.")]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same digits.")]
+Threads = Annotated[int | None, typer.Option(help="One a core where it is not said.")]
+
+
+def main() -> None:
+    """What the console script `transport` and `python -m transport` call."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # an ASCII pipe is no reason to fail
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def menu(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show where refused input was refused.")] = False,
+) -> None:
+    """Print the menu where no command is given."""
+    if version:
+        say(f"transport {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        print_menu()
+
+
+@app.command()
+def run(
+    sim: Sim,
+    set_: Set = None,
+    particles: Particles = None,
+    error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="meter.flux_in=1e-3", help="Run until this relative standard error; repeatable."
+        ),
+    ] = None,
+    seconds: Annotated[
+        str | None, typer.Option(metavar="S", help="Run each case for at most so long.")
+    ] = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where the picture goes; out/ if not said.")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
+    json: Json = False,
+) -> None:
+    """Run an experiment: estimates beside exact values, verdict, ledger, cost, picture."""
+    limits = {
+        "particles": whole_number("--particles", particles),
+        "error": named_errors(error or ()),
+        "seconds": None if seconds is None else number("--seconds", seconds),
+        "seed": seed,
+        "threads": threads,
+    }
+    module = checked(experiment(sim))
+    pending = outcomes_of(module, named_values(set_ or ()), limits)
+    if json:
+        outcomes = list(pending)
+        say_json(record_of(module, outcomes))
+        wants_picture = out is not None
+    else:
+        outcomes = print_run(module, pending)
+        wants_picture = True
+    if wants_picture and not no_picture and is_complete(outcomes):
+        draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
+    if not is_complete(outcomes):
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command("list")
+def list_(json: Json = False) -> None:
+    """List the experiments with their questions."""
+    if json:
+        say_json(
+            [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
+        )
+    else:
+        print_menu(with_commands=False)
+
+
+@app.command()
+def verify(
+    sims: Annotated[
+        list[str] | None, typer.Argument(metavar="[SIM]...", help="All experiments if not said.")
+    ] = None,
+    particles: Particles = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    json: Json = False,
+) -> None:
+    """Judge every law against its exact value; status 1 if one fails."""
+    limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
+    laws, complete = [], True
+    for name in sims or experiment_names():
+        module = checked(experiment(name))
+        outcomes = list(outcomes_of(module, {}, limits))
+        laws += laws_of(module, outcomes)
+        complete = is_complete(outcomes)
+        if not complete:
+            break
+    if not laws:
+        raise SceneError("verify: nothing to judge; give an experiment, or a .py file, that has exact values")
+    rate = FALSE_ALARM / len(laws)
+    failed = sum(not law.holds(rate) for law in laws)
+    if json:
+        say_json([_law_record(law, rate) for law in laws])
+    else:
+        say(*law_tables(laws, rate))
+        say(
+            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold green" if not failed else "bold red"
+        )
+        say(
+            f"false alarms: {FALSE_ALARM:g} over all rows; smallest bias: relative, caught with {POWER:.0%} power"
+        )
+    if not complete:
+        console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
+        raise typer.Exit(INTERRUPTED)
+    if failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
+    """Tell which passes and fields an experiment's scenes call for, and which are absent."""
+    module, settings = checked(experiment(sim)), named_values(set_ or ())
+    found = {}
+    for parameters in cases_of(module, settings):
+        scene = scene_of(module, parameters, settings)
+        told = effects_of(scene)
+        found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
+    if json:
+        say_json(record_of_effects([(told, costs_of(scene)) for told, scene, _ in found.values()]))
+        return
+    for told, scene, cases in found.values():
+        if len(found) > 1:
+            say(
+                "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
+                style="bold cyan",
+            )
+        print_effects(told, scene)
+
+
+@app.command()
+def bench(
+    repeats: Annotated[int, typer.Option(help="Timings of which the median is taken, at least 5.")] = 5,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer particles a timing.")] = False,
+    long: Annotated[
+        bool, typer.Option("--long", help="Peak memory at 1e9 particles instead of 1e7.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Measure the engine against a straightforward kernel: ratios first, then absolute figures."""
+    from transport.command.bench import bench as measure
+    from transport.command.bench import render
+
+    if repeats < 5:
+        raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
+    rows = measure(repeats=repeats, quick=quick, long=long)
+    say_json(rows) if json else say(render(rows))
+
+
+def _law_record(law: Law, rate: float) -> dict[str, object]:
+    return {
+        "law": law.law,
+        "source": law.source,
+        "sim": law.sim,
+        "quantity": law.quantity,
+        "value": law.estimate.value,
+        "error": law.estimate.error,
+        "unit": str(law.estimate.unit),
+        "exact": law.exact,
+        "z": law.z,
+        "smallest_bias": law.smallest_bias(rate),
+    }

@@ -1,0 +1,95 @@
+"""What each pass of a scene's program costs: nanoseconds a lane, measured on bundles as they are in real steps."""
+
+import itertools
+import math
+import statistics
+import time
+from collections import defaultdict, deque
+
+import numpy as np
+
+from transport.compile import compile_scene
+from transport.scene import Scene
+
+WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
+TIMED, TIMINGS = 1e-3, 15  # [s] of one timing of a pass, and how many: short ones slip between disturbances
+
+
+def pass_costs(scene: Scene) -> dict[str, float]:
+    """Nanoseconds a lane of one call of each pass of the scene's program, by its name; passes of the newborn first.
+
+    Each is timed on states of a bundle taken before that pass in real steps: what it changes is put back before every
+    repetition, and the time of putting back is subtracted.  Calls of one pass with several tables are averaged.
+    A lane is one that comes to the pass: where few do, the call itself weighs; where none did, the cost is nan.
+    """
+    from transport.engine.bundle import LANES
+    from transport.engine.driver import Sums, machine_of
+    from transport.engine.program import program_of
+
+    plan = compile_scene(scene)
+    program = machine_of(program_of(plan)).program
+    sums = Sums(plan, MOST_STEPS * LANES)
+    costs = defaultdict(list)
+    for (name, entry, table), visits in _visits(program, sums).items():
+        costs[name] += [_cost(entry, table, visits)] if visits else []
+    return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
+
+
+def _visits(program, sums) -> dict[tuple, deque]:
+    """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
+    from transport.command.yardstick import replay
+    from transport.engine.bundle import LANES, empty_bundle
+
+    def key(lane_pass, table):
+        return lane_pass.name, lane_pass.entry, table.ctypes.data
+
+    bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
+    sums.enter(bundle)
+    words = bundle.view(np.int64)
+    visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}
+
+    def visit(step, first, live):
+        (name, entry, place), before = key(*step), words.copy()
+        left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
+        if first < live:
+            visits[name, entry, place].append((first, live, before, words.copy()))
+        return left
+
+    emitters, live, history = itertools.cycle(program.births), 0, 0
+    for turn in range(MOST_STEPS):
+        if live < LANES:
+            bundle["next_history"] = history
+            for step in next(emitters):
+                visit(step, live, LANES)
+        live, history = LANES, history + LANES - live
+        for step in program.steps:
+            live = visit(step, 0, live)
+        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
+            break
+    return visits
+
+
+def _cost(entry: int, table: int, visits: deque) -> float:
+    """Nanoseconds a lane of a pass on these states of a bundle."""
+    from transport.command.yardstick import replay
+    from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
+    from transport.engine.passes import LANE_FIELDS
+
+    first, live, before, after = (np.array(column) for column in zip(*visits, strict=True))
+    bundles = [empty_bundle() for _ in visits]
+    before[:, HEADER.index("address")] = handles = np.array([int(bundle["address"][0]) for bundle in bundles])
+    for bundle, words in zip(bundles, before, strict=True):
+        bundle.view(np.int64)[:] = words
+    changed, fields = (before != after).any(axis=0), [Bundle.fields[name][1] // 8 for name in LANE_FIELDS]
+    rows = np.array([row for row in fields if changed[row : row + LANES].any()], np.int64)
+    spans = np.stack([first, live], axis=1)
+
+    def seconds(which, repeats):
+        begun = time.perf_counter()
+        replay(which, table, handles, spans, before, rows, repeats)
+        return time.perf_counter() - begun
+
+    repeats = max(1, int(TIMED / min(seconds(entry, 1) for _ in range(TIMINGS))))
+    turns = [(seconds(entry, repeats), seconds(0, repeats)) for _ in range(TIMINGS)]
+    with_pass, without = (min(column) for column in zip(*turns, strict=True))  # the least disturbed ones
+    return max(0.0, with_pass - without) / repeats / int((live - first).sum()) * 1e9

@@ -1,0 +1,109 @@
+"""What the commands print: the menu, an experiment's run as it goes, and the effects of its scenes."""
+
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+from transport.command.console import UNBROKEN, console, say, say_labelled
+from transport.command.effects import Effects, costs_of
+from transport.command.running import is_complete, picture_of, total_cost, verdict_on
+from transport.command.tables import case_table, effects_lines, ledger_line, pass_table
+from transport.experiment import Outcome, experiment, experiment_names, name_of
+from transport.results.report import cost_lines
+from transport.scene import Scene
+
+FEW_CASES = 3  # that a warning names
+
+
+def print_menu(with_commands: bool = True) -> None:
+    """The experiments grouped by the question that they answer."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name in experiment_names():
+        module = experiment(name)
+        groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
+    if with_commands:
+        say(
+            "transport: particles fly, crossings are counted, radiance comes out with error bars",
+            style="bold",
+        )
+        say("")
+    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
+    for question, sims in groups.items():
+        say(question, style="bold")
+        for name, law in sims:
+            say_labelled(f"  {name:{width}}  ", law, style="cyan")
+    if with_commands:
+        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
+        say("")
+        say(f"transport run {example}     and: list, verify, effects SIM, bench; --help tells their options")
+
+
+def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
+    """Law and question, each case's table and ledger as soon as it is done, then verdict, cost and warnings."""
+    outcomes = []
+    for outcome in pending:
+        if not outcomes:
+            say(name_of(module), style="bold")
+            for label in filter(partial(text_of, module), ("law", "question")):
+                say_labelled(label, text_of(module, label))
+        outcomes.append(outcome)
+        say("")
+        if outcome.title:
+            say(outcome.title, style="bold cyan")
+        say(case_table(outcome))
+        say_labelled("ledger", ledger_line(outcome.result))
+    say("")
+    is_whole = is_complete(outcomes)
+    if verdict := verdict_on(module, outcomes):
+        say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
+    for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
+        label, _, text = line.partition(": ")
+        say_labelled(label, text)
+    for warning in warnings_of(outcomes):
+        say_labelled("warning", warning, style="bold yellow")
+    return outcomes
+
+
+def warnings_of(outcomes: list[Outcome]) -> list[str]:
+    """Each warning once, with the cases that it is about in front where there are several cases."""
+    cases: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        for warning in outcome.warnings:
+            cases.setdefault(warning, []).append(outcome.title)
+    if len(outcomes) == 1:
+        return list(cases)
+    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
+
+
+def _whose(titles: list[str], cases: int) -> str:
+    """The cases that a warning is about: by name, or where they are many by number."""
+    if len(titles) == cases:
+        return "all cases"
+    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"
+
+
+def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
+    """Draw the experiment's figures and print their paths unless quiet, or say on standard error why there is none."""
+    paths, why = picture_of(module, outcomes, folder)
+    if not paths:
+        console(stderr=True).print(f"no picture: {why}", style="yellow")
+    elif not quiet:
+        say_labelled("picture", ", ".join(str(path).replace(" ", UNBROKEN) for path in paths))
+
+
+def print_effects(told: Effects, scene: Scene) -> None:
+    """What a scene calls for and what is absent; then, measured now, what each of its passes costs."""
+    for label, names in effects_lines(told):
+        say_labelled(label, names)
+    costs = costs_of(scene)
+    for number, births in enumerate(told.births):
+        say(f"\nborn of emitter {number}", style="bold")
+        say(pass_table(births, costs))
+    say("\nevery step", style="bold")
+    say(pass_table(told.steps, costs))
+
+
+def text_of(module: ModuleType, name: str) -> str:
+    """A text of the experiment's on one line; empty where it has none."""
+    return " ".join(str(getattr(module, name, "")).split())

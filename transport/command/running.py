@@ -1,0 +1,113 @@
+"""An experiment from the command line: what it needs, its verdict, its picture, and all of it as data."""
+
+from dataclasses import asdict
+from pathlib import Path
+from types import ModuleType
+
+from transport.command.verify import row_name
+from transport.experiment import Outcome, blamed, name_of
+from transport.results import Cost
+from transport.results.estimates import Estimate
+from transport.validation import SceneError
+
+EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # what a picture needs -> the extra that brings it
+INCOMPLETE = "incomplete: interrupted, so no verdict"
+
+
+def checked(module: ModuleType) -> ModuleType:
+    """The experiment, if it has what a run needs.  Raises SceneError otherwise."""
+    missing = [name for name in ("scene", "measure") if not callable(getattr(module, name, None))]
+    if missing:
+        raise SceneError(
+            f"{module.__name__}: no function {' and '.join(missing)}; an experiment is a module that defines it"
+        )
+    return module
+
+
+def is_complete(outcomes: list[Outcome]) -> bool:
+    """Whether no case was interrupted."""
+    return all(outcome.result.is_complete for outcome in outcomes)
+
+
+def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
+    """The answer to the experiment's question, in a sentence."""
+    if not is_complete(outcomes):
+        return INCOMPLETE
+    with blamed(module):
+        return module.verdict(outcomes) if hasattr(module, "verdict") else ""
+
+
+def total_cost(outcomes: list[Outcome]) -> Cost:
+    """The cost of all cases together."""
+    costs = [outcome.result.cost for outcome in outcomes]
+    counted = ("seconds", "preparation", "particles", "crossings", "collisions")
+    return Cost(
+        threads=costs[0].threads, **{name: sum(getattr(cost, name) for cost in costs) for name in counted}
+    )
+
+
+def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
+    """Draw the experiment's figures into the folder: their paths, or none and the reason why."""
+    if not hasattr(module, "draw"):
+        return [], "the experiment draws none"
+    path = folder / f"{name_of(module)}.png"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = module.draw(outcomes, path) or [path]
+    except OSError as error:
+        return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
+    except Exception as error:
+        wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
+        if wanted in EXTRAS:
+            return [], f"{wanted} is not installed; pip install 'transport[{EXTRAS[wanted]}]'"
+        with blamed(module):
+            raise
+    return paths, ""
+
+
+def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
+    """{sim, parameters, quantities, ledger, cost, verdict} for machines.
+
+    Where the experiment has several cases, parameters and the ledger's values and errors are lists with one entry a
+    case, quantities have the case in front of their names, and the cost is that of all.
+    """
+    one = len(outcomes) == 1
+    quantities = [
+        {
+            "name": row_name(outcome, row.name, len(outcomes)),
+            **_numbers(row.estimate),
+            "exact": row.exact,
+            "z": row.z,
+        }
+        for outcome in outcomes
+        for row in outcome.rows
+    ]
+    names = dict.fromkeys(name for outcome in outcomes for name in outcome.parameters)
+    parameters = {name: _one_or_all(one, [o.parameters.get(name) for o in outcomes]) for name in names}
+    ledgers = [outcome.result.ledger for outcome in outcomes]
+    ledger = {
+        name: {
+            "value": _one_or_all(one, [ledger[name].value for ledger in ledgers]),
+            "error": _one_or_all(one, [ledger[name].error for ledger in ledgers]),
+            "unit": str(ledgers[0][name].unit),
+        }
+        for name in ledgers[0]
+    }
+    cost = total_cost(outcomes)
+    rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
+    return {
+        "sim": name_of(module),
+        "parameters": parameters,
+        "quantities": quantities,
+        "ledger": ledger,
+        "cost": asdict(cost) | rates,
+        "verdict": verdict_on(module, outcomes),
+    }
+
+
+def _numbers(estimate: Estimate) -> dict[str, object]:
+    return {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
+
+
+def _one_or_all(one: bool, values: list[object]) -> object:
+    return values[0] if one else values

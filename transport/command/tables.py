@@ -1,0 +1,144 @@
+"""Tables of the command line: what was measured beside what is exact, laws judged, and what a scene calls for."""
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from transport.command.console import UNBROKEN
+from transport.command.effects import Effects
+from transport.command.verify import Law
+from transport.experiment import Outcome
+from transport.results import Result
+from transport.results.estimates import Estimate
+from transport.results.notation import measured
+
+IN_WORDS = ("quantity",)  # columns that fold where the console is too narrow
+
+
+def case_table(outcome: Outcome) -> Table:
+    """Quantity, estimate ± one standard error, unit, exact value and z of each row of a case."""
+    table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>")
+    for row in outcome.rows:
+        exact = exact_number(row.exact, row.estimate)
+        table.add_row(row.name, estimate_cell(row.estimate), unit_cell(row.estimate), exact, z_cell(row.z))
+    return table
+
+
+def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
+    """For each law its formula, source and experiment; then estimate, exact, z, smallest bias of each row that shows it."""
+    for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
+        yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
+        table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
+        for row in group:
+            table.add_row(*_judged(row, false_alarm))
+        yield table
+        yield Text()
+
+
+def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
+    """Passes in order, with nanoseconds a lane where they were measured."""
+    table = _table(">", "pass", *(["ns per lane>"] if costs else []))
+    for number, name in enumerate(names, 1):
+        table.add_row(str(number), name, *([_cost_cell(costs.get(name))] if costs else []))
+    return table
+
+
+def effects_lines(effects: Effects) -> list[tuple[str, str]]:
+    """(label, names) of the fields that are used, and of what is absent."""
+    absent = effects.absent
+
+    def listed(names: dict[str, str], kind: str) -> str:
+        return " ".join(name for name, of in names.items() if of == kind) or "none"
+
+    return [
+        ("carried", listed(effects.fields, "carried")),
+        ("scratch", listed(effects.fields, "scratch")),
+        ("absent", f"passes: {listed(absent, 'pass')}"),
+        ("", f"fields: {listed(absent, 'field')}"),
+    ]
+
+
+def ledger_line(result: Result) -> str:
+    """ "emitted 100 W (exact) = absorbed ... + escaped ...", without what is zero and exact.
+
+    Within an entry the spaces do not break, so that a line may end only between entries.
+    """
+    emitted, *parts = (
+        f"{name} {estimate}".replace(" ", UNBROKEN)
+        for name, estimate in result.ledger.items()
+        if name == "emitted" or not (estimate.exact and estimate.value == 0)
+    )
+    return f"{emitted} = {f' +{UNBROKEN}'.join(parts) or 0}"
+
+
+def estimate_cell(estimate: Estimate) -> str:
+    """The value with its error, without the unit."""
+    return measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason)
+
+
+def unit_cell(estimate: Estimate) -> str:
+    """The unit; empty where there is none."""
+    return "" if estimate.unit.is_dimensionless else str(estimate.unit)
+
+
+def exact_number(exact: float, estimate: Estimate) -> str:
+    """The exact value with two digits more than the estimate knows; a dash where it is not known."""
+    if math.isnan(exact):
+        return "–"
+    relative = estimate.error / abs(exact) if exact else math.nan
+    digits = 6 if not 0 < relative < 1 else min(15, max(6, 3 - math.floor(math.log10(relative))))
+    return f"{exact:.{digits}g}"
+
+
+def z_cell(z: float) -> Text:
+    """z with a sign, coloured by how unlikely it is."""
+    if math.isnan(z):
+        return Text("unknown", "yellow")
+    style = "green" if abs(z) < 2.5 else "yellow" if abs(z) < 4 else "bold red"
+    return Text(f"{z:+.2f}", style)
+
+
+def bias_text(bias: float, exact: float, unit: str) -> str:
+    """A relative bias in percent or less; with its unit where the exact value is 0."""
+    if math.isnan(bias):
+        return "unknown"
+    if bias == 0:
+        return "any"
+    if exact == 0:
+        return f"{bias:.1e} {unit}".strip()
+    return f"{100 * bias:.2g} %" if 1e-5 <= bias < 10 else f"{bias:.1e}"
+
+
+def _cost_cell(cost: float | None) -> str:
+    if cost is None:
+        return "?"
+    return "not reached" if math.isnan(cost) else f"{cost:.2f}"
+
+
+def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
+    """The cells of a law's row."""
+    unit = unit_cell(law.estimate)
+    bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
+    state = Text("holds", "green") if law.holds(false_alarm) else Text("FAILS", "bold red")
+    return (
+        law.quantity,
+        estimate_cell(law.estimate),
+        unit,
+        exact_number(law.exact, law.estimate),
+        z_cell(law.z),
+        bias,
+        state,
+    )
+
+
+def _table(*columns: str) -> Table:
+    """Columns by their heads; those that end in > stand to the right."""
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
+    for head in columns:
+        align = "right" if head.endswith(">") else "left"
+        table.add_column(head.rstrip(">"), justify=align, overflow="fold", no_wrap=head not in IN_WORDS)
+    return table

@@ -1,0 +1,197 @@
+"""Each source becomes emitters: one place to be born at, one law of directions, a target or none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile import layout, velocities
+from transport.compile.space import Space
+from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Shape, Sphere, Triangle
+from transport.shapes.distances import least_distance
+from transport.sheets import pieces
+from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
+from transport.validation import refuse, shown
+from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+
+FAINTEST = 1e-200  # [sr] that a target may fill
+Step = tuple[str, np.ndarray]  # name of a pass, row of its table
+CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
+
+
+@dataclass(frozen=True)
+class Emitter:
+    """Names of passes, with the rows of their tables."""
+
+    source: Source
+    shape: Shape  # the piece of the source's shape that it lies on or fills
+    amount: float  # [J] or particles with a clock, else [W] or [s^-1]
+    weight: float  # largest weight of a history, relative to one that is not aimed
+    birth: np.ndarray
+    place: tuple[str, np.ndarray]
+    law: tuple[str, np.ndarray]
+    moment: Step | None  # when
+    speed: tuple[Step, ...]  # how fast
+    target: tuple[Step, ...] | None
+
+    @property
+    def bound(self) -> float:
+        """What its histories would stand for if all were born at the largest weight."""
+        return self.amount * self.weight
+
+
+def emitters_of(plan: Plan, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
+    """The emitters of all sources; `sheet_of` gives the number of the sheet on which a piece lies."""
+    scene, space, emitters = plan.scene, plan.space, []
+    for source in scene.sources:
+        shape = scene.shape_of(source)
+        for piece, share in _shares(source, shape):
+            place = _place(source, piece, space)
+            law = velocities.drifting_law(plan, source, piece) or _law(source, piece, place[1])
+            weight, target = _target(source, piece, space)
+            volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
+            birth = layout.row(layout.BIRTH, weight=1.0, sheet=0 if volume else sheet_of(piece))
+            amount = source.amount(shape, scene.duration) * share
+            moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
+            emitters.append(Emitter(source, piece, amount, weight, birth, place, law, moment, speed, target))
+    return emitters
+
+
+def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
+    """The pieces of a source with their shares of its amount."""
+    if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
+        yield shape, 1.0
+        return
+    faces = pieces(shape)
+    sizes = [face.area for face in faces]
+    if isinstance(source.emission, Beam):
+        side = -1.0 if source.is_back else 1.0
+        sizes = [face.area * max(0.0, side * dot(face.normal, source.emission.direction)) for face in faces]
+    for face, size in zip(faces, sizes, strict=True):
+        if size > 0:
+            yield face, size / math.fsum(sizes)
+
+
+def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]:
+    side = -1.0 if source.is_back else 1.0
+    values = layout.center_columns(space.place(shape.middle)) | {"side": side}
+    size = space.size
+    match shape:
+        case Point():
+            return "born_at_point", layout.row(layout.PATCH, **values)
+        case Rectangle():
+            values |= layout.frame_columns(shape.frame)
+            values |= {"half_u": 0.5 * shape.width / size, "half_v": 0.5 * shape.height / size}
+            return "born_on_rectangle", layout.row(layout.PATCH, **values)
+        case Disk():
+            values |= layout.frame_columns(shape.frame)
+            inner, outer = shape.inner_radius / size, shape.radius / size
+            return "born_on_disk", layout.row(
+                layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer
+            )
+        case Cloud():
+            half_u, half_v, half_w = (sigma / size for sigma in shape.sigma)
+            return "born_in_cloud", layout.row(
+                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
+            )
+        case Box():
+            half_u, half_v, half_w = (0.5 * length / size for length in shape.size)
+            return "born_in_box", layout.row(
+                layout.PATCH, **values, half_u=half_u, half_v=half_v, half_w=half_w
+            )
+    values |= {"half_u": shape.radius / size}
+    match source.emission:
+        case Isotropic() | Gas():
+            return "born_in_sphere", layout.row(layout.PATCH, **values)
+        case Beam(direction=direction):
+            values |= dict(zip(("nx", "ny", "nz"), direction, strict=True))
+            return "born_on_lit_sphere", layout.row(layout.PATCH, **values)
+    return "born_on_sphere", layout.row(layout.PATCH, **values)
+
+
+def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarray]:
+    nothing = layout.row(layout.NO_TABLE)
+    match source.emission:
+        case Lambertian() | Effusive():
+            return (
+                ("emit_lambertian", nothing)
+                if isinstance(shape, Sphere)
+                else ("emit_lambertian_from_plane", patch)
+            )
+        case Isotropic() | Gas(direction=None):
+            return "emit_isotropic", nothing
+    return "emit_along", layout.row(
+        layout.BEAM, **dict(zip(("ux", "uy", "uz"), source.emission.direction, strict=True))
+    )
+
+
+def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[Step, ...] | None]:
+    """The largest weight of a direction, and the passes with the row of the target that directions go to."""
+    aim = source.aim
+    if aim is None:
+        return 1.0, None
+    lambertian = isinstance(source.emission, (Lambertian, Effusive))
+    values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
+    peak = max(values.values())  # per steradian
+    is_volume = shape.is_closed and not lambertian
+    distance = least_distance(shape, aim.middle, filled=is_volume) / space.size
+    values |= layout.center_columns(space.place(aim.middle))
+    if isinstance(aim, Sphere):
+        radius = aim.radius / space.size
+        weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
+        row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
+        return weight, (("aim_at_sphere", row),)
+    area, gap = aim.area / space.size / space.size, distance - aim.extent / space.size
+    weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
+    far = weight < CLOSE
+    weight = _seen(source, weight if far else CLOSE)
+    values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
+    row = layout.row(layout.TARGET, **(values | _aim_columns(aim, space)))
+    if isinstance(aim, Box):
+        return weight, (("aim_at_box", row),)
+    return weight, ((f"pick_on_{type(aim).__name__.lower()}", row), ("aim_at_picked", row))
+
+
+def _seen(source: Source, weight: float) -> float:
+    """The largest weight, which must be a number that the sums can be scaled by."""
+    if not weight > FAINTEST:
+        refuse(
+            source, f"aim must be seen under more than {FAINTEST:g} sr, got {shown(source.aim)}; come closer"
+        )
+    return weight
+
+
+def _aim_columns(aim: Shape, space: Space) -> dict[str, float]:
+    size = space.size
+    if isinstance(aim, Box):
+        return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
+    if isinstance(aim, Triangle):
+        return triangle_columns(aim, space)
+    frame = layout.frame_columns(aim.frame)
+    if isinstance(aim, Rectangle):
+        return frame | {"half_u": 0.5 * aim.width / size, "half_v": 0.5 * aim.height / size}
+    return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
+
+
+def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
+    """Its first vertex, its edges from there as e_u and e_v, its normal, and the dual vectors of the edges."""
+    first, second, third = (space.place(vertex) for vertex in triangle.vertices)
+    edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
+    matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
+    duals = dict(zip(("ax", "ay", "az", "bx", "by", "bz"), matrix[:2].ravel(), strict=True))
+    return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
+
+
+def _one_minus_cosine(radius: float, distance: float) -> float:
+    """1 − cos of the half angle of a sphere seen from a distance of its centre, without cancellation; 2 inside it."""
+    if distance <= radius:
+        return 2.0
+    sine2 = (radius / distance) ** 2
+    return sine2 / (1.0 + math.sqrt(1.0 - sine2))

@@ -1,0 +1,149 @@
+"""How a detector looks at a piece of a sheet: the rows from which the engine finds a crossing's bin."""
+
+import math
+
+import numpy as np
+
+from transport.bins import DirectionCone
+from transport.compile import layout
+from transport.compile.plan import Plan
+from transport.detectors import Detector
+from transport.shapes import Disk, Rectangle, Shape, Sphere
+from transport.sheets import Member
+
+
+def bin_counts(detector: Detector, shape: Shape, duration: float | None) -> dict[str, int]:
+    """Number of bins of each axis, in the order in which they lie: time, speed, u, v, azimuth, cosine (fastest).
+
+    A block of rows for each time and speed: one row outside of the other bins, then those.
+    """
+    outer = {"time": detector.time_edges(duration), "speed": detector.speed_edges()}
+    edges = {} if detector.positions is None else detector.positions.edges(shape)
+    directions = {} if detector.directions is None else detector.directions.edges()
+    cosine = directions.get("mu", directions.get("theta"))
+    axes = outer | {"u": edges.get("u"), "v": edges.get("v"), "turn": directions.get("phi"), "mu": cosine}
+    return {name: 1 if e is None else len(e) - 1 for name, e in axes.items()}
+
+
+def block_rows(counts: dict[str, int]) -> int:
+    """Rows of one time and speed: those of the other bins, and the one outside of them."""
+    return 1 + math.prod(counts[name] for name in ("u", "v", "turn", "mu"))
+
+
+def is_blocked(detector: Detector) -> bool:
+    """Whether there are blocks, and so a row outside of all of them."""
+    return detector.times is not None or detector.speeds is not None
+
+
+def layer_row(plan: Plan, member: Member, detector: Detector, meter: int) -> np.ndarray:
+    """How a lane finds the detector on a sheet: in the first block of its rows."""
+    base = plan.bases[detector.name] + is_blocked(detector)
+    look = layout.LOOK | base | (plain_cosines(detector) or 1) << layout.LOOK_CELLS_SHIFT
+    if (member.orientation < 0) != detector.is_back:
+        look |= layout.LOOK_BACK
+    return layout.row(layout.LAYER, look=look, meter=meter, mark=plan.marks.get(detector.name, 0))
+
+
+def plain_cosines(detector: Detector) -> int | None:
+    """The number of equal cosine bins over the hemisphere; None where the bins are others or none."""
+    directions = detector.directions
+    if directions is None or isinstance(directions, DirectionCone) or directions.frame != "local":
+        return None
+    return directions.mu if isinstance(directions.mu, int) else None
+
+
+def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
+    """The meter's finer axes; `plan.axes` learns which kinds there are."""
+    shape, scene_shape = member.shape, plan.scene.shape_of(detector)
+    back = -1.0 if detector.is_back else 1.0
+    e_u, e_v, normal = shape.frame
+    values = layout.center_columns(plan.space.place(shape.center)) | layout.frame_columns((e_u, e_v, normal))
+    values |= {"side": member.orientation * back, "handed": 1.0}
+    if isinstance(shape, Sphere):
+        values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
+    elif detector.is_back:  # seen from behind e_u changes its sign, and with it the frame stays right-handed
+        values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
+    counts = bin_counts(detector, scene_shape, plan.scene.duration)
+    values |= _block_axes(plan, detector, counts) | _filters(plan, detector)
+    strides = dict(
+        zip(("mu", "turn", "v", "u"), np.cumprod([1, counts["mu"], counts["turn"], counts["v"]]), strict=True)
+    )
+    values |= _direction_axes(plan, detector, shape, strides)
+    if detector.positions is not None:
+        values |= _position_axes(plan, detector, shape, strides)
+    return layout.row(layout.METER, **values)
+
+
+def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[str, float]:
+    """Times and speeds, each bin a block of rows."""
+    block, values = block_rows(counts), {"outside": plan.bases[detector.name]}
+    times, speeds = detector.time_edges(plan.scene.duration), detector.speed_edges()
+    if times is not None:
+        plan.axes.add("time")
+        values |= axis_columns(plan, "time", times / plan.tempo, counts["speed"] * block)
+    if speeds is not None:
+        plan.axes.add("speed")
+        values |= axis_columns(plan, "speed", speeds / plan.speed_unit, block)
+    return values
+
+
+def _filters(plan: Plan, detector: Detector) -> dict[str, float]:
+    """What a history must have been through; anything, unless the detector says so."""
+    values = {"most": np.iinfo(np.int64).max}
+    if detector.via is not None:
+        plan.filters.add("visits")
+        values["via"] = sum({plan.marks[name] for name in detector.via})
+    if detector.events is not None:
+        plan.filters.add("reflections")
+        least, most = detector.events
+        values |= {"least": int(least), "most": int(min(most, np.iinfo(np.int32).max))}
+    return values
+
+
+def _direction_axes(
+    plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]
+) -> dict[str, float]:
+    directions, values = detector.directions, {}
+    if directions is None:
+        return values
+    if isinstance(directions, DirectionCone):
+        plan.axes.add("cosine")
+        values |= dict(zip(("axis_x", "axis_y", "axis_z"), directions.axis, strict=True))
+        edges = np.array([-(math.sin(directions.half_angle) ** 2), 1.0])
+        return values | {"mu_kind": layout.CONE} | axis_columns(plan, "mu", edges, strides["mu"])
+    edges = directions.edges()
+    is_world = directions.frame == "world"
+    if plain_cosines(detector) is None and ("mu" in edges or "theta" in edges):
+        plan.axes.add("cosine")
+        bounds = edges["mu"] if "mu" in edges else np.cos(edges["theta"])[::-1]
+        if "theta" in edges:
+            bounds = np.where(np.abs(bounds) < 1e-16, 0.0, bounds)
+        values |= {"mu_kind": layout.WORLD_COSINE if is_world else layout.LOCAL_COSINE}
+        values |= axis_columns(plan, "mu", bounds, strides["mu"])
+    if "phi" in edges:
+        plan.axes.add("azimuth")
+        local = layout.SPHERE_AZIMUTH if isinstance(shape, Sphere) else layout.FLAT_AZIMUTH
+        kind = layout.WORLD_AZIMUTH if is_world else local
+        values |= {"turn_kind": kind, "turn_low": edges["phi"][0]}
+        values |= axis_columns(plan, "turn", edges["phi"], strides["turn"])
+    return values
+
+
+def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
+    plan.axes.add("place")
+    places = {Rectangle: layout.RECTANGLE_PLACE, Disk: layout.DISK_PLACE, Sphere: layout.SPHERE_PLACE}
+    values, size = {"place": places[type(shape)]}, plan.space.size
+    lengths = {Rectangle: ("u", "v"), Disk: ("u",), Sphere: ()}[type(shape)]
+    for name in ("u", "v"):
+        bounds = detector.positions.edges(shape).get(name)
+        if bounds is None:
+            bounds = np.array([-math.inf, math.inf])
+        values |= axis_columns(plan, name, bounds / size if name in lengths else bounds, strides[name])
+    return values
+
+
+def axis_columns(plan: Plan, name: str, edges: np.ndarray, stride: int) -> dict[str, float]:
+    """Columns of one axis; its edges are kept alive by the plan."""
+    edges = np.ascontiguousarray(edges, np.float64)
+    plan.kept.append(edges)
+    return {f"{name}_cells": len(edges) - 1, f"{name}_edges": edges.ctypes.data, f"{name}_stride": stride}

@@ -1,0 +1,151 @@
+"""The plan of a scene: tables in scene lengths for just the steps that it calls for, and what it calls for."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.emitters import Emitter
+from transport.compile.space import Space
+from transport.scene import Scene
+from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
+from transport.shapes import Shape
+
+
+@dataclass
+class Plan:
+    """All that the engine needs to know of a scene."""
+
+    scene: Scene
+    space: Space
+    emitters: list[Emitter] = field(default_factory=list)
+    members: list[tuple[str, np.ndarray, Shape]] = field(
+        default_factory=list
+    )  # ("meet_disk", its row, its shape)
+    contacts: list[np.ndarray] = field(default_factory=list)  # surfaces that cut or touch one another inside
+    sheets: np.ndarray = None
+    surfaces: np.ndarray = None
+    walls: np.ndarray = None
+    layers: list[np.ndarray] = field(default_factory=list)
+    meters: np.ndarray = None
+    bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
+    half: int = 1  # rows from a detector's arrivals to its departures
+    owners: list[int] = field(
+        default_factory=list
+    )  # index in scene.surfaces of each row of `surfaces` after the first
+    axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: the finer bins called for
+    filters: set[str] = field(
+        default_factory=set
+    )  # of "visits", "reflections": what detectors ask of a history
+    marks: dict[str, int] = field(
+        default_factory=dict
+    )  # the bit of each detector or surface named in a `via`
+    moments: np.ndarray | None = None  # the extreme speeds, where a detector takes moments
+    phase_spaces: list[np.ndarray] = field(default_factory=list)  # a row for each instant
+    snapshots: list[np.ndarray] = field(default_factory=list)
+    long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
+    long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
+    kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
+
+    @property
+    def has_clock(self) -> bool:
+        return self.scene.duration is not None
+
+    @property
+    def tempo(self) -> float:
+        """The unit of time [s]: the duration, or a second where there is no clock."""
+        return self.scene.duration if self.has_clock else 1.0
+
+    @property
+    def speed_unit(self) -> float:
+        """The unit of speed [m/s]: a scene length in a unit of time."""
+        return self.space.size / self.tempo
+
+    @cached_property
+    def has_speeds(self) -> bool:
+        """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
+        return scene_has_speeds(self.scene)
+
+    @cached_property
+    def slowness(self) -> float:
+        """One over the speed that all have [durations per scene length]; 0 where speeds differ."""
+        speeds = scene_speeds(self.scene)
+        speed = speeds.pop() if len(speeds) == 1 else None
+        if self.has_speeds or not isinstance(speed, float):
+            return 0.0
+        scaled = speed / self.speed_unit
+        return 1.0 / scaled if scaled > 0 else math.inf
+
+    @cached_property
+    def fastest(self) -> float:
+        """A bound of all speeds [m/s]."""
+        return max(fastest_of(speed) for speed in scene_speeds(self.scene))
+
+    @property
+    def counts_reflections(self) -> bool:
+        return "reflections" in self.filters
+
+    @property
+    def has_mixtures(self) -> bool:
+        return bool((self.surfaces["parts"] > 1).any())
+
+    @property
+    def has_thermal_walls(self) -> bool:
+        return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
+
+    @property
+    def draws_again(self) -> bool:
+        return self.has_mixtures or self.has_thermal_walls
+
+    @property
+    def is_curved(self) -> bool:
+        return bool((self.sheets["curvature"] != 0).any())
+
+    @property
+    def acts(self) -> bool:
+        return len(self.surfaces) > 1
+
+    @property
+    def has_walls(self) -> bool:
+        return any(name == "meet_rectangle" for name, *_ in self.members)
+
+    @property
+    def passes_meters(self) -> bool:
+        """Whether rays go on through meters to other sheets."""
+        return len(self.sheets) > 2 and any(name.startswith("cover") for name, *_ in self.members)
+
+    @property
+    def materials(self) -> set[int]:
+        return set(self.surfaces["material"].tolist())
+
+    @property
+    def absorbs(self) -> bool:
+        return bool((self.surfaces["albedo"] < 1).any())
+
+    @property
+    def reflects(self) -> bool:
+        return bool((self.surfaces["albedo"][1:] > 0).any())
+
+    @property
+    def has_roulette(self) -> bool:
+        """Whether a particle can go on at a fraction of its weight."""
+        return bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
+
+    @property
+    def draws(self) -> bool:
+        """Whether crossings need random numbers."""
+        return self.has_roulette or self.draws_again or layout.DIFFUSE in self.materials
+
+    @property
+    def rows(self) -> int:
+        """Rows of sums: the meters' arrivals, their departures, phase space."""
+        return 2 * self.half + sum(
+            1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces
+        )
+
+    @property
+    def unit(self) -> float:
+        """What all histories of a run stand for at the weight 1: [J] or particles with a clock, else [W] or [s^-1]."""
+        return math.fsum(emitter.bound for emitter in self.emitters)

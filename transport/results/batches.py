@@ -1,0 +1,83 @@
+"""From a batch's integer sums to numbers: mean weights per history, with the ledger checked to the last bit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.plan import Plan
+from transport.results.records import merged_records, records_of
+
+HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
+
+LIMBS = np.array([HIGH, LOW, 2.0**-94, 2.0**-125])  # of a row of velocity sums
+
+
+class LedgerError(AssertionError):
+    """Weight appeared or vanished: a fault in the engine, never in a scene."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What one batch, or several merged, counted; weights in units of the largest birth weight."""
+
+    histories: int
+    weights: np.ndarray  # (rows,) sums
+    counts: np.ndarray  # (rows,) scores
+    slants: np.ndarray  # (rows,) sums of weight/|mu|
+    born: float
+    ledger: dict[str, float]
+    absorbed: np.ndarray  # (surfaces,)
+    lost: int  # histories
+    crossings: int
+    moments: np.ndarray  # (long rows,) sums of velocities
+    records: np.ndarray  # the sample of its snapshots (records.py)
+
+    def merged(self, other: "Batch", most_records: int) -> "Batch":
+        """Both as one batch; of more records than that every second history is kept."""
+        return Batch(
+            self.histories + other.histories,
+            self.weights + other.weights,
+            self.counts + other.counts,
+            self.slants + other.slants,
+            self.born + other.born,
+            {name: value + other.ledger[name] for name, value in self.ledger.items()},
+            self.absorbed + other.absorbed,
+            self.lost + other.lost,
+            self.crossings + other.crossings,
+            self.moments + other.moments,
+            merged_records(self.records, other.records, most_records),
+        )
+
+
+def batch_of(plan: Plan, raw) -> Batch:
+    """The numbers of one batch's raw sums (engine.driver.RawSums).  Raises LedgerError where they do not close."""
+    ledger = raw.ledger.astype(object)
+    whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
+    aimed = int(ledger[layout.BORN, 2])
+    born = ((raw.histories - aimed) << 63) + whole[layout.BORN]
+    ended = sum(whole) - whole[layout.BORN]
+    if born != ended:
+        raise LedgerError(
+            f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r}, ended {ended / 2**63!r}"
+        )
+    raw.meters[0] = 0  # nobody's row: where lanes without a meter score
+    rows = {
+        "escaped": layout.ESCAPED,
+        "in_flight": layout.IN_FLIGHT,
+        "roulette": layout.ROULETTE,
+        "lost": layout.LOST,
+    }
+    return Batch(
+        raw.histories,
+        raw.meters[:, 0] * HIGH + raw.meters[:, 1] * LOW,
+        raw.meters[:, 2].copy(),
+        raw.meters[:, 3] * SLANT,
+        born * LOW,
+        {name: whole[row] * LOW for name, row in rows.items()},
+        np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
+        int(ledger[layout.LOST, 2]),
+        raw.crossings,
+        raw.moments @ LIMBS,
+        records_of(raw.records, raw.stride, raw.seed),
+    )

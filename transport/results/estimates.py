@@ -1,0 +1,255 @@
+"""What a run found out: an estimate, or an array of them over bins, with standard errors and unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.results.notation import measured, split_format
+from transport.results.quantities import Quantity
+from transport.results.replicates import Batches, Replicates
+from transport.units import Unit
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Batches", "Estimate", "EstimateArray"]
+
+_UNITS = {  # of axes; those of u and v depend on the shape
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "x": "m", "y": "m", "z": "m",
+    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
+}  # fmt: skip
+_KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
+
+
+class Estimate(Quantity):
+    """One estimated number: `.value` ± `.error` (one standard error) in `.unit`, from `.batches` batches.
+
+    values: means of the batches, (B,);  exact: whether it is the same for every history by construction;
+    counts: number of scores, where it is known.  Estimates are of one run if their `run` is the same object;
+    arithmetic then keeps their correlations, batch by batch.  float(estimate) is the bare value.
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        exact: bool = False,
+        counts: int | None = None,
+    ) -> None:
+        if np.ndim(values) != 1:
+            raise ValueError(
+                f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
+            )
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self.unit = as_unit(unit)
+        self.coords = {}
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        return self._in_words()
+
+    def __format__(self, spec: str) -> str:
+        """Numbers as ".3f" says, the whole text as ">40" says; both may be given."""
+        text, number, sign = split_format(spec)
+        return format(self._in_words(number, sign), text)
+
+    def __repr__(self) -> str:
+        return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    def _in_words(self, number: str = "", sign: str = "") -> str:
+        return measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Estimate:
+        return _made(replicates, unit, {})
+
+
+class EstimateArray(Quantity):
+    """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
+
+    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins; "time" may be n instants;
+    counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
+    An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
+    NumPy's functions take the bare values, but those that would lose errors for which there is a method.
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        dims: Sequence[str],
+        coords: dict[str, np.ndarray],
+        counts: np.ndarray | None = None,
+        exact: bool = False,
+    ) -> None:
+        _check_axes(np.shape(values)[1:], dims, coords)
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self.unit = as_unit(unit)
+        self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the axes."""
+        return tuple(self.coords)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of bins along the axes."""
+        return self._replicates.value.shape
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Estimate | EstimateArray]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: object) -> Estimate | EstimateArray:
+        index = _one_index_an_axis(index, self.shape)
+        replicates = self._replicates.rearranged(lambda array: array[(..., *index)])
+        coords = {}
+        for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
+            if isinstance(along, slice):
+                start, stop, _ = along.indices(bins)
+                coords[name] = edges[start : max(start, stop) + len(edges) - bins]
+        return self._like(replicates, self.unit, coords)
+
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.value, dtype=dtype)
+
+    def __array_function__(self, function: Callable, types: object, args: tuple, kwargs: dict) -> object:
+        if function in _KEEPS_ERRORS:
+            method = _KEEPS_ERRORS[function]
+            raise TypeError(
+                f"numpy.{function.__name__} would lose the errors; write .{method}() or .{method}(dim),"
+                f" or numpy.{function.__name__}(estimates.value)"
+            )
+        return function(*_bare(args), **_bare(kwargs))
+
+    def __float__(self) -> float:
+        if self._replicates.value.size != 1:
+            raise TypeError(
+                f"Only an array of one bin is a number, this has the bins {self.shape}; index it or take .value"
+            )
+        return self._replicates.value.item()
+
+    def sum(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+        """Sum over the axis or axes of this name, or over all; bins without a score add nothing."""
+        replicates, left = self._replicates, list(self.dims)
+        for name in self._axes(dim, "sum"):
+            replicates = replicates.summed(axis=left.index(name) - len(left))
+            left.remove(name)
+        return self._like(replicates, self.unit, {name: self.coords[name] for name in left})
+
+    def mean(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+        """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
+        bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
+        return self.sum(dim) / math.prod(bins)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Dataset with `value` and `error`; coordinates are the bins' centres, and <name>_low and <name>_high.
+
+        Instants of time have neither.
+        """
+        import xarray
+
+        attributes = {"unit": str(self.unit)}
+        data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
+        coords = {}
+        for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
+            of_axis = {"unit": _UNITS[name]} if name in _UNITS else {}
+            places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
+            places = {"": edges} if len(edges) == bins else places
+            coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
+        return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
+        unknown = np.count_nonzero(np.isnan(self.error))
+        known = self.value[~np.isnan(self.value)]
+        unit = "" if self.unit.is_dimensionless else f" {self.unit}"
+        parts = [f"{known.min():.4g} to {known.max():.4g}{unit}"] if known.size else []
+        if self.exact:
+            parts.append("exact")
+        elif unknown < self.value.size:
+            parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
+        if unknown:
+            parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        return f"<EstimateArray ({axes}) {', '.join(parts)}>"
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Estimate | EstimateArray:
+        return _made(replicates, unit, self.coords if coords is None else coords)
+
+    def _axes(self, dim: str | tuple[str, ...] | None, method: str) -> tuple[str, ...]:
+        """Names of the axes meant, each once.  Raises ValueError for one that there is not."""
+        names = self.dims if dim is None else (dim,) if isinstance(dim, str) else tuple(dim)
+        for name in names:
+            if name not in self.dims:
+                raise ValueError(f"{method}: no axis {name!r}; there are {', '.join(self.dims)}")
+        return tuple(dict.fromkeys(names))
+
+
+def as_unit(unit: Unit | str) -> Unit:
+    """The unit, read from its text where it is one."""
+    return Unit.parse(unit) if isinstance(unit, str) else unit
+
+
+def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> Estimate | EstimateArray:
+    """An Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
+    made = object.__new__(EstimateArray if coords else Estimate)
+    made._replicates, made.unit, made.coords = replicates, unit, coords
+    return made
+
+
+def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, np.ndarray]) -> None:
+    if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
+        raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
+    for name, length in zip(dims, shape, strict=True):
+        instants = (length,) if name == "time" else None
+        if np.shape(coords[name]) not in ((length + 1,), instants):
+            raise ValueError(
+                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
+            )
+
+
+def _bare(argument: object) -> object:
+    """The argument of a function with the values of each EstimateArray in its place."""
+    if isinstance(argument, EstimateArray):
+        return argument.value
+    if isinstance(argument, dict):
+        return {name: _bare(value) for name, value in argument.items()}
+    return type(argument)(map(_bare, argument)) if type(argument) in (tuple, list) else argument
+
+
+def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
+    """The index as one whole number or slice for every axis.  Raises IndexError for any other kind."""
+    index = index if isinstance(index, tuple) else (index,)
+    if Ellipsis not in index:
+        index += (Ellipsis,)
+    place = index.index(Ellipsis)
+    missing = len(shape) - (len(index) - 1)
+    index = index[:place] + (slice(None),) * missing + index[place + 1 :]
+    if missing < 0 or not all(_is_index(along) for along in index):
+        raise IndexError(
+            "Index with whole numbers, slices of step 1 and one ellipsis; for others take .value"
+        )
+    for axis, (along, length) in enumerate(zip(index, shape, strict=True)):
+        if not isinstance(along, slice) and not -length <= along < length:
+            raise IndexError(f"index {along} is out of bounds for axis {axis} with {length} bins")
+    return index
+
+
+def _is_index(along: object) -> bool:
+    if isinstance(along, slice):
+        return along.step in (None, 1)
+    return isinstance(along, int | np.integer) and not isinstance(along, bool)

@@ -1,0 +1,296 @@
+"""What a PhaseSpace and a Snapshot saw: densities and moments by bin, each with its error; a sample of particles."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from transport.compile.instants import bins_of, fastest_about, reference_velocity
+from transport.compile.layout import VELOCITY_SUMS
+from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.results.estimates import Estimate, EstimateArray
+from transport.results.records import chosen_alike
+from transport.scene_speeds import scene_mass, why_no_mass
+from transport.speeds.maxwellian import BOLTZMANN
+from transport.units import Unit
+from transport.validation import SceneError, suggestion
+
+FEW = 30  # particles, below which a mean over a bin does not tell its error
+PHASE_QUANTITIES = (
+    "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
+    "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
+)  # fmt: skip
+OF_PHASE_MOMENTS = PHASE_QUANTITIES[PHASE_QUANTITIES.index("mean_vx") :]
+
+
+class PhaseReading:
+    """One PhaseSpace's quantities, with the dims of its coordinates, and `time` in front where it has several.
+
+    Raises SceneError for a quantity that it was not set up for.
+    """
+
+    def __init__(self, result, phase_space: PhaseSpace) -> None:
+        self.phase_space, self.name = phase_space, phase_space.name
+        self._plan, self._run, self._batches = result.plan, result.run, result.batches
+        self._is_light = result.plan.scene.measured_in == "watts"
+        self._unit = Unit.parse("J" if self._is_light else "1")
+        self._times = len(phase_space.times)
+        self._bins = bins_of(phase_space)
+
+    @cached_property
+    def number(self) -> EstimateArray:
+        """Particles in each bin [1], or their energy [J]."""
+        return self._binned(self._sums[..., 1:], self._unit)
+
+    @cached_property
+    def density(self) -> EstimateArray:
+        """Particles (or J) per product of the bins' widths; with `within` per its extent along the other axes too."""
+        return self._binned(self._sums[..., 1:] / self._measure, self._unit / self._measure_unit)
+
+    @cached_property
+    def alive(self) -> Estimate | EstimateArray:
+        """All particles (or J) that had been born and had not ended: those in the bins and outside."""
+        return self._by_time(self._sums.sum(axis=-1), self._counts.sum(axis=-1), _all_stay(self._plan))
+
+    @cached_property
+    def outside(self) -> Estimate | EstimateArray:
+        """Particles (or J) in none of the bins, or not `within`."""
+        return self._by_time(self._sums[..., 0], self._counts[..., 0])
+
+    @cached_property
+    def mean_vx(self) -> EstimateArray:
+        """Mean of the velocity's x component [m s^-1]."""
+        return self._mean("vx") + self._reference("x")
+
+    @cached_property
+    def mean_vy(self) -> EstimateArray:
+        """Mean of the velocity's y component [m s^-1]."""
+        return self._mean("vy") + self._reference("y")
+
+    @cached_property
+    def mean_vz(self) -> EstimateArray:
+        """Mean of the velocity's z component [m s^-1]."""
+        return self._mean("vz") + self._reference("z")
+
+    @cached_property
+    def variance_vx(self) -> EstimateArray:
+        """Variance of the velocity's x component within each bin [m^2 s^-2]."""
+        return self._variance("x")
+
+    @cached_property
+    def variance_vy(self) -> EstimateArray:
+        """Variance of the velocity's y component within each bin [m^2 s^-2]."""
+        return self._variance("y")
+
+    @cached_property
+    def variance_vz(self) -> EstimateArray:
+        """Variance of the velocity's z component within each bin [m^2 s^-2]."""
+        return self._variance("z")
+
+    @cached_property
+    def mean_speed(self) -> EstimateArray:
+        """Mean speed [m s^-1]."""
+        return self._mean("speed")
+
+    @cached_property
+    def fluence_rate(self) -> EstimateArray:
+        """n v: density times mean speed, φ = ∫ L dω where `within` makes it a density in space [m^-2 s^-1]."""
+        return self._binned(self._moment("speed")[..., 1:] / self._measure, self._unit_of("speed"))
+
+    @cached_property
+    def temperature(self) -> EstimateArray:
+        """Kinetic temperature [K]: mass times the variance of the velocity over 3 k."""
+        return self._all_variances * self._constant(self._mass("temperature") / (3 * BOLTZMANN), "K m^-2 s^2")
+
+    @cached_property
+    def pressure(self) -> EstimateArray:
+        """n k T: mass times density times the variance of the velocity over 3 [Pa, where `within` is given]."""
+        third = self._constant(self._mass("pressure") / 3, "Pa m s^2")
+        return self.density * self._all_variances * third
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(f"{self.name!r} has no quantity {name!r}; {suggestion(name, PHASE_QUANTITIES)}")
+
+    @property
+    def quantities(self) -> dict[str, Estimate | EstimateArray]:
+        """All quantities that it was set up for."""
+        found = {}
+        for name in PHASE_QUANTITIES:
+            try:
+                found[name] = getattr(self, name)
+            except SceneError:
+                continue
+        return found
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: number {self.number!r}, outside {self.outside!r}>"
+
+    # ---- from sums to estimates ----
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        return self._rows("weights") * self._plan.unit
+
+    @cached_property
+    def _counts(self) -> np.ndarray:
+        return self._rows("counts").sum(axis=0)
+
+    def _rows(self, kind: str) -> np.ndarray:
+        """(B, times, 1 + bins); the first column of each time is the outside."""
+        first = self._plan.bases[self.name]
+        rows = slice(first, first + self._times * (1 + self._bins))
+        return np.array([getattr(b, kind)[rows] for b in self._batches]).reshape(
+            -1, self._times, 1 + self._bins
+        )
+
+    def _moment(self, name: str) -> np.ndarray:
+        """Sums of one velocity sum, (B, times, 1 + bins), in SI units."""
+        if not self.phase_space.moments:
+            raise SceneError(
+                f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
+            )
+        first, each = self._plan.long_bases[self.name], len(VELOCITY_SUMS)
+        rows = slice(first, first + each * self._times * (1 + self._bins))
+        sums = np.array([b.moments[rows] for b in self._batches]).reshape(
+            -1, self._times, 1 + self._bins, each
+        )
+        power = 2 if name.endswith("2") else 1
+        return sums[..., VELOCITY_SUMS.index(name)] * (self._plan.unit * fastest_about(self._plan) ** power)
+
+    def _binned(self, values: np.ndarray, unit: Unit) -> EstimateArray:
+        axes = self._axes
+        shape = [len(self.phase_space.times)] * self.phase_space.is_series
+        shape += [len(edges) - 1 for edges in self.phase_space.axes.values()]
+        values = values / self._run.sizes.reshape(-1, 1, 1)
+        counts = self._counts[:, 1:].reshape(shape)
+        return EstimateArray(
+            values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts
+        )
+
+    def _by_time(
+        self, values: np.ndarray, counts: np.ndarray, exact: bool = False
+    ) -> Estimate | EstimateArray:
+        values = values / self._run.sizes[:, None]
+        if self.phase_space.is_series:
+            times = {"time": np.array(self.phase_space.times)}
+            return EstimateArray(values, self._run, self._unit, ("time",), times, counts, exact)
+        return Estimate(values[:, 0], self._run, self._unit, exact, counts=int(counts[0]))
+
+    @property
+    def _axes(self) -> dict[str, np.ndarray]:
+        times = {"time": np.array(self.phase_space.times)} if self.phase_space.is_series else {}
+        return times | self.phase_space.axes
+
+    @cached_property
+    def _measure(self) -> np.ndarray:
+        """Product of the bins' widths `within`, times its extent along the other axes of space; (bins,), nan for none."""
+        widths = [self._widths(name, edges) for name, edges in self.phase_space.axes.items()]
+        measure = (widths[0] if len(widths) == 1 else np.multiply.outer(*widths)).ravel()
+        return np.where(measure > 0, measure, np.nan) * np.prod([length for _, length in self._other_lengths])
+
+    def _widths(self, name: str, edges: np.ndarray) -> np.ndarray:
+        box = self.phase_space.within
+        if box is not None and name in ("x", "y", "z"):
+            low, high = (corner["xyz".index(name)] for corner in box.bounds)
+            edges = edges.clip(low, high)
+        return np.diff(edges)
+
+    @property
+    def _measure_unit(self) -> Unit:
+        unit = Unit.parse("1")
+        for name in self.phase_space.axes:
+            unit = unit * Unit.parse(COORDINATES[name])
+        return unit * Unit.parse("m") ** len(self._other_lengths)
+
+    @property
+    def _other_lengths(self) -> list[tuple[str, float]]:
+        box = self.phase_space.within
+        lengths = () if box is None else zip("xyz", box.size, strict=True)
+        return [(name, length) for name, length in lengths if name not in self.phase_space.axes]
+
+    def _unit_of(self, name: str) -> Unit:
+        return self._unit / self._measure_unit * Unit.parse("m s^-1")
+
+    def _mean(self, name: str) -> EstimateArray:
+        """The mean of one velocity sum: of a speed, or of what is taken about the reference velocity."""
+        unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
+        mean = self._binned(self._moment(name)[..., 1:], self._unit * unit) / self.number
+        return mean.unless(self._counts[:, 1:].reshape(mean.shape) < FEW)
+
+    def _reference(self, axis: str) -> Estimate:
+        """The component of the velocity about which moments are taken."""
+        return self._constant(reference_velocity(self._plan)["xyz".index(axis)], "m s^-1")
+
+    def _variance(self, axis: str) -> EstimateArray:
+        mean = self._mean(f"v{axis}")
+        return self._mean(f"v{axis}2") - mean * mean
+
+    @cached_property
+    def _all_variances(self) -> EstimateArray:
+        return self.variance_vx + self.variance_vy + self.variance_vz
+
+    def _constant(self, value: float, unit: str) -> Estimate:
+        return Estimate(np.full(len(self._run), value), self._run, unit, exact=True)
+
+    def _mass(self, quantity: str) -> float:
+        mass = None if self._is_light else scene_mass(self._plan.scene)
+        if mass is None:
+            need, cure = why_no_mass(self._plan.scene)
+            raise SceneError(f"PhaseSpace {self.name!r}: {quantity} needs {need}; {cure}")
+        return mass
+
+
+def _all_stay(plan) -> bool:
+    """Whether by construction every history is there at all times: born at 0, and nothing to end at."""
+    moments = [emitter.moment for emitter in plan.emitters]
+    born_at_once = all(name == "start_at" and row["start"] == 0 for name, row in moments)
+    return born_at_once and not plan.acts and all(emitter.target is None for emitter in plan.emitters)
+
+
+class SnapshotReading:
+    """A sample of the particles alive at an instant, weighted so that sums over it are unbiased.
+
+    positions [m] and velocities [m/s], (N, 3);  weights: the particles, or J, that each stands for;  histories: one
+    number for each history of the run, the same at every instant;  batches: index of the run's batch that it is of.
+    """
+
+    def __init__(self, result, snapshot: Snapshot, number: int) -> None:
+        self.snapshot, self.name = snapshot, snapshot.name
+        plan, space = result.plan, result.plan.space
+        records = np.concatenate([b.records for b in result.batches])
+        batches = np.repeat(np.arange(len(result.batches)), [len(b.records) for b in result.batches])
+        alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
+        chosen = records["snapshot"] == number
+        is_kept, chance = chosen_alike(records, alike, snapshot.particles)
+        kept = chosen & is_kept
+        records, self.batches = records[kept], batches[kept]
+        self.time = snapshot.time
+        self.positions = np.stack(
+            [records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1
+        )
+        speed = plan.speed_unit
+        self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
+        self.weights = records["weight"] * (plan.unit / result.particles / chance)
+        self.histories = records["identity"].copy()
+
+    @property
+    def quantities(self) -> dict[str, Estimate]:
+        """None: a sample is no estimate."""
+        return {}
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(
+            f"{self.name!r} is a sample and has no {name!r}; take positions, velocities, weights, histories or batches,"
+            " or a PhaseSpace for densities and moments"
+        )
+
+    def __len__(self) -> int:
+        return len(self.weights)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {len(self)} particles at {self.time:g} s>"

@@ -1,0 +1,224 @@
+"""What an estimate and an array of them share: replicates with a unit and named axes, and arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from numbers import Real
+from typing import NoReturn
+
+import numpy as np
+
+from transport.results.replicates import Batches, Replicates, added, power, product, ratio
+from transport.results.statistics import normal_score, student_quantile
+from transport.units import Unit, UnitError
+
+
+class Quantity:
+    """Replicates with a unit: all that estimates do alike, one by one or in arrays."""
+
+    __array_ufunc__ = None  # NumPy leaves the arithmetic to us: 2.0 * estimate, array * estimates
+
+    _replicates: Replicates
+    unit: Unit
+    coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
+
+    @property
+    def value(self) -> float | np.ndarray:
+        """The estimated value [unit]."""
+        return _plain(self._replicates.value)
+
+    @property
+    def error(self) -> float | np.ndarray:
+        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`)."""
+        return _plain(self._replicates.error)
+
+    @property
+    def reason(self) -> str | None | np.ndarray:
+        """Why the error is unknown, or None where it is known."""
+        return _plain(self._replicates.reason)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the value is the same for every history by construction."""
+        return self._replicates.is_exact
+
+    @property
+    def relative_error(self) -> float | np.ndarray:
+        """One standard error as a fraction of the value's size; 0 where exact, infinite at a value of 0."""
+        error = self._replicates.error
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return _plain(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
+
+    @property
+    def run(self) -> Batches | None:
+        """The run that this stems from; None for a combination of several."""
+        runs = self._replicates.runs
+        return runs[0] if len(runs) == 1 else None
+
+    @property
+    def batches(self) -> int:
+        """Number of batches; for several runs the effective one, of the least certain bin."""
+        if self.run is not None:
+            return len(self.run)
+        dof = self._replicates.dof[np.isfinite(self._replicates.dof)]
+        return int(dof.min()) + 1 if dof.size else 0
+
+    @property
+    def dof(self) -> float | np.ndarray:
+        """Degrees of freedom of the error: batches - 1, effective ones for several runs, inf if exact."""
+        return _plain(self._replicates.dof)
+
+    @property
+    def values(self) -> np.ndarray:
+        """What each batch alone gave [unit], (B, *dims); pseudo-values after a ratio or product.
+
+        Raises ValueError for a combination of several runs.
+        """
+        if self.run is None:
+            raise ValueError(
+                "Only an estimate of one run has values by batch; this one combines several or none"
+            )
+        deviations = self._replicates.deviations.get(
+            self.run, np.zeros((len(self.run), *self._replicates.value.shape))
+        )
+        with np.errstate(invalid="ignore", over="ignore"):
+            return self._replicates.value + deviations
+
+    def to_numpy(self) -> np.ndarray:
+        """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
+        return np.array(self.value)
+
+    def unless(self, too_few: np.ndarray) -> Quantity:
+        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        return self._like(self._replicates.unless(too_few), self.unit)
+
+    def interval(self, confidence: float = 0.95) -> tuple[float, float] | tuple[np.ndarray, np.ndarray]:
+        """(low, high) that cover the true value with this probability, by Student's t [unit]."""
+        if not 0 < confidence < 1:
+            raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
+        reach = 0.0
+        if not self.exact:
+            reach = student_quantile(0.5 + confidence / 2, self._replicates.dof) * self._replicates.error
+        return _plain(self._replicates.value - reach), _plain(self._replicates.value + reach)
+
+    def z(self, exact_value: float | np.ndarray) -> float | np.ndarray:
+        """Standard normal score of the difference from a known value, by Student's t; nan without an error.
+
+        For an exact estimate 0 where the two agree to 1e-12 of their size, or of the terms that the estimate is a
+        difference of, and infinite where they do not.
+        """
+        value, expected = self._replicates.value, np.asarray(exact_value, dtype=float)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            if self.exact:
+                agree = np.abs(value - expected) <= 1e-12 * np.maximum(
+                    self._replicates.scale, np.abs(expected)
+                )
+                surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
+                return _plain(np.where(agree, 0.0, surely_not))
+            t = (value - expected) / self._replicates.error
+        return _plain(normal_score(t, self._replicates.dof))
+
+    def __add__(self, other: object) -> Quantity:
+        return self._plus(other, +1)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: object) -> Quantity:
+        if other is self:
+            with np.errstate(invalid="ignore"):
+                return self._known(self._replicates.value * 0 + 0.0, self.unit)
+        return self._plus(other, -1)
+
+    def __rsub__(self, other: object) -> Quantity:
+        return (-self)._plus(other, +1)
+
+    def __neg__(self) -> Quantity:
+        return self * -1.0
+
+    def __pos__(self) -> Quantity:
+        return self
+
+    def __abs__(self) -> Quantity:
+        return self * np.where(self._replicates.value < 0, -1.0, 1.0)
+
+    def __lt__(self, other: object) -> NoReturn:
+        distance = f"E.z({other!r})" if isinstance(other, Real) else "(E - other).z(0)"
+        raise TypeError(
+            f"Uncertain numbers have no order: compare E.value, or use {distance}, in standard errors"
+        )
+
+    __le__ = __gt__ = __ge__ = __lt__
+
+    def __mul__(self, other: object) -> Quantity:
+        if (other := self._operand(other)) is None:
+            return NotImplemented
+        return _applied(product, self, other, self.unit * other.unit)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: object) -> Quantity:
+        if other is self:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ones = self._replicates.value / self._replicates.value
+            return self._known(ones, Unit())
+        if (other := self._operand(other)) is None:
+            return NotImplemented
+        return _applied(ratio, self, other, self.unit / other.unit)
+
+    def __rtruediv__(self, other: object) -> Quantity:
+        if (other := self._operand(other)) is None:
+            return NotImplemented
+        return _applied(ratio, other, self, other.unit / self.unit)
+
+    def __pow__(self, exponent: float) -> Quantity:
+        if not isinstance(exponent, Real):
+            return NotImplemented
+        return self._like(power(self._replicates, exponent), self.unit**exponent)
+
+    def _plus(self, other: object, sign: int) -> Quantity:
+        if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
+            return self
+        if (other := self._operand(other)) is None:
+            return NotImplemented
+        if self.unit != other.unit:
+            verb = "add" if sign > 0 else "subtract"
+            raise UnitError(f"Cannot {verb} quantities of unlike units: [{self.unit}] and [{other.unit}]")
+        return _applied(lambda first, second: added(first, second, sign), self, other, self.unit)
+
+    def _operand(self, other: object) -> Quantity | None:
+        """The other side of an operator; a number or array becomes an exact quantity with the same axes."""
+        if isinstance(other, Quantity):
+            return other
+        if not isinstance(other, Real | np.ndarray) or np.asarray(other).dtype.kind not in "biuf":
+            return None
+        shape = self._replicates.value.shape
+        try:
+            constant = np.broadcast_to(np.asarray(other, dtype=float), shape)
+        except ValueError:
+            raise ValueError(f"An array of shape {np.shape(other)} does not fit one of {shape}") from None
+        return self._known(constant, Unit())
+
+    def _known(self, value: np.ndarray, unit: Unit) -> Quantity:
+        """An exact quantity of the same runs and axes."""
+        return self._like(Replicates.constant(value, self._replicates.runs), unit)
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Quantity:
+        """A quantity of this kind, with the same axes unless others are said."""
+        raise NotImplementedError
+
+
+def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+    """function of the replicates of both, their axes matched by name."""
+    for name in first.coords.keys() & second.coords.keys():
+        if not np.array_equal(first.coords[name], second.coords[name]):
+            raise ValueError(f"The bins along {name!r} are not the same on both sides")
+    coords = first.coords | second.coords
+    aligned = (each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second))
+    return (first if first.coords else second)._like(function(*aligned), unit, coords)
+
+
+def _plain(array: np.ndarray) -> object:
+    """A Python value for a single estimate, the array for an array of them."""
+    return array.item() if np.ndim(array) == 0 else array

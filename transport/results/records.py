@@ -1,0 +1,65 @@
+"""The sample that snapshots take: particles written down, of histories chosen by their numbers alone.
+
+All snapshots of a batch look at the same histories, and what is too many is thinned by the history's own number between 0
+and 1: so a history that is in one snapshot and not in a later one has ended in between.
+"""
+
+import numpy as np
+
+from transport.compile.layout import RECORD
+
+SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below", "f8")])
+# identity: of the history in the run;  place: its number in [0, 1);  below: the places that were kept
+
+
+def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
+    """A batch's records as SAMPLED, each weight times the histories that it stands for."""
+    records = np.zeros(len(raw), SAMPLED)
+    for name in RECORD.names:
+        records[name] = raw[name]
+    records["weight"] *= stride
+    records["identity"] = (raw["batch"] << 32) | raw["history"]
+    records["place"] = (
+        _mixed(records["identity"].astype(np.uint64) ^ _mixed(np.array([seed], np.uint64))) * 2.0**-64
+    )
+    records["below"] = 1.0
+    return records
+
+
+def merged_records(one: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
+    """The records of both; where they are more than that, of half as many histories."""
+    records = np.concatenate([one, other])
+    if len(records) <= most:
+        return records
+    return thinned(records, 0.5 * records["below"].min())
+
+
+def thinned(records: np.ndarray, below: float) -> np.ndarray:
+    """The records of the histories whose places are below, each standing for more."""
+    kept = records[records["place"] < below]
+    kept["weight"] *= np.maximum(kept["below"] / below, 1.0)
+    kept["below"] = np.minimum(kept["below"], below)
+    return kept
+
+
+def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> tuple[np.ndarray, float]:
+    """Which records are of histories so chosen that none of the snapshots has more than so many, (N,) of bool; and the
+    chance with which each was.
+
+    That chance is the place of the first history left out: sums with weights of one over it are unbiased (priority
+    sampling: Duffield, Lund, Thorup 2007).
+    """
+    places = records["place"] / records["below"]
+    limit = 1.0
+    for number in snapshots:
+        own = np.sort(places[records["snapshot"] == number])
+        limit = min(limit, float(own[most])) if len(own) > most else limit
+    return places < limit, limit
+
+
+def _mixed(numbers: np.ndarray) -> np.ndarray:
+    """64 bits that look random, for each number (SplitMix64: Steele, Lea, Flood 2014)."""
+    z = numbers + np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))

@@ -1,0 +1,221 @@
+"""A number, or an array of them, known from batches: how far each batch of each run lies from the value.
+
+Without units and names here.  Linear steps act on the deviations, all others go through the jackknife.
+Deviations of one run keep its correlations; those of different runs add in quadrature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, reduce
+
+import numpy as np
+
+from transport.results.statistics import pseudo_shifts, rounding_of, standard_error, weighted_mean, welch_dof
+
+
+@dataclass(frozen=True, eq=False)
+class Batches:
+    """The batches of one run, by the histories in each; a run is this very object, not one with equal sizes.
+
+    sizes: int array (B,).  Raises ValueError for a batch without a history.
+    """
+
+    sizes: np.ndarray
+
+    def __post_init__(self) -> None:
+        sizes = np.array(self.sizes, dtype=np.int64)
+        if sizes.ndim != 1 or len(sizes) == 0 or (sizes < 1).any():
+            raise ValueError(f"Batches: sizes must be a row of positive whole numbers, got {self.sizes!r}")
+        sizes.flags.writeable = False
+        object.__setattr__(self, "sizes", sizes)
+
+    def __len__(self) -> int:
+        return len(self.sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class Replicates:
+    """Values with the deviations of the batches from them; without deviations they are exact.
+
+    value, scored, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
+    """
+
+    value: np.ndarray
+    deviations: dict[Batches, np.ndarray]
+    scored: np.ndarray  # whether anything was counted at all
+    runs: tuple[Batches, ...]
+    scale: np.ndarray  # size of the largest term added: a spread that rounding of it alone can make is none
+
+    @classmethod
+    def of_batches(
+        cls, values: np.ndarray, run: Batches, exact: bool, counts: np.ndarray | None
+    ) -> Replicates:
+        """Replicates from the means of the batches, (B, *dims), and scores' numbers, (*dims), if known."""
+        values = np.asarray(values, dtype=float)
+        if len(values) != len(run):
+            raise ValueError(f"{len(values)} batch values for a run of {len(run)} batches")
+        with np.errstate(invalid="ignore", over="ignore"):
+            value = weighted_mean(values, run.sizes)
+            deviations = values - value
+        scored = (values != 0).any(axis=0) if counts is None else np.asarray(counts) > 0
+        return _replicates(value, {} if exact else {run: deviations}, scored, (run,))
+
+    @classmethod
+    def constant(cls, value: np.ndarray | float, runs: tuple[Batches, ...] = ()) -> Replicates:
+        """Replicates of what is known exactly."""
+        return _replicates(np.asarray(value, dtype=float), {}, True, runs)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the value is the same for every history by construction."""
+        return not self.deviations
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """One standard error, (*dims); nan where it cannot be known, see `reason`."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
+            error = reduce(np.hypot, errors, np.zeros(self.value.shape))
+        return _read_only(np.where(np.equal(self.reason, None), error, np.nan))
+
+    @cached_property
+    def reason(self) -> np.ndarray:
+        """Why the error is unknown, (*dims) of str, or None where it is known; the weightiest reason."""
+        reason = np.full(self.value.shape, None, dtype=object)
+        for run, deviations in self.deviations.items():
+            spread = np.abs(deviations).max(axis=0)
+            reason[spread == 0] = "every batch gave the same"
+            reason[np.isnan(spread)] = "too few scores"
+            if len(run) < 2:
+                reason[...] = "fewer than 2 batches"
+        if not self.is_exact:
+            reason[~self.scored] = "no score"
+        reason[~np.isfinite(self.value)] = "undefined: not finite"
+        return _read_only(reason)
+
+    @cached_property
+    def dof(self) -> np.ndarray:
+        """Degrees of freedom of the error, (*dims): batches - 1, effective ones for several runs."""
+        if self.is_exact:
+            return np.full(self.value.shape, np.inf)
+        with np.errstate(invalid="ignore", over="ignore"):
+            errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
+            return welch_dof(errors, [len(run) - 1 for run in self.deviations])
+
+    def unless(self, too_few: np.ndarray) -> Replicates:
+        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
+        return _aligned(self.value, deviations, self.scored, self.runs, self.scale)
+
+    def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
+        """Replicates after a change of the last axes that leaves those in front alone, such as x[..., i]."""
+        deviations = {run: change(of_run) for run, of_run in self.deviations.items()}
+        value, scored, scale = (change(part) for part in (self.value, self.scored, self.scale))
+        return _aligned(value, deviations, scored, self.runs, scale)
+
+    def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
+        """Replicates of the axes `own` with the axes `dims` in their order, new ones of length 1."""
+        order = [own.index(name) - len(own) for name in dims if name in own]
+        index = (..., *(slice(None) if name in own else None for name in dims))
+        return self.rearranged(lambda array: np.moveaxis(array, order, range(-len(own), 0))[index])
+
+    def summed(self, axis: int) -> Replicates:
+        """Replicates of the sum over a bin axis, counted from the end."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
+            value, scale = self.value.sum(axis=axis), self.scale.sum(axis=axis)
+        return _replicates(value, deviations, self.scored.any(axis=axis), self.runs, scale)
+
+
+def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
+    """first + second, or first - second for a sign of -1."""
+    runs = dict.fromkeys((*first.deviations, *second.deviations))
+    with np.errstate(invalid="ignore", over="ignore"):
+        deviations = {
+            run: first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0) for run in runs
+        }
+        value, scale = first.value + sign * second.value, np.fmax(first.scale, second.scale)
+    return _replicates(value, deviations, first.scored | second.scored, first.runs + second.runs, scale)
+
+
+def product(first: Replicates, second: Replicates) -> Replicates:
+    """first * second."""
+    return combined(np.multiply, first, second, linear_in=(0, 1))
+
+
+def ratio(first: Replicates, second: Replicates) -> Replicates:
+    """first / second."""
+    return combined(np.divide, first, second, linear_in=(0,))
+
+
+def power(base: Replicates, exponent: float) -> Replicates:
+    """base ** exponent."""
+    return combined(lambda value: np.power(value, float(exponent)), base)
+
+
+def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ...] = ()) -> Replicates:
+    """function of replicates, its O(1/B) bias removed and its error to first order, by the jackknife.
+
+    linear_in: the operands in which the function is linear while the others are held; where only one of them
+    is uncertain, no jackknife is needed.
+    """
+    means = [operand.value for operand in operands]
+    scored = reduce(np.logical_and, [operand.scored for operand in operands])
+    runs = sum((operand.runs for operand in operands), ())
+    uncertain = [place for place, operand in enumerate(operands) if not operand.is_exact]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        value = np.asarray(function(*means))
+        deviations = {}
+        for run in dict.fromkeys(run for operand in operands for run in operand.deviations):
+            of_run = [operand.deviations.get(run, 0.0) for operand in operands]
+            if len(uncertain) == 1 and uncertain[0] in linear_in:
+                (place,) = uncertain
+                deviations[run] = function(*means[:place], of_run[place], *means[place + 1 :])
+            elif len(run) < 2:
+                deviations[run] = np.zeros((1, *value.shape))
+            else:
+                shifts = pseudo_shifts(function, means, of_run, run.sizes)
+                shifts = np.where(np.isfinite(shifts).all(axis=0), shifts, np.nan)
+                correction = weighted_mean(shifts, run.sizes)
+                deviations[run] = shifts - correction
+                value = value + np.nan_to_num(correction)
+        # Rounding of one operand's scale, carried to the result: by how much the function then moves.
+        moved = [
+            np.abs(np.asarray(function(*means[:k], mean + operand.scale, *means[k + 1 :])) - value)
+            for k, (mean, operand) in enumerate(zip(means, operands, strict=True))
+        ]
+        scale = reduce(np.fmax, [np.where(np.isfinite(each), each, 0.0) for each in moved])
+    return _replicates(value, deviations, scored, runs, scale)
+
+
+def _replicates(
+    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray | float = 0.0
+) -> Replicates:
+    """Replicates without the spread that rounding alone can make; scale: of the terms, where it is larger."""
+    scale = np.fmax(np.abs(value), scale)
+    deviations = {
+        run: np.where(np.abs(of_run) <= rounding_of(scale), 0.0, of_run) for run, of_run in deviations.items()
+    }
+    return _aligned(value, deviations, scored, runs, scale)
+
+
+def _aligned(
+    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray
+) -> Replicates:
+    """Replicates whose arrays all have the shape of the value."""
+    value = np.asarray(value, dtype=float)
+    deviations = {
+        run: _read_only(np.broadcast_to(of_run, (len(run), *value.shape)))
+        for run, of_run in deviations.items()
+    }
+    runs = tuple(deviations) or tuple(dict.fromkeys(runs))
+    scored, scale = (np.broadcast_to(part, value.shape) for part in (scored, scale))
+    return Replicates(_read_only(value), deviations, scored, runs, scale)
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

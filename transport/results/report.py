@@ -1,0 +1,68 @@
+"""A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
+
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.results.estimates import Estimate
+
+
+def report_of(result) -> str:
+    """The report that `result.report()` prints."""
+    lines = [_head(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
+    for detector in result.scene.detectors:
+        reading = result[detector.name]
+        lines += ["", _title(detector, reading)]
+        for name, quantity in reading.quantities.items():
+            lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
+    lines += ["", *cost_lines(result)]
+    lines += [f"warning: {warning}" for warning in result.warnings]
+    return "\n".join(lines)
+
+
+def _title(detector, reading) -> str:
+    match detector:
+        case PhaseSpace(name=name):
+            return f"phase space {name!r}"
+        case Snapshot(name=name):
+            return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
+    return f"detector {detector.name!r}, {detector.side}"
+
+
+def ledger_lines(ledger) -> list[str]:
+    """Where all that was emitted went, a line an entry; what each surface absorbed, below `absorbed`."""
+    lines = []
+    for name, estimate in ledger.items():
+        if _is_told(name, estimate):
+            lines.append(f"{name:10s} {estimate}")
+            if name == "absorbed" and len(ledger.absorbed_by) > 1:
+                lines += [f"  by {surface:8s} {share}" for surface, share in ledger.absorbed_by.items()]
+    return lines
+
+
+def cost_lines(result) -> list[str]:
+    """What the run cost and what the next digit would."""
+    cost = result.cost
+    if cost is None:
+        return []
+    rate = cost.particles_per_second / 1e6
+    return [
+        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
+        f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings, {rate:.3g} M particles/s",
+        f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
+    ]
+
+
+def duration_text(seconds: float) -> str:
+    """A duration in the unit that suits it."""
+    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _head(result) -> str:
+    state = "" if result.is_complete else ", INCOMPLETE: interrupted"
+    return f"{result.particles:_} particles in {len(result.run)} batches, seed {result.seed}{state}"
+
+
+def _is_told(name: str, estimate: Estimate) -> bool:
+    """Entries that are zero by construction are left out, but for `lost`."""
+    return name == "lost" or not (estimate.exact and estimate.value == 0)

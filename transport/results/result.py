@@ -1,0 +1,213 @@
+"""What a run found out: detectors, the ledger, the cost; every number an Estimate."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from transport.compile.plan import Plan
+from transport.detectors import Detector
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.results.batches import Batch
+from transport.results.estimates import Batches, Estimate
+from transport.results.phase_readings import PHASE_QUANTITIES, PhaseReading, SnapshotReading
+from transport.results.readings import QUANTITIES, Reading
+from transport.units import Unit
+from transport.validation import SceneError, suggestion
+
+FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
+
+__all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run cost.  seconds: wall clock, without `preparation` (compiling or loading passes)."""
+
+    seconds: float
+    preparation: float
+    particles: int
+    crossings: int
+    threads: int
+    collisions: int = 0
+
+    @property
+    def particles_per_second(self) -> float:
+        return self.particles / self.seconds
+
+    @property
+    def next_digit(self) -> float:
+        """Seconds for a tenth of the error: a hundred times the particles."""
+        return 100 * self.seconds
+
+
+class Result:
+    """A finished run: `result["meter"]` is a detector's reading, `ledger` where all that was emitted went."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        batches: list[Batch],
+        seed: int,
+        cost: Cost | None,
+        is_complete: bool,
+        warnings: list[str],
+    ):
+        self.scene, self.plan, self.seed, self.cost, self.is_complete = (
+            plan.scene,
+            plan,
+            seed,
+            cost,
+            is_complete,
+        )
+        self.batches = batches
+        self.run = Batches(np.array([batch.histories for batch in batches]))
+        self._readings: dict[str, Reading] = {}
+        self._warnings = list(warnings)
+
+    def __getitem__(self, name: str) -> Reading:
+        names = [detector.name for detector in self.scene.detectors]
+        if name not in names:
+            raise SceneError(f"result has no detector {name!r}; {suggestion(str(name), names)}")
+        if name not in self._readings:
+            self._readings[name] = self._read(self.scene.detectors[names.index(name)])
+        return self._readings[name]
+
+    def _read(self, detector: Detector | PhaseSpace | Snapshot) -> Reading | PhaseReading | SnapshotReading:
+        if isinstance(detector, PhaseSpace):
+            return PhaseReading(self, detector)
+        if isinstance(detector, Snapshot):
+            return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
+        return Reading(self, detector)
+
+    def __contains__(self, name: object) -> bool:
+        return name in [detector.name for detector in self.scene.detectors]
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of the detectors."""
+        return iter([detector.name for detector in self.scene.detectors])
+
+    def quantity(self, name: str):
+        """The Estimate or EstimateArray called "detector.quantity"."""
+        detector, _, quantity = name.partition(".")
+        known = PHASE_QUANTITIES if isinstance(self[detector], PhaseReading) else QUANTITIES
+        if quantity not in known:
+            raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
+        return getattr(self[detector], quantity)
+
+    @property
+    def particles(self) -> int:
+        return int(self.run.sizes.sum())
+
+    @cached_property
+    def ledger(self) -> "Ledger":
+        return Ledger(self)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a reader should know before trusting the numbers."""
+        lost = sum(batch.lost for batch in self.batches)
+        found = list(self._warnings)
+        if lost:
+            found.append(f"{lost} histories were lost; their weight is in the ledger")
+        carried = sum(batch.born for batch in self.batches)
+        is_aimed = any(emitter.target is not None for emitter in self.plan.emitters)
+        if is_aimed and carried == 0:
+            found.append("nothing is emitted towards the aim: it lies behind its source")
+        elif is_aimed and carried < FEW:
+            found.append(
+                f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
+                " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
+            )
+        for meter in self.scene.meters:
+            if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
+                found.append(
+                    f"detector {meter.name!r} counted nothing on the outside of its shape; side='inside' looks inwards"
+                )
+        aims = [source for source in self.scene.sources if source.aim is not None]
+        for detector in self.scene.meters if aims else ():
+            looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]
+            if any(source.aim not in looked_at for source in aims):
+                found.append(
+                    f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
+                )
+        return found
+
+    def _on_the_way(self, detector: Detector) -> list[Detector]:
+        """The detector, and those that all that it counts has crossed before."""
+        return [
+            meter for meter in self.scene.meters if meter is detector or meter.name in (detector.via or ())
+        ]
+
+    def report(self) -> str:
+        """The ledger, each detector, the cost and what the next digit costs, as text."""
+        from transport.results.report import report_of
+
+        return report_of(self)
+
+    def __repr__(self) -> str:
+        state = "" if self.is_complete else ", incomplete"
+        return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
+
+
+class Ledger(Mapping):
+    """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
+
+    In watts or particles per second; with a clock in joules, or particles.  `roulette` is what was killed less what was gained, of expectation
+    zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface.
+    """
+
+    def __init__(self, result: Result) -> None:
+        plan, batches, run = result.plan, result.batches, result.run
+        scene = plan.scene
+        is_gas = scene.measured_in == "particles"
+        unit = Unit.parse("s^-1" if is_gas else "W") * Unit.parse("s") ** plan.has_clock
+        scale = plan.unit
+
+        def entry(values: list[float], exact: bool = False) -> Estimate:
+            return Estimate(np.array(values) * scale / run.sizes, run, unit, exact=exact)
+
+        emitted = math.fsum(emitter.amount for emitter in plan.emitters)
+        share = emitted / plan.unit
+        self.absorbed_by: dict[str, Estimate] = {}
+        for index, surface in enumerate(scene.surfaces):
+            rows = [row for row, owner in enumerate(plan.owners) if owner == index]
+            if rows:
+                name = surface.name or f"surfaces[{index}]"
+                self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
+        aimed = any(emitter.target is not None for emitter in plan.emitters)
+        self._entries = {
+            "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
+            "absorbed": entry([b.absorbed.sum() for b in batches], not plan.absorbs),
+            "escaped": entry(
+                [b.ledger["escaped"] for b in batches], plan.has_clock or not (plan.acts or aimed)
+            ),
+            "in_flight": entry(
+                [b.ledger["in_flight"] for b in batches], not plan.has_clock or not (plan.acts or aimed)
+            ),
+            "roulette": entry([b.ledger["roulette"] for b in batches], not plan.has_roulette),
+            "unsampled": entry(
+                [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
+            ),
+            "lost": entry([b.ledger["lost"] for b in batches], not any(b.lost for b in batches)),
+        }
+
+    def __getitem__(self, name: str) -> Estimate:
+        if name not in self._entries:
+            raise SceneError(f"ledger has no entry {name!r}; {suggestion(str(name), self._entries)}")
+        return self._entries[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __str__(self) -> str:
+        from transport.results.report import ledger_lines
+
+        return "\n".join(ledger_lines(self))
+
+    __repr__ = __str__
+
+    def __len__(self) -> int:
+        return len(self._entries)

@@ -1,0 +1,164 @@
+"""Flat shapes, with a unit normal and a frame: rectangle, disk, triangle."""
+
+import math
+from collections.abc import Iterable
+
+from transport.shapes.base import Shape
+from transport.shapes.triangles import centroid, corners_of, frame_of, is_on_a_line, normal_and_area
+from transport.validation import (
+    as_floats,
+    refuse,
+    scene_object,
+    settle_direction,
+    settle_nonnegative,
+    settle_positive,
+    settle_vector,
+    shown,
+    store,
+)
+from transport.vectors import Frame, Vector, are_parallel, dot, local_frame
+
+
+class FlatShape(Shape):
+    """What flat shapes share: a unit normal, and `up`, which turns the frame of all but triangles about it."""
+
+    def _settle_plane(self) -> None:
+        settle_vector(self, "center")
+        settle_direction(self, "normal")
+        if self.up is not None:
+            up = self.up
+            settle_direction(self, "up")
+            if are_parallel(self.up, self.normal):
+                refuse(
+                    self, f"up must not be parallel to normal {self.normal}, got {shown(up)}; leave it out"
+                )
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_v is `up` projected into the plane, e_u = e_v x n.
+
+        The default `up` is +y, or +z where the normal is along y to within 1e-6 rad.
+        """
+        return local_frame(self.normal, self.up)
+
+    def projected_area(self, direction: Vector) -> float:
+        """Area [m^2] seen along a unit direction."""
+        return self.area * abs(dot(self.normal, direction))
+
+
+@scene_object(kw_only=True)
+class Rectangle(FlatShape):
+    """A flat rectangle, `width` [m] along e_u and `height` [m] along e_v of its frame."""
+
+    center: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    width: float
+    height: float
+    up: Vector | None = None
+
+    def __post_init__(self) -> None:
+        self._settle_plane()
+        settle_positive(self, "width", "height")
+        self._check_size("width", "height")
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]."""
+        return self.width * self.height
+
+    @property
+    def extent(self) -> float:
+        """Half diagonal [m]."""
+        return math.hypot(self.width / 2, self.height / 2)
+
+    def _reach(self) -> Vector:
+        e_u, e_v, _ = self.frame
+        return tuple(
+            abs(u) * self.width / 2 + abs(v) * self.height / 2 for u, v in zip(e_u, e_v, strict=True)
+        )
+
+
+@scene_object(kw_only=True)
+class Disk(FlatShape):
+    """A flat disk of `radius` [m]; an annulus where `inner_radius` [m] is not zero."""
+
+    center: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    radius: float
+    inner_radius: float = 0.0
+    up: Vector | None = None
+
+    def __post_init__(self) -> None:
+        self._settle_plane()
+        settle_positive(self, "radius")
+        settle_nonnegative(self, "inner_radius")
+        if self.inner_radius >= self.radius:
+            refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
+        self._check_size("radius", "inner_radius")
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]; the product of difference and sum keeps thin rings exact."""
+        return math.pi * (self.radius - self.inner_radius) * (self.radius + self.inner_radius)
+
+    @property
+    def extent(self) -> float:
+        """Outer radius [m]."""
+        return self.radius
+
+    def _reach(self) -> Vector:
+        x, y, z = self.normal
+        return tuple(self.radius * min(1.0, math.hypot(*others)) for others in ((y, z), (x, z), (x, y)))
+
+
+@scene_object(kw_only=True)
+class Triangle(FlatShape):
+    """A flat triangle of three `vertices` [m], whose normal is that of a right hand whose fingers follow them."""
+
+    vertices: tuple[Vector, Vector, Vector]
+
+    def __post_init__(self) -> None:
+        given = self.vertices if isinstance(self.vertices, Iterable) else ()
+        vertices = tuple(as_floats(vertex) for vertex in given)
+        if len(vertices) != 3 or any(vertex is None or len(vertex) != 3 for vertex in vertices):
+            refuse(self, f"vertices must be three points of three finite numbers, got {shown(self.vertices)}")
+        if is_on_a_line(vertices):
+            refuse(self, f"vertices must not lie on one line, got {shown(vertices)}; move one of them")
+        store(self, vertices=vertices)
+        self._check_size("vertices")
+
+    @property
+    def center(self) -> Vector:
+        """Centroid [m]."""
+        return centroid(self.vertices)
+
+    @property
+    def normal(self) -> Vector:
+        """Unit normal; exact to rounding for slivers too."""
+        return normal_and_area(self.vertices)[0]
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        return frame_of(self.vertices)
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """The vertices in the frame, (u, v) from the centroid [m]; they turn to the left."""
+        return corners_of(self.vertices)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]; exact to rounding for slivers too."""
+        return normal_and_area(self.vertices)[1]
+
+    @property
+    def extent(self) -> float:
+        """Distance of the vertex that is farthest from the centroid [m]."""
+        return max(math.dist(self.center, vertex) for vertex in self.vertices)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        axes = list(zip(*self.vertices, strict=True))
+        return tuple(map(min, axes)), tuple(map(max, axes))
