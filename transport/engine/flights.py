@@ -1,6 +1,6 @@
 """From here to the next crossing: find the nearest sheet ahead, move, leave the scene.
 
-An acting surface takes a ray that a rounding error carried past its edge (layout.ROUNDING and the slack of compile.py bound that rounding), so that
+An acting surface takes a ray that a rounding error carried past its edge (layout.ROUNDING and the slack of compile/compiler.py bound that rounding), so that
 no ray slips between two walls that share an edge; a meter counts by its exact bounds.
 """
 
