@@ -238,7 +238,7 @@ def test_a_ratio_that_hangs_on_one_batch_has_no_known_error():
     rare = Estimate(np.r_[1.0, np.zeros(31)], RUN, "W")
     ratio = noisy(5, 1, 1) / rare
     assert math.isfinite(ratio.value)
-    assert ratio.reason == "too few scores"
+    assert ratio.reason == "too few scores or digits"
     assert (noisy(5, 1, 1) / Estimate(np.zeros(32), RUN, "W")).reason == "undefined: not finite"
 
 

@@ -56,6 +56,7 @@ ROOTS = [
 SCALAR_PASSES = {
     "stand_on_sheet": "gathers from the sheets",
     "put_back_on_sphere": "gathers from the sheets",
+    "tell_leaving": "gathers from the sheets",
     "look_up_meter": "gathers from the layer's rows",
     "look_up_surface": "gathers from the surfaces",
     "know_meter": "gathers from the layer's rows",

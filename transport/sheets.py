@@ -150,12 +150,14 @@ def _reach_along(axis: tuple[float, ...], shape: Rectangle) -> float:
     return abs(dot(axis, e_u)) * shape.width / 2 + abs(dot(axis, e_v)) * shape.height / 2
 
 
-def sheet_of_source(shape: Shape, sheets: list[Sheet]) -> int:
-    """Number, from 1, of the sheet on which a source's piece or point lies; 0: none."""
-    for number, sheet in enumerate(sheets, start=1):
-        if isinstance(shape, Point):
-            if is_on_support(shape.position, sheet.support):
-                return number
-        elif are_on_one_support(shape, sheet.support):
-            return number
-    return 0
+def sheets_of_source(shape: Shape, sheets: list[Sheet]) -> list[int]:
+    """Numbers, from 1, of the sheets on which a source's piece or point lies."""
+    return [
+        number
+        for number, sheet in enumerate(sheets, start=1)
+        if (
+            is_on_support(shape.position, sheet.support)
+            if isinstance(shape, Point)
+            else are_on_one_support(shape, sheet.support)
+        )
+    ]

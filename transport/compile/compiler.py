@@ -17,10 +17,11 @@ from transport.compile.space import Space, space_of
 from transport.materials import Black, Diffuse, Material, Mirror, Mixture, Transparent
 from transport.scene import Scene
 from transport.scene_speeds import parts_of, scene_speeds
-from transport.shapes import Disk, Rectangle, Shape, Sphere, Triangle
-from transport.sheets import Member, Sheet, sheet_of_source, sheets_of
+from transport.shapes import Box, Disk, Rectangle, Shape, Sphere, Triangle
+from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
 from transport.speeds import SpeedDistribution
 from transport.validation import SceneError, shown
+from transport.vectors import dot
 
 # Within 32 roundings of a coordinate from an edge [scene lengths] a point is drawn back.
 SETBACK = 2.0**-48
@@ -33,7 +34,8 @@ def compile_scene(scene: Scene) -> Plan:
     sheets = sheets_of(scene)
     space = space_of(scene)
     plan = Plan(scene, space)
-    plan.emitters = emitters_of(plan, lambda shape: sheet_of_source(shape, sheets))
+    acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
+    plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
     if not 0 < sum(emitter.bound for emitter in plan.emitters) < math.inf:
         raise SceneError(
             "Scene: the power of all sources together must be a finite number; use a larger unit"
@@ -62,6 +64,7 @@ def _fill_sheet(row: np.void, sheet: Sheet, space: Space) -> None:
         row["curvature"] = space.size / support.radius
     else:
         row["nx"], row["ny"], row["nz"] = support.normal
+        row["outward"] = next(filter(None, (outward_of(member, support) for member in sheet.members)), 0.0)
 
 
 def _number_rows(plan: Plan) -> None:
@@ -119,7 +122,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 layers[layer][number] = look
                 layer += 1
             row = _member_row(member, plan.space, code, number)
-            _share_plane(row, sheet, plan.space)
+            _share_plane(row, member, sheet, plan.space)
             if "tie" in row.dtype.names:
                 row["tie"] = ties[number]
             verb = "cover" if member.surface is None else "meet"
@@ -130,6 +133,13 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
     _fill_contacts(plan, sheets)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+
+
+def outward_of(member: Member, flat: Shape) -> float:
+    """Whether a box's face points the way of that flat shape's normal: +1, or -1; 0 for what is no meter's."""
+    if not isinstance(member.whole, Box) or member.surface is not None:
+        return 0.0
+    return math.copysign(1.0, dot(member.shape.normal, flat.normal))
 
 
 def _ties(sheets: list[Sheet]) -> dict[int, int]:
@@ -213,7 +223,7 @@ def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
     return row.ctypes.data
 
 
-def _share_plane(row: np.ndarray, sheet: Sheet, space: Space) -> None:
+def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
     """The one point and normal by which all flat meters of a sheet are met: those of its smallest member.
 
     Each by its own would put them a rounding apart, and what crosses there could pass between them, or one of them twice.
@@ -221,6 +231,8 @@ def _share_plane(row: np.ndarray, sheet: Sheet, space: Space) -> None:
     if "sx" in row.dtype.names:
         finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
         row["sx"], row["sy"], row["sz"] = space.place(finest.center)
+        if "outward" in row.dtype.names:
+            row["outward"] = outward_of(member, finest)
         is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
         if is_meter:
             row["nx"], row["ny"], row["nz"] = finest.normal

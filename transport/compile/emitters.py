@@ -21,6 +21,7 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
+SET_OUT = 2.0**-47  # [scene lengths]
 FAINTEST = 1e-200  # [sr] that a target may fill
 Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
@@ -47,8 +48,8 @@ class Emitter:
         return self.amount * self.weight
 
 
-def emitters_of(plan: Plan, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
-    """The emitters of all sources; `sheet_of` gives the number of the sheet on which a piece lies."""
+def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
+    """The emitters of all sources; `sheets_of` gives the numbers of the sheets on which a piece lies, `acting` those of walls."""
     scene, space, emitters = plan.scene, plan.space, []
     for source in scene.sources:
         shape = scene.shape_of(source)
@@ -57,11 +58,25 @@ def emitters_of(plan: Plan, sheet_of: Callable[[Shape], int]) -> list[Emitter]:
             law = velocities.drifting_law(plan, source, piece) or _law(source, piece, place[1])
             weight, target = _target(source, piece, space)
             volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
-            birth = layout.row(layout.BIRTH, weight=1.0, sheet=0 if volume else sheet_of(piece))
+            birth = _birth(source, piece, [] if volume else sheets_of(piece), acting)
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
             emitters.append(Emitter(source, piece, amount, weight, birth, place, law, moment, speed, target))
     return emitters
+
+
+def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:
+    """A row of births on these sheets: a particle stands on one, and passes for having crossed a second.
+
+    Of more than two meters that meet in a point it sets out a few roundings away from them.
+    """
+    if not isinstance(shape, Point):
+        sheets = sheets[:1]
+    if len(acting.intersection(sheets)) > 1:
+        refuse(source, f"position must not lie where walls meet, got {shown(shape)}; move it to one side")
+    sheet, other = (*sheets, 0, 0)[:2]
+    start = SET_OUT if len(sheets) > 2 else 0.0
+    return layout.row(layout.BIRTH, weight=1.0, start=start, sheet=sheet | other << layout.PASSED_SHIFT)
 
 
 def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:

@@ -28,8 +28,9 @@ GRAZING_CUT = (
 # The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
-# Where a lane stands: the sheet that its ray began on, and that of the meter that it passed last on it; 0: none.
-STANDING, PASSED_SHIFT = 0xFFFF, 16
+# Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
+# whether that was out of a box.
+STANDING, PASSED_SHIFT, OUT = 0xFFFF, 16, 1 << 32
 
 NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
@@ -52,13 +53,17 @@ FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
 # s: a point of the sheet; all its meters are met at the distance of that one point's plane (normal n), not each at its own.
 PLACE = "cx cy cz sx sy sz nx ny nz"
-RECTANGLE = np.dtype(_floats(FRAME + " sx sy sz half_u half_v inner_u inner_v") + _integers("code sheet tie"))
+RECTANGLE = np.dtype(
+    _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("code sheet tie")
+)
 DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth") + _integers("code sheet tie"))
 # c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
 TRIANGLE = np.dtype(_floats(PLACE + " ax ay az bx by bz") + _integers("code sheet tie"))
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 
-SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature"))  # curvature 1/radius, 0 for a plane
+SHEET = np.dtype(
+    _floats("nx ny nz cx cy cz radius curvature outward")
+)  # curvature 1/radius, 0 for a plane; outward: +1 or -1 where a box's normal is that of the sheet or opposite, else 0
 # A mixture is as many rows as it has parts, one behind the other; share: of its parts up to and with this one.
 # quantiles: address of a QUANTILES row from which speeds are drawn anew, 0: they stay.
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles"))
@@ -114,7 +119,7 @@ SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
 RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch snapshot"))
 
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
-BIRTH = np.dtype(_floats("weight") + _integers("sheet"))
+BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
 MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))

@@ -14,10 +14,11 @@ from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, 
 @lane_pass(BIRTH)
 def begin(b, table, first, live):
     """A new history at full weight, standing on its source's sheet."""
-    weight, sheet, history = table.weight, table.sheet, int64(b.next_history) - int64(first)
+    weight, start, sheet = table.weight, table.start, table.sheet
+    history = int64(b.next_history) - int64(first)
     for k in range(first, live):
         b.history[k] = history + int64(k)
-        b.weight[k], b.sheet[k], b.start[k] = weight, sheet, 0.0
+        b.weight[k], b.sheet[k], b.start[k] = weight, sheet, start
     return live
 
 

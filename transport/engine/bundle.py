@@ -71,7 +71,7 @@ SCRATCH = (
     ("rx", "f8"),  # the ray's origin, which what passes through a meter keeps
     ("ry", "f8"),
     ("rz", "f8"),
-    ("stood", "i8"),  # and the sheet that it began on
+    ("stood", "i8"),  # and the sheet that it began on, and whether it leaves a box here
     ("u0", "f8"),  # this event's uniforms: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1

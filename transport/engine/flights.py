@@ -14,6 +14,7 @@ from transport.compile.layout import (
     ESCAPED,
     LOST,
     NO_TABLE,
+    OUT,
     PASSED_SHIFT,
     RECTANGLE,
     ROUNDING,
@@ -32,13 +33,14 @@ from transport.physics.rays import plane_crossing, sphere_crossing
 
 
 @device
-def ahead(t, start, sheet, tie, places):
+def ahead(t, start, sheet, tie, leaves, places):
     """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does.
 
-    tie: the sheet's number; for faces of one box the first one's, so that a ray through its edge is counted once.
+    tie: the sheet's number; for faces of one box the first one's, so that a ray through its edge enters or leaves once.
     """
-    passed = places >> PASSED_SHIFT
-    further = (t > start) | ((t == start) & (passed != 0) & (tie > passed))
+    passed = (places >> PASSED_SHIFT) & STANDING
+    is_counted = (passed >= tie) & (((places & OUT) != 0) == leaves)
+    further = (t > start) | ((t == start) & (passed != 0) & (sheet > passed) & (not is_counted))
     return further & ((places & STANDING) != sheet) & (passed != sheet)
 
 
@@ -74,7 +76,7 @@ def meet_rectangle(b, table, first, live):
 def cover_rectangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
+    sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
     for k in range(first, live):
@@ -83,8 +85,9 @@ def cover_rectangle(b, table, first, live):
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
+        leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, tie, b.sheet[k])
+        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, tie, leaves, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -111,7 +114,7 @@ def meet_disk(b, table, first, live):
 def cover_disk(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
+    sx, sy, sz = table.sx, table.sy, table.sz
     inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -120,7 +123,7 @@ def cover_disk(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, tie, b.sheet[k])
+        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, sheet, False, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -148,7 +151,7 @@ def cover_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
+        start, last = b.start[k], (b.sheet[k] >> PASSED_SHIFT) & STANDING
         standing = (b.sheet[k] & STANDING) == sheet
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (
@@ -168,7 +171,7 @@ def cover_sphere(b, table, first, live):
 def cover_triangle(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz, tie = table.sx, table.sy, table.sz, table.tie
+    sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
@@ -179,7 +182,7 @@ def cover_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
-        covers &= ahead(t, b.start[k], sheet, tie, b.sheet[k])
+        covers &= ahead(t, b.start[k], sheet, sheet, False, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -252,5 +255,5 @@ def resume_ray(b, table, first, live):
         b.y[k] = b.ry[k] if passes else b.y[k]
         b.z[k] = b.rz[k] if passes else b.z[k]
         b.start[k] = b.distance[k] if passes else b.start[k]
-        b.sheet[k] = (b.sheet[k] << PASSED_SHIFT) | b.stood[k] if passes else b.sheet[k]
+        b.sheet[k] = ((b.sheet[k] << PASSED_SHIFT) | b.stood[k]) if passes else b.sheet[k]
     return live

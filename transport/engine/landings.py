@@ -6,6 +6,7 @@ from transport.compile.layout import (
     CONTACT,
     EDGE,
     NO_TABLE,
+    OUT,
     RECTANGLE,
     ROWS,
     SHEET,
@@ -57,6 +58,15 @@ def take_cosine(b, table, first, live):
     """mu = u·n: negative where the particle comes towards the side that the normal points to."""
     for k in range(first, live):
         b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
+    return live
+
+
+@lane_pass(ROWS)
+def tell_leaving(b, table, first, live):
+    """Whether a ray leaves a box through this face, where boxes are meters: at an edge it may enter by one, leave by one."""
+    sheets = view(table.rows, table.count, SHEET)
+    for k in range(first, live):
+        b.stood[k] |= OUT if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
     return live
 
 

@@ -154,6 +154,8 @@ def _flight(plan, moved):
 def _landing(plan):
     if plan.members:
         yield from _stand(plan)
+        if plan.passes_meters and (plan.sheets["outward"] != 0).any():
+            yield _step(landings.tell_leaving, _rows(plan.sheets))
         if plan.has_walls:
             yield _step(landings.draw_back_from_edge, _rows(plan.walls))
         for row in plan.contacts:

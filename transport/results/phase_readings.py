@@ -16,6 +16,7 @@ from transport.speeds.maxwellian import BOLTZMANN
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 
+ROUNDING = 8 * 2.0**-52  # of sums that are subtracted from one another
 FEW = 30  # particles, below which a mean over a bin does not tell its error
 PHASE_QUANTITIES = (
     "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
@@ -225,8 +226,10 @@ class PhaseReading:
         return self._constant(reference_velocity(self._plan)["xyz".index(axis)], "m s^-1")
 
     def _variance(self, axis: str) -> EstimateArray:
-        mean = self._mean(f"v{axis}")
-        return self._mean(f"v{axis}2") - mean * mean
+        mean, square = self._mean(f"v{axis}"), self._mean(f"v{axis}2")
+        variance = square - mean * mean
+        with np.errstate(invalid="ignore"):  # what rounding of the squares leaves is no variance
+            return variance.unless(ROUNDING * np.abs(square.value) > variance.error)
 
     @cached_property
     def _all_variances(self) -> EstimateArray:

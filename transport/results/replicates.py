@@ -87,7 +87,7 @@ class Replicates:
         for run, deviations in self.deviations.items():
             spread = np.abs(deviations).max(axis=0)
             reason[spread == 0] = "every batch gave the same"
-            reason[np.isnan(spread)] = "too few scores"
+            reason[np.isnan(spread)] = "too few scores or digits"
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
         if not self.is_exact:
