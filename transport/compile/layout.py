@@ -30,7 +30,7 @@ BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
 # whether that was out of a box.
-STANDING, PASSED_SHIFT, OUT = 0xFFFF, 16, 1 << 32
+STANDING, OUT, PASSED_SHIFT = 0x7FFF, 1 << 15, 16
 
 NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(

@@ -33,15 +33,21 @@ from transport.physics.rays import plane_crossing, sphere_crossing
 
 
 @device
-def ahead(t, start, sheet, tie, leaves, places):
-    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does.
+def ahead(t, start, sheet, places):
+    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does."""
+    passed = places >> PASSED_SHIFT
+    further = (t > start) & (passed != sheet)
+    is_next = (t == start) & (passed != 0) & (passed < sheet)
+    return (further | is_next) & ((places & STANDING) != sheet)
 
-    tie: the sheet's number; for faces of one box the first one's, so that a ray through its edge enters or leaves once.
+
+@device
+def is_counted(t, start, tie, leaves, places):
+    """Whether the box of this face was entered, or left, by another of its faces at this very point: at its edge.
+
+    tie: the number of the box's first sheet.
     """
-    passed = (places >> PASSED_SHIFT) & STANDING
-    is_counted = (passed >= tie) & (((places & OUT) != 0) == leaves)
-    further = (t > start) | ((t == start) & (passed != 0) & (sheet > passed) & (not is_counted))
-    return further & ((places & STANDING) != sheet) & (passed != sheet)
+    return (t == start) & ((places >> PASSED_SHIFT) >= tie) & (((places & OUT) != 0) == leaves)
 
 
 @lane_pass(NO_TABLE)
@@ -87,7 +93,8 @@ def cover_rectangle(b, table, first, live):
         u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
         leaves = outward * (ux * nx + uy * ny + uz * nz) > 0.0
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, tie, leaves, b.sheet[k])
+        covers = (u <= half_u) & (v <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
+        covers &= not is_counted(t, b.start[k], tie, leaves, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -123,7 +130,7 @@ def cover_disk(b, table, first, live):
         px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
         r2 = px * px + py * py + pz * pz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, sheet, False, b.sheet[k])
+        covers = (r2 <= outer2) & (r2 >= inner2) & ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -151,7 +158,7 @@ def cover_sphere(b, table, first, live):
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
-        start, last = b.start[k], (b.sheet[k] >> PASSED_SHIFT) & STANDING
+        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
         standing = (b.sheet[k] & STANDING) == sheet
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (
@@ -182,7 +189,7 @@ def cover_triangle(b, table, first, live):
         p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
         same = (b.hit[k] >> SHEET_SHIFT) == sheet
         covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
-        covers &= ahead(t, b.start[k], sheet, sheet, False, b.sheet[k])
+        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
         nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
