@@ -467,3 +467,26 @@ def test_positions_of_a_cloud_are_normal_each_with_its_own_width():
 def run_alone(source, shot):
     """The whole sample of a source by itself."""
     return tp.simulate(tp.Scene(source, [], shot, duration=1.0), particles=200_000, seed=1)["snapshot"]
+
+
+def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
+    """Of 3200 particles 1.1 % are left at the second instant: most of its samples of 25 histories are then empty.
+
+    Those that are not must stand for these, too: by the chance with which a history was chosen, not by how many there were.
+    """
+    gas = tp.Gas(number=1.0, speed=1.0, direction=(0, 0, 1))
+    source = tp.Source(tp.Box(size=(1, 1, 0.01), center=(0, 0, -0.01)), gas)
+    wall = tp.Surface(tp.Disk(center=(0, 0, 0.5), radius=5.0, inner_radius=0.06), tp.Black())
+    looks = [tp.Snapshot(0.0, particles=25, name="all"), tp.Snapshot(0.9, particles=25, name="few")]
+    looks += [tp.Snapshot(0.0, particles=3200, name="large"), tp.PhaseSpace(x=(-9, 9), time=0.9)]
+    scene = tp.Scene(source, wall, looks, duration=1.0)
+    off, alive, empty = [], [], 0
+    for seed in range(100):
+        result = tp.simulate(scene, particles=3200, seed=seed, batches=8, threads=1, progress=False)
+        assert len(result["all"]) <= 25 and len(result["large"]) == 3200
+        alive.append(result["phase_space"].alive.value)
+        off.append([result["all"].weights.sum() - 1.0, result["few"].weights.sum() - alive[-1]])
+        empty += len(result["few"]) == 0
+    error = np.std(off, axis=0, ddof=1) / math.sqrt(len(off))
+    assert np.mean(alive) == pytest.approx(math.pi * 0.06**2, rel=0.03) and empty > 50
+    assert (np.abs(np.mean(off, axis=0)) < 5 * error).all()

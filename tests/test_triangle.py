@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from tests.agreement import assert_agrees
 from transport.bins import Directions, Positions
 from transport.detectors import Detector
 from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
@@ -16,6 +17,7 @@ from transport.scene import Scene
 from transport.shapes import Disk, Point, Rectangle, Sphere, Triangle
 from transport.shapes.distances import least_distance
 from transport.sheets import are_on_one_support, pieces, sheets_of
+from transport.simulate import simulate
 from transport.sources import Isotropic, Lambertian, Source
 from transport.validation import SceneError
 
@@ -233,3 +235,23 @@ def test_a_source_on_a_triangle_is_refused():
 def test_positions_on_a_triangle_are_refused():
     with pytest.raises(SceneError, match=r"Detector 'meter': .* Rectangle, Disk or Sphere, got Triangle"):
         Detector(SLOPED, name="meter", positions=Positions(u=2))
+
+
+@pytest.mark.parametrize("source", [Disk(radius=0.5), Rectangle(width=1.0, height=0.7)])
+@pytest.mark.parametrize("aimed", [False, True])
+def test_a_triangle_on_the_plane_of_a_source_counts_its_share_of_what_is_born(source, aimed):
+    """What is born on a meter leaves it: the share of the areas, counted at birth; also where only a `via` asks for it."""
+    shape = Triangle(vertices=((-0.1, -0.1, 0), (0.1, -0.1, 0), (0, 0.1, 0)))
+    far = Sphere(center=(0, 0, 3), radius=2.0)
+    lamp = Source(source, Lambertian(power=1), aim=far if aimed else None)
+    looks = [Detector(shape, name="own"), Detector(far, name="far"), Detector(far, name="of it", via="own")]
+    result = simulate(Scene(lamp, (), looks), particles=100_000, seed=1, progress=False)
+    share = shape.area / source.area
+    assert result["own"].sums.whole("counts", 0).sum() == 0
+    if aimed:
+        assert result["own"].flux_out.error < 0.05 * share
+    else:
+        assert_agrees(result["own"].flux_out, share, 1e-6)
+        with pytest.raises(AssertionError):
+            assert_agrees(result["own"].flux_out, 1.2 * share, 1e-6)
+    assert 0.8 * share < result["of it"].flux_in.value / result["far"].flux_in.value < 1.25 * share

@@ -42,8 +42,12 @@ def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
 def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
     """Passes in order, with nanoseconds a lane where they were measured."""
     table = _table(">", "pass", *(["ns per lane>"] if costs else []))
-    for number, name in enumerate(names, 1):
-        table.add_row(str(number), name, *([_cost_cell(costs.get(name))] if costs else []))
+    number = 1
+    for name, run in groupby(names):
+        times = len(list(run))
+        title = name if times == 1 else f"{name} × {times}"
+        table.add_row(str(number), title, *([_cost_cell(costs.get(name))] if costs else []))
+        number += times
     return table
 
 
