@@ -10,11 +10,12 @@ from transport.compile.instants import bins_of, fastest_about, reference_velocit
 from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.results.estimates import Estimate, EstimateArray
+from transport.results.quantified import Quantified
 from transport.results.records import chosen_alike
 from transport.scene_speeds import scene_mass, why_no_mass
 from transport.speeds.maxwellian import BOLTZMANN
 from transport.units import Unit
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError
 
 ROUNDING = 8 * 2.0**-52  # of sums that are subtracted from one another
 FEW = 30  # particles, below which a mean over a bin does not tell its error
@@ -25,11 +26,13 @@ PHASE_QUANTITIES = (
 OF_PHASE_MOMENTS = PHASE_QUANTITIES[PHASE_QUANTITIES.index("mean_vx") :]
 
 
-class PhaseReading:
+class PhaseReading(Quantified):
     """One PhaseSpace's quantities, with the dims of its coordinates, and `time` in front where it has several.
 
     Raises SceneError for a quantity that it was not set up for.
     """
+
+    known, title = PHASE_QUANTITIES, "phase space "
 
     def __init__(self, result, phase_space: PhaseSpace) -> None:
         self.phase_space, self.name = phase_space, phase_space.name
@@ -109,22 +112,6 @@ class PhaseReading:
         """n k T: mass times density times the variance of the velocity over 3 [Pa, where `within` is given]."""
         third = self._constant(self._mass("pressure") / 3, "Pa m s^2")
         return self.density * self._all_variances * third
-
-    def __getattr__(self, name: str):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        raise AttributeError(f"{self.name!r} has no quantity {name!r}; {suggestion(name, PHASE_QUANTITIES)}")
-
-    @property
-    def quantities(self) -> dict[str, Estimate | EstimateArray]:
-        """All quantities that it was set up for."""
-        found = {}
-        for name in PHASE_QUANTITIES:
-            try:
-                found[name] = getattr(self, name)
-            except SceneError:
-                continue
-        return found
 
     def __repr__(self) -> str:
         return f"<{self.name}: number {self.number!r}, outside {self.outside!r}>"
@@ -253,12 +240,14 @@ def _all_stay(plan) -> bool:
     return born_at_once and not plan.acts and all(emitter.target is None for emitter in plan.emitters)
 
 
-class SnapshotReading:
+class SnapshotReading(Quantified):
     """A sample of the particles alive at an instant, weighted so that sums over it are unbiased.
 
     positions [m] and velocities [m/s], (N, 3);  weights: the particles, or J, that each stands for;  histories: one
     number for each history of the run, the same at every instant;  batches: index of the run's batch that it is of.
     """
+
+    title = "snapshot "
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot, self.name = snapshot, snapshot.name
@@ -279,17 +268,10 @@ class SnapshotReading:
         self.weights = records["weight"] * (plan.unit / result.particles / chance)
         self.histories = records["identity"].copy()
 
-    @property
-    def quantities(self) -> dict[str, Estimate]:
-        """None: a sample is no estimate."""
-        return {}
-
-    def __getattr__(self, name: str):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        raise AttributeError(
-            f"{self.name!r} is a sample and has no {name!r}; take positions, velocities, weights, histories or batches,"
-            " or a PhaseSpace for densities and moments"
+    def _cure(self, name: str) -> str:
+        return (
+            "it is a sample: take positions, velocities, weights, histories or batches, or a PhaseSpace for densities and"
+            " moments"
         )
 
     def __len__(self) -> int:

@@ -15,10 +15,11 @@ import numpy as np
 from transport.detectors import Detector
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
+from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.units import Unit
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError
 
 QUANTITIES = (
     "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density", "flux_density", "radiance", "radiance_out",
@@ -33,8 +34,10 @@ FEW = 30  # scores, below which a mean does not tell its error
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
-class Reading:
+class Reading(Quantified):
     """One detector's quantities; see QUANTITIES.  Raises SceneError for one that it was not set up for."""
+
+    known, title = QUANTITIES, "detector "
 
     def __init__(self, result, detector: Detector) -> None:
         plan = result.plan
@@ -196,24 +199,6 @@ class Reading:
     def mean_energy_out(self) -> Estimate | EstimateArray:
         """Mean kinetic energy of what left [J]."""
         return self._kinetic("mean_energy_out", self.mean_square_speed_out)
-
-    def __getattr__(self, name: str):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        raise AttributeError(
-            f"detector {self.name!r} has no quantity {name!r}; {suggestion(name, QUANTITIES)}"
-        )
-
-    @property
-    def quantities(self) -> dict[str, Estimate | EstimateArray]:
-        """All quantities that this detector was set up for."""
-        found = {}
-        for name in QUANTITIES:
-            try:
-                found[name] = getattr(self, name)
-            except SceneError:
-                continue
-        return found
 
     def __repr__(self) -> str:
         return f"<{self.name}: flux_in {self.flux_in}, flux_out {self.flux_out}>"

@@ -1,0 +1,33 @@
+"""What the readings of all detectors share: their quantities by name, and a word on names that there are not."""
+
+from __future__ import annotations
+
+from transport.results.estimates import Estimate, EstimateArray
+from transport.validation import SceneError, suggestion
+
+
+class Quantified:
+    """A reading with a `name` and the names of its quantities, `known`; not made itself."""
+
+    name: str
+    known: tuple[str, ...] = ()
+    title = ""  # in front of its name, in messages
+
+    @property
+    def quantities(self) -> dict[str, Estimate | EstimateArray]:
+        """All quantities that it was set up for."""
+        found = {}
+        for name in self.known:
+            try:
+                found[name] = getattr(self, name)
+            except SceneError:
+                continue
+        return found
+
+    def __getattr__(self, name: str):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
+
+    def _cure(self, name: str) -> str:
+        return suggestion(name, self.known)
