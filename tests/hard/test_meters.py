@@ -232,3 +232,28 @@ def test_a_meter_on_the_way_does_not_change_what_reaches_a_distant_target(durati
     assert found[0] == found[1] == found[2]
     for name in ("near the Sun", "ball"):  # they do look at all of these rays, and at what is still under way
         assert result[name].sums.whole("counts", ARRIVALS).sum() >= sum(found[0][0]) > 4000
+
+
+def test_a_point_where_meters_meet_has_crossed_none_of_them():
+    """At its birth each plane is within a rounding of 0 along the ray; what flies on never meets them again."""
+    random = np.random.default_rng(5)
+    for _ in range(10):
+        place, axes = tuple(random.normal(size=3)), turned(random).T
+        meters = [
+            tp.Detector(tp.Disk(center=place + 0.5 * axes[2], normal=axes[k], radius=1.0), name)
+            for k, name in enumerate("ab")
+        ]
+        source = tp.Source(tp.Point(position=place), tp.Isotropic(power=1.0))
+        result = tp.simulate(tp.Scene(source, detectors=meters), particles=2_000, seed=1, progress=False)
+        assert all(result[name].is_blind for name in "ab")
+
+
+def test_a_point_where_walls_meet_is_refused():
+    """On which side of which wall it shines would be told by a rounding."""
+    walls = [
+        tp.Surface(tp.Rectangle(normal=normal, width=2.0, height=2.0), tp.Mirror(), f"wall {k}")
+        for k, normal in enumerate(turned(np.random.default_rng(5)).T[:2])
+    ]
+    source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    with pytest.raises(tp.SceneError, match=r"position must not lie where walls meet, got Point.*; move it"):
+        tp.simulate(tp.Scene(source, walls), particles=100, progress=False)

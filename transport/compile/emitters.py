@@ -11,6 +11,7 @@ import numpy as np
 
 from transport.compile import layout, velocities
 from transport.compile.space import Space
+from transport.compile.velocities import Step
 from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Shape, Sphere, Triangle
 from transport.shapes.distances import least_distance
 from transport.sheets import pieces
@@ -21,9 +22,8 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-SET_OUT = 2.0**-47  # [scene lengths]
+SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
 FAINTEST = 1e-200  # [sr] that a target may fill
-Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
 
@@ -36,8 +36,8 @@ class Emitter:
     amount: float  # [J] or particles with a clock, else [W] or [s^-1]
     weight: float  # largest weight of a history, relative to one that is not aimed
     birth: np.ndarray
-    place: tuple[str, np.ndarray]
-    law: tuple[str, np.ndarray]
+    place: Step
+    law: Step
     moment: Step | None  # when
     speed: tuple[Step, ...]  # how fast
     target: tuple[Step, ...] | None

@@ -14,7 +14,7 @@ import numpy as np
 from transport.compile import layout
 
 TOLERANCE = 1e-13  # of the largest value in a cell
-ROUGH = 1e-6  # relative error from which a polynomial gives way to two straight pieces
+ROUGH = 1e-6  # relative error from which a polynomial gives way to a split cell
 MOST_LEVELS = 10
 SPLIT, NEVER, HALVINGS = 6, 2.0, 45  # the column of a cell's split, beyond 1 where there is none
 TERMS = 6
@@ -70,7 +70,7 @@ def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndar
 
 
 def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np.ndarray:
-    """Rows of cells with two straight pieces each, which meet where the function is steepest (by halving)."""
+    """Rows of cells with two pieces each, which meet where the function is steepest (found by halving)."""
 
     def at(place: np.ndarray) -> np.ndarray:
         return _values(quantile, np.array(number), level, cells, place)

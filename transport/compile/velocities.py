@@ -20,7 +20,7 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-Step = tuple[str, np.ndarray]
+Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 AT_REST = (0.0, 0.0, 0.0)
 
 

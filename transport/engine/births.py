@@ -1,4 +1,7 @@
-"""Particles are born: where and into which direction; when and how fast are in clocks.py and speeds.py.  Loops over the new lanes [first, live) only."""
+"""Particles are born: where and into which direction (when and how fast: clocks.py, speeds.py).
+
+Loops over the new lanes [first, live) only.
+"""
 
 import math
 

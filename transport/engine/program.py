@@ -29,13 +29,8 @@ from transport.shapes import Sphere
 Step = tuple[Pass, np.ndarray]
 NOTHING = layout.row(layout.NO_TABLE)
 METERS = (1 << layout.METERS_A_SHEET) - 1
-REFINEMENTS = (
-    "time",
-    "speed",
-    "cosine",
-    "azimuth",
-    "place",
-)  # times and speeds lie in blocks, so they come first
+# Times and speeds lie in blocks, so they come first.
+REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place")
 
 
 @dataclass
