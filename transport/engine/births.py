@@ -10,8 +10,9 @@ from numba import int64
 from transport.compile.layout import BEAM, BIRTH, NO_TABLE, PATCH
 from transport.engine.passes import lane_pass
 from transport.physics.directions import sample_cosine_law, sample_isotropic
-from transport.physics.elementary import cos_sin_turn, log_positive
+from transport.physics.elementary import cos_sin_turn
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
+from transport.physics.velocities import sample_normal_pair
 
 
 @lane_pass(BIRTH)
@@ -168,7 +169,7 @@ def born_in_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_cloud(b, table, first, live):
-    """Normal about a centre, each coordinate with its own standard deviation (Box, Muller 1958)."""
+    """Normal about a centre, each coordinate with its own standard deviation."""
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
         table.cy,
@@ -181,11 +182,9 @@ def born_in_cloud(b, table, first, live):
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
         d0, d1, d2, d3 = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
-        c, s = cos_sin_turn(uniform(w2, w3))
-        e, _ = cos_sin_turn(uniform(d2, d3))
-        r = math.sqrt(-2.0 * log_positive(1.0 - uniform(w0, w1)))
-        q = math.sqrt(-2.0 * log_positive(1.0 - uniform(d0, d1)))
-        b.x[k], b.y[k], b.z[k] = cx + half_u * r * c, cy + half_v * r * s, cz + half_w * q * e
+        p, q = sample_normal_pair(uniform(w0, w1), uniform(w2, w3))
+        r, _ = sample_normal_pair(uniform(d0, d1), uniform(d2, d3))
+        b.x[k], b.y[k], b.z[k] = cx + half_u * p, cy + half_v * q, cz + half_w * r
     return live
 
 

@@ -4,17 +4,15 @@ Times are in durations.  A flight lasts from `time` to `arrival`, and the next b
 belongs to one flight of each history, and what is counted at an instant is counted once.
 """
 
-import math
-
 import numpy as np
 
 from transport.compile.layout import CLOCK, IN_FLIGHT, MOMENT, NO_TABLE
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.streams import CLOCK as CLOCK_DRAW
 from transport.physics.streams import random_words, uniform
+from transport.physics.velocities import sample_normal_pair
 
 
 @lane_pass(MOMENT)
@@ -50,13 +48,13 @@ def start_within_and_draw(b, table, first, live):
 
 @lane_pass(MOMENT)
 def start_about(b, table, first, live):
-    """A Gaussian pulse; width: its standard deviation (Box, Muller 1958)."""
+    """A Gaussian pulse; width: its standard deviation."""
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
-        c, _ = cos_sin_turn(uniform(w2, w3))
-        b.time[k] = start + width * c * math.sqrt(-2.0 * log_positive(1.0 - uniform(w0, w1)))
+        deviation, _ = sample_normal_pair(uniform(w0, w1), uniform(w2, w3))
+        b.time[k] = start + width * deviation
     return live
 
 

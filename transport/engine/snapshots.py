@@ -10,6 +10,7 @@ from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.sums import limbs, long_limbs
 from transport.physics.device import device
+from transport.physics.velocities import state_at
 
 RECORD_BYTES = RECORD.itemsize
 
@@ -38,8 +39,7 @@ def count_phase_space(b, table, first, live):
         k = b.listed[j]
         speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
         way = b.start[k] + (instant - b.time[k]) * speed
-        x, y, z = b.x[k] + way * ux, b.y[k] + way * uy, b.z[k] + way * uz
-        vx, vy, vz = speed * ux, speed * uy, speed * uz
+        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
         inside = (x >= table.low_x) & (x <= table.high_x) & (y >= table.low_y) & (y <= table.high_y)
         inside &= (z >= table.low_z) & (z <= table.high_z)
         a = coordinate(table.a_kind, x, y, z, vx, vy, vz, speed, uz)
@@ -87,8 +87,8 @@ def record_snapshot(b, table, first, live):
             row = view(b.records + RECORD_BYTES * b.recorded, 1, RECORD)[0]
             speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
             way = b.start[k] + (instant - b.time[k]) * speed
-            row.x, row.y, row.z = b.x[k] + way * ux, b.y[k] + way * uy, b.z[k] + way * uz
-            row.vx, row.vy, row.vz = speed * ux, speed * uy, speed * uz
+            x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
+            row.x, row.y, row.z, row.vx, row.vy, row.vz = x, y, z, vx, vy, vz
             row.weight = b.weight[k]
             row.history, row.batch, row.snapshot = b.history[k], b.batch, table.number
             b.recorded += 1

@@ -1,7 +1,5 @@
 """Speeds: drawn at birth, shifted by a drift, drawn anew at thermal walls.  Only where speeds differ or are looked at."""
 
-import math
-
 import numpy as np
 
 from transport.compile.layout import (
@@ -19,9 +17,9 @@ from transport.compile.layout import (
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.physics.device import device
-from transport.physics.elementary import cos_sin_turn, log_positive
 from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
 from transport.physics.streams import SPEED, random_words, uniform
+from transport.physics.velocities import sample_normal_pair, speed_and_direction
 
 
 @device
@@ -96,15 +94,7 @@ def add_drift(b, table, first, live):
     for k in range(first, live):
         v, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
         vx, vy, vz = v * ux + dx, v * uy + dy, v * uz + dz
-        largest = max(abs(vx), max(abs(vy), abs(vz)))
-        scale = 1.0 / largest if largest > 0.0 else 0.0  # squares of very slow velocities would vanish
-        sx, sy, sz = vx * scale, vy * scale, vz * scale
-        length = math.sqrt(sx * sx + sy * sy + sz * sz)
-        inverse = 1.0 / length if largest > 0.0 else 0.0
-        b.speed[k] = largest * length
-        b.ux[k] = sx * inverse if largest > 0.0 else ux
-        b.uy[k] = sy * inverse if largest > 0.0 else uy
-        b.uz[k] = sz * inverse if largest > 0.0 else uz
+        b.speed[k], b.ux[k], b.uy[k], b.uz[k] = speed_and_direction(vx, vy, vz, ux, uy, uz)
     return live
 
 
@@ -118,17 +108,16 @@ def emit_from_drifting_gas(b, table, first, live):
     for k in range(first, live):
         w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
         d0, d1, d2, d3 = random_words(b.history[k], batch, 1, SPEED, seed_low, seed_high)
-        c, s = cos_sin_turn(uniform(d2, d3))
-        r = sigma * math.sqrt(-2.0 * log_positive(1.0 - uniform(d0, d1)))
-        vn, vu, vv = side * quantile(octaves, cells, uniform(w0, w1)), r * c + drift_u, r * s + drift_v
+        p, q = sample_normal_pair(uniform(d0, d1), uniform(d2, d3))
+        vn, vu, vv = (
+            side * quantile(octaves, cells, uniform(w0, w1)),
+            sigma * p + drift_u,
+            sigma * q + drift_v,
+        )
         vx = vu * table.eux + vv * table.evx + vn * table.nx
         vy = vu * table.euy + vv * table.evy + vn * table.ny
         vz = vu * table.euz + vv * table.evz + vn * table.nz
-        largest = max(abs(vx), max(abs(vy), abs(vz)))
-        sx, sy, sz = vx / largest, vy / largest, vz / largest
-        length = math.sqrt(sx * sx + sy * sy + sz * sz)
-        b.speed[k] = largest * length
-        b.ux[k], b.uy[k], b.uz[k] = sx / length, sy / length, sz / length
+        b.speed[k], b.ux[k], b.uy[k], b.uz[k] = speed_and_direction(vx, vy, vz, 0.0, 0.0, 0.0)
     return live
 
 
