@@ -23,11 +23,34 @@ from transport.detectors import Detector, Directions, Positions
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.passes import Pass
 from transport.engine.program import program_of
-from transport.materials import Black, Diffuse, Mirror, Mixture, Surface
+from transport.materials import (
+    Black,
+    Dielectric,
+    Diffuse,
+    Glossy,
+    Mirror,
+    Mixture,
+    Surface,
+    ThinLens,
+    TwoSided,
+)  # fmt: skip
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene
-from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
+from transport.shapes import (
+    Box,
+    Cloud,
+    Cone,
+    Cylinder,
+    Disk,
+    Mesh,
+    Paraboloid,
+    Plane,
+    Point,
+    Rectangle,
+    Sphere,
+    Triangle,
+)  # fmt: skip
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.speeds import Maxwellian, SpeedTable
 
@@ -196,7 +219,98 @@ def aims():
     return Scene([*sources, Source(floor, LIGHT)], [], meters)
 
 
-SCENES = {scene.__name__: scene for scene in (room, furnace, gas, flash, vessel, burst, glow, beams, aims)}
+def turned_shapes():
+    """Surfaces of revolution in a can: acting, metered, emitting, aimed at."""
+    can, lid = Cylinder(radius=2.0, height=4.0), Disk(center=(0, 0, 2), radius=2.0)
+    floor = Disk(center=(0, 0, -2), radius=2.0, inner_radius=0.2, normal=(0, 0, -1))
+    cone = Cone(center=(0.8, 0, 0), axis=(0.2, 0.1, 1), radius=0.6, top_radius=0.2, height=1.0)
+    dish = Paraboloid(center=(-0.8, 0, 0), focal_length=0.4, radius=0.7, inner_radius=0.1)
+    cap = Sphere(center=(0, -0.9, 0), radius=0.5, axis=(0, 1, 1), mu_min=-0.5, mu_max=0.7)
+    pane = Cylinder(center=(0, 0.9, 0), radius=0.3, height=0.8, axis=(1, 0, 0))
+    walls = [Surface(shape, Diffuse(0.8)) for shape in (lid, floor)]
+    walls += [
+        Surface(can, Diffuse(0.7), "can"),
+        Surface(cone, Mirror(0.9), "cone"),
+        Surface(dish, Mirror(), "dish"),
+    ]
+    walls.append(Surface(cap, Diffuse(0.6), "cap"))
+    meters = [
+        Detector("can", side="back", directions=Directions(mu=3, phi=4), positions=Positions(u=3, v=2)),
+        Detector("cone", directions=Directions(mu=3)),
+        Detector("dish", side="back", positions=Positions(v=3)),
+        Detector("cap", positions=Positions(u=2, v=3)),
+        Detector(pane, "pane", positions=Positions(u=3)),
+        Detector(Sphere(center=(0, -0.9, 0), radius=0.5, axis=(0, 1, 1), mu_max=0.2), "part of the cap"),
+    ]
+    sources = [Source("cone", LIGHT, aim=pane), Source("dish", LIGHT, side="back"), Source("cap", LIGHT)]
+    return Scene([*sources, Source(pane, LIGHT), Source(Disk(radius=0.1), LIGHT, aim=dish)], walls, meters)
+
+
+def flat_shapes():
+    """Planes without end, rectangles with holes, triangles: acting, metered, emitting."""
+    floor = Plane(center=(0, 0, -1))
+    hole = Rectangle(center=(0.1, 0, 0.5), width=0.4, height=0.3, up=(1, 2, 0))
+    screen = Rectangle(center=(0, 0, 0.5), width=1.5, height=1.2, hole=hole)
+    window = Rectangle(center=(0, 0, 0.8), width=1.0, height=1.0, hole=Disk(center=(0, 0, 0.8), radius=0.3))
+    roof = Triangle(vertices=((1, 0, 1), (0, 1, 1.1), (-0.5, -0.5, 1.2)))
+    walls = [Surface(floor, Diffuse(0.5), "floor"), Surface(screen, Diffuse(0.9), "screen")]
+    walls.append(Surface(roof, Mirror(0.8), "roof"))
+    meters = [
+        Detector("floor", directions=Directions(mu=3)),
+        Detector("screen", directions=Directions(phi=3)),
+    ]
+    meters += [Detector(window, "window"), Detector("roof", side="back"), Detector(Plane(), "plane")]
+    sources = [
+        Source("roof", LIGHT, side="back"),
+        Source("screen", LIGHT),
+        Source(window, LIGHT, side="back"),
+    ]
+    tile = Rectangle(center=(0, 0, 0.5), width=0.2, height=0.2, hole=Disk(center=(0, 0, 0.5), radius=0.05))
+    return Scene([*sources, Source(Disk(radius=0.1), LIGHT)], walls, [*meters, Detector(tile, "tile")])
+
+
+def optics():
+    """Every material that bends, splits or scatters light."""
+    kinds = [
+        Dielectric(1.5), Glossy(0.3, 0.8), Diffuse(0.3, 0.5), Mirror(0.4, 0.5),
+        TwoSided(Diffuse(0.5, 0.2), Glossy(0.6)), Mixture({Dielectric(1.3): 0.5, Glossy(0.2): 0.3, Black(): 0.2}),
+    ]  # fmt: skip
+    balls = [
+        Surface(Sphere(center=(k - 2.5, 0, 0), radius=0.4), kind, f"ball {k}") for k, kind in enumerate(kinds)
+    ]
+    lens = Surface(Disk(center=(0, 0, 1), radius=1.0), ThinLens(0.8), "lens")
+    walls = Surface(Box(size=8.0), Diffuse(0.5), "walls")
+    meters = [Detector(ball.name, directions=Directions(mu=3)) for ball in balls]
+    return Scene(
+        [
+            Source("walls", LIGHT, side="back"),
+            Source(Disk(center=(0, 0, 2), radius=1), LIGHT, aim=balls[0].shape),
+        ],
+        [*balls, lens, walls],
+        [*meters, Detector("lens", side="back", events=1), Detector("walls", side="back")],
+    )
+
+
+def meshed():
+    """Meshes: acting, metered, emitting."""
+    room, ball = Mesh.box(size=2.0), Mesh.sphere(radius=0.4, triangles=20)
+    veil = Mesh.sphere(radius=0.8, triangles=80)
+    surfaces = [Surface(room, Diffuse(0.6), "room"), Surface(ball, Dielectric(1.5), "ball")]
+    meters = [Detector("room", side="back", directions=Directions(mu=3, phi=2)), Detector(veil, "veil")]
+    meters += [
+        Detector("ball"),
+        Detector(Disk(radius=0.3, center=(0, 0, 0.6)), "pane"),
+        Detector(veil, "again"),
+    ]
+    return Scene([Source("room", LIGHT, side="back"), Source(veil, LIGHT)], surfaces, meters)
+
+
+SCENES = {
+    scene.__name__: scene
+    for scene in (
+        room, furnace, gas, flash, vessel, burst, glow, beams, aims, turned_shapes, flat_shapes, optics, meshed
+    )
+}  # fmt: skip
 
 
 def sums_of(names):

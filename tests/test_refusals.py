@@ -70,7 +70,7 @@ REFUSALS = {
         lambda: Directions(8),
         ["Directions takes keywords only: write Directions(mu=...)", "8"],
     ),
-    "too many": (lambda: Mirror(0.5, 0.25), ["Mirror", "0.25", "Mirror(reflectance=...)"]),
+    "too many": (lambda: Mirror(0.5, 0.25, 0.125), ["Mirror", "0.125", "Mirror(reflectance=...)"]),
     "none wanted": (lambda: Black(1), ["Black", "got 1", "write Black()"]),
     "twice": (lambda: Diffuse(0.5, albedo=0.25), ["Diffuse", "albedo", "twice", "0.25"]),
     "missing": (lambda: Rectangle(width=1), ["Rectangle", "height missing", "height=..."]),
@@ -566,9 +566,9 @@ REFUSALS_OF_EMISSION = {
         lambda: Source(DISK, Effusive(number=1, speed=DRIFTING), side="back"),
         ["Maxwellian: drift", "-31 m/s"],
     ),
-    "triangle emits": (
-        lambda: Source(Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0))), Lambertian(power=1)),
-        ["Source", "Triangle(", "come with meshes"],
+    "triangle of gas": (
+        lambda: Source(Triangle(vertices=((0, 0, 0), (1, 0, 0), (0, 1, 0))), Gas(1, 1)),
+        ["Source", "Gas leaves from a Box", "Triangle(", "enclose it in a Box"],
     ),
     "aim drift": (
         lambda: Source(DISK, Effusive(1, Maxwellian(sigma=1, drift=(1, 0, 0))), aim=BALL),
@@ -629,7 +629,7 @@ REFUSALS_OF_EMISSION = {
     "wall at rest": (lambda: Diffuse(1, speed=0), ["Diffuse: speed", "positive", "got 0"]),
     "wall drifts": (lambda: Diffuse(1, speed=DRIFTING), ["Diffuse: speed", "gas at rest", "drift"]),
     "wall backwards": (lambda: Diffuse(1, speed=SIGNED), ["Diffuse: speed", "negative", "SpeedTable"]),
-    "wall speed by place": (lambda: Diffuse(1, 5), ["Diffuse", "without a keyword", "speed=...", "got 5"]),
+    "wall speed by place": (lambda: Diffuse(1, 0, 5), ["Diffuse", "without a keyword", "speed=...", "got 5"]),
     "shares": (lambda: Mixture({Mirror(): 0.5}), ["Mixture: shares", "add up to 1", "0.5", "Black()"]),
     "share": (lambda: Mixture({Mirror(): -1, Black(): 2}), ["Mixture: the share of Mirror", "[0, 1]", "-1"]),
     "mixture of shares": (lambda: Mixture([1.0]), ["Mixture: parts", "with their shares", "[1.0]"]),

@@ -81,6 +81,15 @@ SCALAR_PASSES = {
     "refine_by_time": "searches among edges, for few lanes",
     "refine_by_speed": "searches among edges, for few lanes",
     "score_moments": "scatters to the meters' rows",
+    "born_beside_hole": "draws again where a place lies in the hole",
+    "born_on_mesh": "searches for a facet by its share of the area",
+    "meet_mesh": "descends a hierarchy of boxes, ray by ray",
+    "cover_mesh": "descends a hierarchy of boxes, ray by ray",
+    "stand_on_facet": "gathers from the facets",
+    "put_back_on_quadric": "gathers from the sheets",
+    "look_up_optics": "gathers from the surfaces",
+    "spread_lobe": "gathers from the cells of the lobe, for few lanes",
+    "bend_by_lens": "gathers from the surfaces, for few lanes",
 }
 # AVX2 cannot convert packed int64 to float64 and back, nor mask as AVX-512 does.
 SCALAR_WITHOUT_AVX512 = {"absorb", "born_over_rectangle", "born_over_disk"}

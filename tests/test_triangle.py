@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from tests.agreement import assert_agrees
 from transport.bins import Directions, Positions
 from transport.detectors import Detector
-from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
+from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
 from transport.scene import Scene
 from transport.shapes import Disk, Point, Rectangle, Sphere, Triangle
 from transport.shapes.distances import least_distance
 from transport.sheets import are_on_one_support, pieces, sheets_of
 from transport.simulate import simulate
-from transport.sources import Isotropic, Lambertian, Source
+from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
 from transport.validation import SceneError
 
 HALF_SQUARE = Triangle(vertices=((0, 0, 0), (2, 0, 0), (0, 2, 0)))
@@ -213,27 +213,26 @@ def test_a_flat_source_does_not_aim_at_a_triangle_in_its_plane():
         Scene(Source(Disk(radius=1, center=(5, 0, 0)), Lambertian(power=1), aim=HALF_SQUARE))
 
 
-@pytest.mark.parametrize("material", [Black(), Diffuse(1.0), Mirror(), Mixture({Transparent(): 1.0})])
-def test_a_surface_of_a_triangle_that_acts_is_refused(material):
-    with pytest.raises(SceneError, match=r"Surface 'sail': .* got Triangle\(.* come with meshes"):
-        Scene(LAMP, Surface(SLOPED, material, name="sail"))
+@pytest.mark.parametrize("material", [Black(), Diffuse(1.0), Mirror(), Transparent()])
+def test_a_surface_of_a_triangle_is_a_sheet_that_acts_and_may_emit(material):
+    sail = Surface(SLOPED, material, name="sail")
+    scene = Scene(Source("sail", Lambertian(power=1)), sail, Detector("sail"))
+    [sheet] = sheets_of(scene)
+    assert sheet.support == SLOPED and len(sheet.members) == 1
+    assert (sheet.members[0].surface is sail) == (not isinstance(material, Transparent))
 
 
-def test_a_transparent_surface_of_a_triangle_may_be_metered_but_does_not_emit():
-    sail = Surface(SLOPED, Transparent(), name="sail")
-    assert [sheet.support for sheet in sheets_of(Scene(LAMP, sail, Detector("sail")))] == [SLOPED]
-    with pytest.raises(SceneError, match=r"leaves from a .* got shape=Triangle"):
-        Scene(Source("sail", Lambertian(power=1)), sail)
-
-
-def test_a_source_on_a_triangle_is_refused():
-    for emission in (Lambertian(power=1), Isotropic(power=1)):
+def test_only_surface_emissions_leave_from_a_triangle():
+    assert Source(SLOPED, Lambertian(exitance=2)).amount(SLOPED, None) == 2 * SLOPED.area
+    beam = Source(SLOPED, Beam(SLOPED.normal, irradiance=2))
+    assert beam.amount(SLOPED, None) == pytest.approx(2 * SLOPED.area, rel=1e-15)
+    for emission in (Isotropic(power=1), Gas(density=1, speed=1)):
         with pytest.raises(SceneError, match=r"Source: .* leaves from a .* got shape=Triangle"):
             Source(SLOPED, emission)
 
 
 def test_positions_on_a_triangle_are_refused():
-    with pytest.raises(SceneError, match=r"Detector 'meter': .* Rectangle, Disk or Sphere, got Triangle"):
+    with pytest.raises(SceneError, match=r"Detector 'meter': .* Triangle has no coordinates.*; meter a Rect"):
         Detector(SLOPED, name="meter", positions=Positions(u=2))
 
 

@@ -3,13 +3,40 @@
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
+from transport.exchange import etendue, view_factor
+from transport.materials import (
+    Black,
+    Dielectric,
+    Diffuse,
+    Glossy,
+    Mirror,
+    Mixture,
+    Surface,
+    ThinLens,
+    Transparent,
+    TwoSided,
+)
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.scene import Scene
-from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Sphere, Triangle
+from transport.shapes import (
+    Box,
+    Cloud,
+    Cone,
+    Cylinder,
+    Disk,
+    Mesh,
+    MeshWarning,
+    Paraboloid,
+    Plane,
+    Point,
+    Rectangle,
+    Slab,
+    Sphere,
+    Triangle,
+)
 from transport.simulate import simulate
 from transport.sources import Source
 from transport.speeds import InverseCDF, Maxwellian, SpeedTable
@@ -35,10 +62,11 @@ from transport.validation import SceneError
 __version__ = "0.1.0"
 
 __all__ = [
-    "Beam", "Black", "Box", "BoxPulse", "Cloud", "Detector", "Diffuse", "Directions", "Disk", "Effusive",
-    "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Instant", "InverseCDF", "Isotropic", "Lambertian",
-    "Maxwellian", "Mirror", "Mixture", "PhaseSpace", "Point", "Positions", "Rectangle", "Result", "Scene",
-    "SceneError", "Snapshot", "Source", "SpeedTable", "Sphere", "Surface", "Transparent", "Triangle", "Unit",
-    "UnitError", "arcmin", "arcsec", "au", "cm", "deg", "km", "mm", "mrad", "nm", "ns", "simulate",
-    "solid_angle", "speed_of_light", "um", "us",
+    "Beam", "Black", "Box", "BoxPulse", "Cloud", "Cone", "Cylinder", "Detector", "Dielectric", "Diffuse",
+    "Directions", "Disk", "Effusive", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
+    "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Mesh", "MeshWarning", "Mirror",
+    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "Positions", "Rectangle", "Result", "Scene", "SceneError", "Slab",
+    "Snapshot", "Source", "SpeedTable", "Sphere", "Surface", "ThinLens", "Transparent", "Triangle",
+    "TwoSided", "Unit", "UnitError", "arcmin", "arcsec", "au", "cm", "deg", "etendue", "km", "mm", "mrad",
+    "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us", "view_factor",
 ]  # fmt: skip

@@ -5,7 +5,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from transport.shapes import Box, Disk, Rectangle, Shape, Sphere
+from transport.shapes import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Mesh,
+    Paraboloid,
+    Plane,
+    Rectangle,
+    Revolved,
+    Shape,
+    Slab,
+    Sphere,
+    Triangle,
+)
 from transport.validation import (
     as_float,
     as_floats,
@@ -29,6 +43,13 @@ PI = math.pi
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
+}
+INSTEAD = {  # of bins of position on shapes without coordinates
+    Box: "meter each of its faces() instead",
+    Slab: "meter Rectangles on its planes() instead",
+    Plane: "meter a Rectangle or Disk in it instead",
+    Triangle: "meter a Rectangle or Disk in its plane instead",
+    Mesh: "meter some of its triangles as a Mesh of their own instead",
 }
 
 
@@ -99,7 +120,8 @@ class Positions:
     """Bins over a shape's own coordinates, each a number of equal bins or increasing edges.
 
     Rectangle: `u`, `v` [m] from its centre along e_u and e_v. Disk: `u` radius [m], `v` azimuth [rad].
-    Sphere: `u` polar angle from its axis, `v` azimuth [rad]. Azimuth runs from e_u towards e_v.
+    Sphere and its zones: `u` polar angle from the axis, `v` azimuth [rad]. Cylinder, Cone, Paraboloid: `u` height [m]
+    along the axis from `center`, `v` azimuth [rad]. Azimuth runs from e_u towards e_v.
     """
 
     u: Bins | None = None
@@ -124,17 +146,26 @@ class Positions:
         circle = (0.0, 2 * PI)
         match shape:
             case Rectangle():
+                if shape.hole is not None:
+                    cure = "meter Rectangles that leave the hole out"
+                    refuse(
+                        self, f"a Rectangle with a hole has no bins of known area, got {shown(shape)}; {cure}"
+                    )
                 half_width, half_height = shape.width / 2, shape.height / 2
                 return {"u": (-half_width, half_width), "v": (-half_height, half_height)}
             case Disk():
                 return {"u": (shape.inner_radius, shape.radius), "v": circle}
             case Sphere():
-                return {"u": (0.0, PI), "v": circle}
-            case Box():
-                refuse(
-                    self, f"a Box has no coordinates, got {shown(shape)}; meter each of its faces() instead"
-                )
-        refuse(self, f"positions need a Rectangle, Disk or Sphere, got {shown(shape)}")
+                return {"u": (math.acos(shape.mu_max), math.acos(shape.mu_min)), "v": circle}
+            case Cylinder() | Cone():
+                return {"u": (-shape.height / 2, shape.height / 2), "v": circle}
+            case Paraboloid():
+                return {"u": (shape.profile.low, shape.profile.high), "v": circle}
+        kind = f"a {type(shape).__name__} has no coordinates"
+        if type(shape) in INSTEAD:
+            refuse(self, f"{kind}, got {shown(shape)}; {INSTEAD[type(shape)]}")
+        must = "a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
+        refuse(self, f"positions need {must}, got {shown(shape)}")
 
 
 def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
@@ -145,6 +176,9 @@ def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
             return (upper - lower) * (upper / 2 + lower / 2)
         case Sphere():
             return 2 * shape.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
+        case Revolved():
+            profile = shape.profile
+            return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
     return upper - lower
 
 

@@ -13,7 +13,7 @@ from transport.bins import (
     edges_of,
     settle_bins,
 )
-from transport.shapes import Cloud, Point, Shape
+from transport.shapes import Box, Cloud, FlatShape, Point, Shape, Slab, Sphere
 from transport.sides import Sided
 from transport.validation import (
     SceneError,
@@ -92,11 +92,26 @@ class Detector(Sided):
         if isinstance(shape, (Point, Cloud)):
             refuse(self, f"shape must have an area, got {shape}; meter a small Disk or Sphere")
         self._check_side(shape)
+        self._check_frame(shape)
         if self.positions is not None:
             try:
                 self.positions.edges(shape)
             except SceneError as error:
                 refuse(self, str(error))
+
+    def _check_frame(self, shape: Shape) -> None:
+        """Refuse directions in the world's frame on shapes whose mean of |cosθ| over such a bin has no closed form here."""
+        directions = self.directions
+        is_world = isinstance(directions, DirectionCone) or getattr(directions, "frame", "local") == "world"
+        is_plain = isinstance(shape, FlatShape | Box | Slab) or (
+            isinstance(shape, Sphere) and shape.is_closed
+        )
+        if is_world and not is_plain:
+            kind = "zone of a Sphere" if isinstance(shape, Sphere) else type(shape).__name__
+            cure = "write frame='local', or meter a flat shape or a whole Sphere"
+            refuse(
+                self, f"directions must be in the local frame on a {kind}, got {shown(directions)}; {cure}"
+            )
 
     def _settle_bins(self) -> None:
         if self.directions is not None:

@@ -9,7 +9,21 @@ import math
 from dataclasses import field
 
 from transport.pulses import Pulse
-from transport.shapes import Box, Cloud, Disk, FlatShape, Point, Rectangle, Shape, Sphere
+from transport.shapes import (
+    Box,
+    Cloud,
+    Cone,
+    Cylinder,
+    Disk,
+    FlatShape,
+    Mesh,
+    Paraboloid,
+    Point,
+    Rectangle,
+    Shape,
+    Sphere,
+    Triangle,
+)
 from transport.speeds import Maxwellian, SpeedDistribution
 from transport.units import speed_of_light
 from transport.validation import (
@@ -23,6 +37,8 @@ from transport.validation import (
 )
 from transport.vectors import Vector
 
+SURFACES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
+
 
 class Emission:
     """What all emissions share; not made itself."""
@@ -33,6 +49,7 @@ class Emission:
     shapes: tuple[type, ...] = ()  # that it can leave from
     cure = ""  # for other shapes
     has_side = False  # whether it leaves from one side of a surface
+    needs_whole = False  # whether a Sphere must be all of it
     can_aim = False
     mass: float | None = None  # of a particle [kg]
 
@@ -103,7 +120,7 @@ class Lambertian(Emission):
     speed: float | None = None
 
     rates = ("radiance", "exitance", "power")
-    shapes = (Rectangle, Disk, Sphere, Box)
+    shapes = SURFACES
     cure = "a Point emits Isotropic"
     has_side = can_aim = True
 
@@ -132,8 +149,8 @@ class Isotropic(Emission):
 
     rates = ("power", "intensity")
     shapes = (Point, Box, Sphere)
-    cure = "a flat shape emits Lambertian"
-    can_aim = True
+    cure = "a surface emits Lambertian"
+    can_aim = needs_whole = True
 
     def __post_init__(self) -> None:
         self._settle_amount()
@@ -158,9 +175,9 @@ class Beam(Emission):
     speed: float | None = field(default=None, kw_only=True)
 
     rates = ("power", "irradiance")
-    shapes = (Point, Rectangle, Disk, Sphere, Box)
+    shapes = (Point, Rectangle, Disk, Triangle, Sphere, Box)
     cure = "choose one of them"
-    has_side = True
+    has_side = needs_whole = True
 
     def __post_init__(self) -> None:
         settle_direction(self, "direction")
@@ -216,6 +233,7 @@ class Gas(ParticleEmission):
     rates = ("density",)
     shapes = (Box, Sphere, Cloud, Point)
     cure = "enclose it in a Box"
+    needs_whole = True
 
     def __post_init__(self) -> None:
         self._settle_particles()
@@ -259,7 +277,7 @@ class Effusive(ParticleEmission):
     mass: float | None = None
 
     rates = ("density", "exitance")
-    shapes = (Rectangle, Disk, Sphere, Box)
+    shapes = SURFACES
     cure = "particles leave a Point as a Gas"
     has_side = can_aim = True
 

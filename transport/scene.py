@@ -4,9 +4,8 @@ from collections import Counter
 from collections.abc import Iterable
 
 from transport.detectors import Detector
-from transport.materials import Surface
+from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.phase_space import PhaseSpace, Snapshot
-from transport.scene_speeds import parts_of
 from transport.shapes import Shape
 from transport.soundness import check_scene
 from transport.sources import Source
@@ -120,9 +119,11 @@ class Scene:
             kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
             refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
         for surface in self.surfaces:
-            for part in parts_of(surface.material):
+            for part in simple_parts(surface.material):
                 if getattr(part, "speed", None) is not None:
                     self._check_wall(surface, part.speed)
+                if isinstance(part, (Dielectric, ThinLens)):
+                    self._check_optics(surface, part)
 
     def _check_wall(self, surface: Surface, speed: object) -> None:
         """Refuse a thermal wall for energies, or for particles of another mass than its own."""
@@ -135,6 +136,16 @@ class Scene:
             got = ", ".join(f"{other} kg" for other in sorted(masses - {mass}))
             cure = "a wall gives the speeds of one mass; take that mass, and a scene for each species"
             refuse(surface, f"its Maxwellian is of particles of {mass} kg, got {got} from a source; {cure}")
+
+    def _check_optics(self, surface: Surface, part: Dielectric | ThinLens) -> None:
+        """Refuse a boundary of media or a lens for particles, and glass with a clock."""
+        kind = type(part).__name__
+        if self.measured_in == "particles":
+            cure = "emit watts, or leave it out"
+            refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
+        if isinstance(part, Dielectric) and self.duration is not None:
+            must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
+            refuse(surface, f"{must}; leave out duration: the speed of light in a medium comes with media")
 
 
 def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:

@@ -5,11 +5,25 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.materials import Diffuse, Material, Mirror, Surface, Transparent
-from transport.scene_speeds import parts_of
-from transport.shapes import Box, FlatShape, Shape, Sphere, Triangle
-from transport.sheets import are_on_one_support, overlap, sheets_of
+from transport.materials import (
+    Black,
+    Diffuse,
+    Glossy,
+    Material,
+    Mirror,
+    Surface,
+    TwoSided,
+    lets_through,
+    simple_parts,
+)
+from transport.nesting import check_media
+from transport.shapes import FlatShape, Mesh, Shape, Slab, Sphere
+from transport.shapes.overlaps import overlap
+from transport.shapes.supports import are_on_one_support
+from transport.sheets import sheets_of
+from transport.trapping import check_trapped
 from transport.validation import SceneError, refuse, shown
+from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -17,18 +31,11 @@ if TYPE_CHECKING:
 
 def check_scene(scene: Scene) -> None:
     """Refuse a scene whose parts do not go together.  Raises SceneError."""
-    check_surfaces(scene)
     check_supports(scene)
     check_aims(scene)
     check_endless(scene)
-
-
-def check_surfaces(scene: Scene) -> None:
-    """Refuse a triangle that acts; a transparent one may be metered."""
-    for surface in scene.surfaces:
-        if isinstance(surface.shape, Triangle) and not isinstance(surface.material, Transparent):
-            cure = "make it of Rectangles and Disks; surfaces of triangles come with meshes"
-            refuse(surface, f"shape must not be a Triangle that acts, got {surface.shape}; {cure}")
+    check_trapped(scene)
+    check_media(scene)
 
 
 def check_supports(scene: Scene) -> None:
@@ -40,7 +47,7 @@ def check_supports(scene: Scene) -> None:
                 if overlap(one.shape, other.shape):
                     raise SceneError(
                         f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
-                        f" {'sphere' if isinstance(one.shape, Sphere) else 'plane'}; make them share an edge at most,"
+                        f" {_support_of(one.shape)}; make them share an edge at most,"
                         " or leave one out"
                     )
 
@@ -59,9 +66,11 @@ def check_endless(scene: Scene) -> None:
         return
     for surface in scene.surfaces:
         shape = surface.shape
-        if not shape.is_closed or _lets_through(surface.material):
+        inside = _back_of(surface.material)
+        if not shape.is_closed or lets_through(inside) or _absorbs(inside):
             continue
-        if any(_absorbs(other.material) and _meet(other.shape, shape) for other in scene.surfaces):
+        others = (other for other in scene.surfaces if other is not surface)
+        if any(_absorbs(other.material) and _meet(other.shape, shape) for other in others):
             continue
         for source in scene.sources:
             origin = scene.shape_of(source)
@@ -73,21 +82,26 @@ def check_endless(scene: Scene) -> None:
                 )
 
 
+def _back_of(material: Material) -> Material:
+    """What acts on the inside of a closed shape."""
+    return material.back if isinstance(material, TwoSided) else material
+
+
 def _absorbs(material: Material) -> bool:
     """Whether some of what arrives ends there."""
-    return any(_reflected(part) < 1 for part in parts_of(material) if not isinstance(part, Transparent))
+    return any(_kept(part) > 0 for part in simple_parts(material))
 
 
-def _reflected(material: Material) -> float:
-    """The share that a simple material reflects."""
+def _kept(material: Material) -> float:
+    """The share of what arrives that a simple material absorbs."""
     match material:
-        case Diffuse(albedo=share) | Mirror(reflectance=share):
-            return share
+        case Black():
+            return 1.0
+        case Diffuse(albedo=share, transmission=passed) | Mirror(reflectance=share, transmission=passed):
+            return 1 - (share + passed)
+        case Glossy(albedo=share):
+            return 1 - share
     return 0.0
-
-
-def _lets_through(material: Material) -> bool:
-    return any(isinstance(part, Transparent) for part in parts_of(material))
 
 
 def _meet(a: Shape, b: Shape) -> bool:
@@ -96,11 +110,21 @@ def _meet(a: Shape, b: Shape) -> bool:
     return all(p <= s and r <= q for p, q, r, s in zip(low_a, high_a, low_b, high_b, strict=True))
 
 
-def _holds(shape: Sphere | Box, point: tuple[float, ...]) -> bool:
+def _holds(shape: Shape, point: Vector) -> bool:
     """Whether a point lies inside a closed shape."""
-    if isinstance(shape, Sphere):
-        return math.dist(point, shape.center) < shape.radius
+    match shape:
+        case Sphere():
+            return math.dist(point, shape.center) < shape.radius
+        case Slab():
+            offset = tuple(p - c for p, c in zip(point, shape.center, strict=True))
+            return abs(dot(offset, shape.normal)) < shape.thickness / 2
+        case Mesh():
+            return shape.holds(point)
     return all(low < x < high for low, x, high in zip(shape.bounds[0], point, shape.bounds[1], strict=True))
+
+
+def _support_of(shape: Shape) -> str:
+    return "plane" if isinstance(shape, FlatShape) else type(shape).__name__.lower()
 
 
 def _title(scene: Scene, surface: Surface) -> str:

@@ -4,7 +4,7 @@ import math
 
 from transport.emissions import Beam, Effusive, Emission, Gas, Isotropic, Lambertian
 from transport.pulses import BoxPulse, GaussianPulse, Instant, Pulse
-from transport.shapes import Cloud, FlatShape, Point, Shape, Triangle
+from transport.shapes import Cloud, FlatShape, Point, Shape, Sphere
 from transport.sides import Sided
 from transport.speeds import SpeedDistribution
 from transport.validation import SceneError, check_type, refuse, scene_object, shown
@@ -71,12 +71,7 @@ class Source(Sided):
     def check_shape(self, shape: Shape) -> None:
         """Refuse a resolved shape that the emission cannot leave from as told."""
         kind, emission = type(shape).__name__, type(self.emission).__name__
-        if not isinstance(shape, self.emission.shapes):
-            *others, last = [cls.__name__ for cls in self.emission.shapes]
-            possible = f"{', '.join(others)} or {last}"
-            is_triangle = isinstance(shape, Triangle)
-            cure = "sources of triangles come with meshes" if is_triangle else self.emission.cure
-            refuse(self, f"{emission} leaves from a {possible}, got shape={shown(shape)}; {cure}")
+        self._check_kind(shape)
         is_surface_source = self.emission.has_side and not isinstance(shape, Point)
         if self.side != "front" and not is_surface_source:
             refuse(self, f"side means nothing for {emission} from a {kind}, got {self.side!r}; leave it out")
@@ -92,6 +87,18 @@ class Source(Sided):
         if not 0 < amount < math.inf:
             what = "power" if self.emission.measured_in == "watts" else "number of particles"
             refuse(self, f"{what} must be positive and finite, got {amount} from {shown(self.emission)}")
+
+    def _check_kind(self, shape: Shape) -> None:
+        """Refuse a shape of a kind that the emission does not leave from."""
+        emission = type(self.emission).__name__
+        *others, last = [cls.__name__ for cls in self.emission.shapes]
+        got = f"{emission} leaves from a {', '.join(others)} or {last}, got shape={shown(shape)}"
+        if shape.is_infinite:
+            refuse(self, f"{got}, whose area is infinite; let a large Rectangle emit")
+        if not isinstance(shape, self.emission.shapes):
+            refuse(self, f"{got}; {self.emission.cure}")
+        if self.emission.needs_whole and isinstance(shape, Sphere) and shape.is_zone:
+            refuse(self, f"{got}, a zone; leave mu_min and mu_max out, or let it emit Lambertian")
 
     def _check_aim(self) -> None:
         if self.aim is None:
@@ -109,6 +116,8 @@ class Source(Sided):
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
         if isinstance(self.aim, (Point, Cloud)):
             refuse(self, f"aim must have an area, got {self.aim}; aim at a small Disk or Sphere")
+        if self.aim.is_infinite:
+            refuse(self, f"aim must be finite, got {self.aim}; aim at a Rectangle in it, or leave aim out")
 
     def _check_pulse(self) -> None:
         if self.pulse is None:

@@ -12,6 +12,7 @@ import pytest
 
 import transport as tp
 from transport.compile import compiler as compiling
+from transport.compile import pieces
 
 simulating = sys.modules[tp.simulate.__module__]
 
@@ -68,23 +69,13 @@ def test_nothing_escapes_through_an_edge_or_a_corner():
 
 def test_walls_without_a_bound_on_rounding_leak(monkeypatch):
     """Planted: a wall ends at its exact half width, as if a crossing's place were known exactly."""
-    fill = compiling._member_row
-
-    def exact_walls(member, space, code, sheet):
-        row = fill(member, space, code, sheet)
-        row["half_u"], row["half_v"] = (
-            member.shape.width / 2 / space.size,
-            member.shape.height / 2 / space.size,
-        )
-        return row
-
-    monkeypatch.setattr(compiling, "_member_row", exact_walls)
+    monkeypatch.setattr(pieces, "slack_of", lambda member, space: 0.0)
     assert escaped() > 0
 
 
 def test_points_left_on_an_edge_leak(monkeypatch):
     """Planted: a point within rounding of an edge stays there, perhaps beyond the neighbour's plane."""
-    monkeypatch.setattr(compiling.Plan, "has_walls", property(lambda plan: False))
+    monkeypatch.setattr(compiling.Plan, "has_rims", property(lambda plan: False))
     assert escaped() > 0
 
 

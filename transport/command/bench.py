@@ -16,9 +16,9 @@ from rich.table import Table
 from transport.command.pass_costs import pass_costs
 from transport.detectors import Detector, Directions
 from transport.emissions import Effusive, Lambertian
-from transport.materials import Diffuse, Surface
+from transport.materials import Black, Dielectric, Diffuse, Surface
 from transport.scene import Scene
-from transport.shapes import Box, Disk
+from transport.shapes import Box, Cylinder, Disk, Mesh, Sphere
 from transport.simulate import simulate
 from transport.sources import Source
 from transport.speeds import Maxwellian
@@ -59,6 +59,30 @@ def disks_scene() -> Scene:
     return Scene(sources=[source], detectors=[Detector(meter, name="meter", directions=Directions(mu=16))])
 
 
+def tube_scene() -> Scene:
+    """A diffuse-walled tube, ten radii long, lit at one end; both ends are metered."""
+    ends = [Disk(center=(0, 0, z), normal=(0, 0, z), radius=1.0) for z in (-5.0, 5.0)]
+    wall = Surface(Cylinder(radius=1.0, height=10.0), Diffuse(1.0), "wall")
+    source = Source(ends[0], Lambertian(exitance=1.0), side="back")
+    meters = [Detector(end, name) for end, name in zip(ends, ("entrance", "exit"), strict=True)]
+    return Scene([source], [wall], [*meters, Detector("wall", side="back", directions=Directions(mu=16))])
+
+
+def glass_ball_scene() -> Scene:
+    """A ball of glass in a black box that glows: equilibrium."""
+    walls = Surface(Box(size=2.0), Black(), "walls")
+    ball = Surface(Sphere(radius=0.8), Dielectric(1.5), "ball")
+    source = Source("walls", Lambertian(radiance=1.0), side="back")
+    return Scene([source], [walls, ball], [Detector("ball", directions=Directions(mu=16))])
+
+
+def mesh_box_scene() -> Scene:
+    """The closed cube of `box_scene` as a mesh of twelve triangles."""
+    walls = Surface(Mesh.box(size=2.0), Diffuse(0.5), "walls")
+    source = Source("walls", Effusive(exitance=1.0, speed=SPEED), side="back")
+    return Scene([source], [walls], [Detector("walls", side="back", directions=Directions(mu=16))])
+
+
 def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False) -> list[dict]:
     """Rows {name, value, unit, ratio} of one run, ratio None where there is nothing to compare with.
 
@@ -73,10 +97,14 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
         *_box_rows(repeats, share),
         *_disk_rows(repeats, share),
         *_clock_rows(repeats, share),
+        *_optics_rows(repeats, share),
         *_memory_rows(1_000_000_000 if long else 10_000_000),
         *_pass_rows("closed box", box_scene()),
         *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),
         *_pass_rows("coaxial disks", disks_scene()),
+        *_pass_rows("tube", tube_scene()),
+        *_pass_rows("glass ball", glass_ball_scene()),
+        *_pass_rows("mesh box", mesh_box_scene()),
     ]
 
 
@@ -147,17 +175,26 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
         "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
         "with thermal walls as well, against speeds": thermal_box_scene(),
     }
-
-    def crossings(scene: Scene) -> Callable[[], int]:
-        histories = BOX // share
-        return lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings
-
-    rates = _rates(repeats, *map(crossings, (box_scene(), *scenes.values())))
+    rates = _rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
     pairs = zip(scenes, rates, rates[1:], strict=False)
     return [
         _row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
         for what, before, rate in pairs
     ]
+
+
+def _optics_rows(repeats: int, share: int) -> list[dict]:
+    """Curved, refracting and meshed surfaces, a crossing of each against one of the closed box."""
+    scenes = {"tube": tube_scene(), "glass ball": glass_ball_scene(), "mesh box": mesh_box_scene()}
+    rates = _rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
+    return [
+        _row(f"{name}, against the closed box", rate, "crossings/s", rate / rates[0])
+        for name, rate in zip(scenes, rates[1:], strict=True)
+    ]
+
+
+def _crossings(scene: Scene, histories: int) -> Callable[[], int]:
+    return lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings
 
 
 def _memory_rows(particles: int) -> list[dict]:

@@ -7,24 +7,21 @@ from functools import lru_cache
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.coats import coat_rows, nothing
 from transport.compile.contacts import contacts_of
-from transport.compile.emitters import emitters_of, triangle_columns
+from transport.compile.emitters import emitters_of
 from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
+from transport.compile.meshes import mesh_table
+from transport.compile.pieces import SETBACK, outward_of, piece_row, quadric_columns, rim_row
 from transport.compile.plan import Plan
-from transport.compile.quantile_tables import constant_quantile, quantile_row
-from transport.compile.space import Space, space_of
-from transport.materials import Black, Diffuse, Material, Mirror, Mixture, Transparent
+from transport.compile.space import space_of
 from transport.scene import Scene
-from transport.scene_speeds import parts_of, scene_speeds
-from transport.shapes import Box, Disk, Rectangle, Shape, Sphere, Triangle
+from transport.scene_speeds import scene_speeds
+from transport.shapes import Mesh, Revolved, Shape, Sphere
 from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
-from transport.speeds import SpeedDistribution
 from transport.validation import SceneError, shown
-from transport.vectors import dot
 
-# Within 32 roundings of a coordinate from an edge [scene lengths] a point is drawn back.
-SETBACK = 2.0**-48
 MOST_MARKS = 62  # bits of a history
 
 
@@ -41,10 +38,10 @@ def compile_scene(scene: Scene) -> Plan:
             "Scene: the power of all sources together must be a finite number; use a larger unit"
         )
     if len(sheets) >= 1 << 15:
-        raise SceneError(f"Scene: at most 32767 planes and spheres, got {len(sheets)}")
-    plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
-    for number, sheet in enumerate(sheets, start=1):
-        _fill_sheet(plan.sheets[number], sheet, space)
+        raise SceneError(
+            f"Scene: at most 32767 supports (planes, spheres, cylinders, meshes ...), got {len(sheets)}"
+        )
+    _fill_sheets(plan, sheets)
     if len(scene.visited) > MOST_MARKS:
         raise SceneError(f"Scene: via may name at most {MOST_MARKS} places, got {len(scene.visited)}")
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
@@ -56,12 +53,27 @@ def compile_scene(scene: Scene) -> Plan:
     return plan
 
 
-def _fill_sheet(row: np.void, sheet: Sheet, space: Space) -> None:
-    support = sheet.support
+def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
+    plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
+    plan.curved_sheets = np.zeros(len(sheets) + 1, layout.CURVED_SHEET)
+    plan.meshed_sheets = np.zeros(len(sheets) + 1, layout.MESHED_SHEET)
+    for number, sheet in enumerate(sheets, start=1):
+        _fill_sheet(plan, number, sheet)
+
+
+def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
+    support, space, row = sheet.support, plan.space, plan.sheets[number]
+    if isinstance(support, Mesh):
+        mesh_table(plan, support).rows.append(plan.meshed_sheets[number])
+        return
     row["cx"], row["cy"], row["cz"] = space.place(support.center)
     if isinstance(support, Sphere):
         row["radius"] = support.radius / space.size
         row["curvature"] = space.size / support.radius
+    elif isinstance(support, Revolved):
+        columns = quadric_columns(support, space)
+        kept = {name: columns[name] for name in layout.CURVED_SHEET.names if name in columns}
+        plan.curved_sheets[number] = layout.row(layout.CURVED_SHEET, **kept, is_curved=1)
     else:
         row["nx"], row["ny"], row["nz"] = support.normal
         row["outward"] = next(filter(None, (outward_of(member, support) for member in sheet.members)), 0.0)
@@ -93,23 +105,20 @@ def _fill_moments(plan: Plan) -> None:
 
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
-    surfaces, walls, meters, layers = (
-        [_surface_row(plan, Transparent())],
-        [np.zeros((), layout.RECTANGLE)],
-        [],
-        [],
-    )
-    ties = _ties(sheets)
+    coats, rims, meters, layers = [nothing()], [np.zeros((), layout.RIM)], [], []
+    ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
         layer = 0
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT
-            first = len(surfaces)
+            first = len(coats)
             if member.surface is not None:
-                surfaces += _surface_rows(plan, member.surface.material)
-                plan.owners += [plan.scene.surfaces.index(member.surface)] * (len(surfaces) - first)
+                firsts.append((number, first, member))
+                coats += coat_rows(plan, member)
+                plan.owners += [plan.scene.surfaces.index(member.surface)] * (len(coats) - first)
                 code |= first << layout.SURFACE_SHIFT
-                code |= int(surfaces[first]["material"]) << layout.MATERIAL_SHIFT
+                code |= int(coats[first][0]["material"]) << layout.MATERIAL_SHIFT
+                rims += [rim_row(plan, member)] * (len(coats) - first)
             for look in _looks(plan, member, meters):
                 if layer == layout.METERS_A_SHEET:
                     raise SceneError(
@@ -121,25 +130,18 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 code |= 1 << layer
                 layers[layer][number] = look
                 layer += 1
-            row = _member_row(member, plan.space, code, number)
-            _share_plane(row, member, sheet, plan.space)
+            name, row = piece_row(plan, member, sheet, code, number)
             if "tie" in row.dtype.names:
                 row["tie"] = ties[number]
             verb = "cover" if member.surface is None else "meet"
-            plan.members.append((f"{verb}_{type(member.shape).__name__.lower()}", row, member.shape))
-            walls += [row if isinstance(member.shape, Rectangle) else walls[0]] * (len(surfaces) - first)
-    if len(surfaces) - 1 > layout.SURFACE_MASK:
-        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(surfaces) - 1}")
-    plan.surfaces, plan.walls = np.array(surfaces, layout.SURFACE), np.array(walls, layout.RECTANGLE)
-    _fill_contacts(plan, sheets)
+            plan.members.append((f"{verb}_{name}", row, member.shape))
+    if len(coats) - 1 > layout.SURFACE_MASK:
+        raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(coats) - 1}")
+    plan.surfaces = np.array([surface for surface, _ in coats], layout.SURFACE)
+    plan.optics = np.array([optics for _, optics in coats], layout.OPTICS)
+    plan.rims = np.array(rims, layout.RIM)
+    _fill_contacts(plan, firsts)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
-
-
-def outward_of(member: Member, flat: Shape) -> float:
-    """Whether a box's face points the way of that flat shape's normal: +1, or -1; 0 for what is no meter's."""
-    if not isinstance(member.whole, Box) or member.surface is not None:
-        return 0.0
-    return math.copysign(1.0, dot(member.shape.normal, flat.normal))
 
 
 def _ties(sheets: list[Sheet]) -> dict[int, int]:
@@ -163,103 +165,23 @@ def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
 
 
-def _fill_contacts(plan: Plan, sheets: list[Sheet]) -> None:
-    """Rows of the surfaces that cut or touch the inside of another one; acting members are numbered as `surfaces` are."""
-    acting = [
-        (number, m) for number, sheet in enumerate(sheets, 1) for m in sheet.members if m.surface is not None
-    ]
-    first_rows, row = [], 1
-    for _, member in acting:
-        first_rows.append(row)
-        row += len(parts_of(member.surface.material))
-    for hit, other in contacts_of([member for _, member in acting]):
-        (sheet_hit, _), (sheet, member) = acting[hit], acting[other]
+def _fill_contacts(plan: Plan, acting: list[tuple[int, int, Member]]) -> None:
+    """Rows of the surfaces that cut or touch the inside of another one.  acting: sheet, first row and member."""
+    for hit, other in contacts_of([member for _, _, member in acting]):
+        (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
         if sheet_hit == sheet:
             continue
         shape, size = member.shape, plan.space.size
         reach = SETBACK + 2.0**-50 * sum(map(abs, shape.center)) / size
         values = layout.center_columns(plan.space.place(shape.center)) | {
             "reach": reach,
-            "surface": first_rows[hit],
+            "surface": first,
             "sheet": sheet,
         }
-        if isinstance(shape, Sphere):
-            values["radius"] = shape.radius / size
+        if isinstance(shape, Revolved):
+            columns = quadric_columns(shape, plan.space)
+            values |= {name: columns[name] for name in ("cx", "cy", "cz", "alpha", "beta", "gamma")}
+            values |= dict(zip(("nx", "ny", "nz"), shape.axis, strict=True))
         else:
-            values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True))
+            values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True)) | {"is_plane": 1}
         plan.contacts.append(layout.row(layout.CONTACT, **values))
-
-
-def _surface_rows(plan: Plan, material: Material) -> list[np.ndarray]:
-    """A row, or for a mixture one for each part, with the shares added up."""
-    if not isinstance(material, Mixture):
-        return [_surface_row(plan, material)]
-    shares = np.cumsum([share for _, share in material.parts])
-    rows = [_surface_row(plan, part) for part, _ in material.parts]
-    for row, share in zip(rows, shares, strict=True):
-        row["share"], row["parts"] = share, len(rows)
-    return rows
-
-
-def _surface_row(plan: Plan, material: Material) -> np.ndarray:
-    match material:
-        case Transparent():
-            return layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
-        case Black() | Diffuse(albedo=0.0) | Mirror(reflectance=0.0):
-            return layout.row(layout.SURFACE, material=layout.BLACK, albedo=0.0)
-        case Diffuse(albedo=albedo, speed=speed):
-            quantiles = 0 if speed is None or not plan.has_speeds else _wall_speeds(plan, speed)
-            return layout.row(layout.SURFACE, material=layout.DIFFUSE, albedo=albedo, quantiles=quantiles)
-        case Mirror(reflectance=reflectance):
-            return layout.row(layout.SURFACE, material=layout.MIRROR, albedo=reflectance)
-    raise SceneError(f"Surface: no engine for {shown(material)}")
-
-
-def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
-    """Address of a row by which speeds are drawn as they leave a wall: weighted by the speed."""
-    quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
-    row = quantile_row(plan, quantile)
-    plan.kept.append(row)
-    return row.ctypes.data
-
-
-def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
-    """The one point and normal by which all flat meters of a sheet are met: those of its smallest member.
-
-    Each by its own would put them a rounding apart, and what crosses there could pass between them, or one of them twice.
-    """
-    if "sx" in row.dtype.names:
-        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
-        row["sx"], row["sy"], row["sz"] = space.place(finest.center)
-        if "outward" in row.dtype.names:
-            row["outward"] = outward_of(member, finest)
-        is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
-        if is_meter:
-            row["nx"], row["ny"], row["nz"] = finest.normal
-
-
-def _member_row(member: Member, space: Space, code: int, sheet: int) -> np.ndarray:
-    shape = member.shape
-    values = layout.center_columns(space.place(shape.center)) | {"code": code, "sheet": sheet}
-    if isinstance(shape, Sphere):
-        return layout.row(layout.SPHERE, **values, radius=shape.radius / space.size)
-    acts = member.surface is not None
-    if isinstance(shape, Triangle):
-        columns = triangle_columns(shape, space) | values
-        corner = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
-        return layout.row(layout.TRIANGLE, **corner | layout.center_columns(space.place(shape.vertices[0])))
-    # What acts takes what rounding carried past its edge: of the point's coordinates and of those that were given.
-    rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.center))) + shape.extent / space.size)
-    slack = rounding + 2.0**-52 * sum(map(abs, shape.center)) / space.size if acts else 0.0
-    if isinstance(shape, Disk):
-        inner, outer = shape.inner_radius / space.size, shape.radius / space.size
-        inner, outer = max(inner - slack, 0.0), outer + slack
-        values |= dict(zip(("nx", "ny", "nz"), shape.normal, strict=True))
-        return layout.row(
-            layout.DISK, **values, inner2=inner * inner, outer2=outer * outer, breadth=2 * outer
-        )
-    values |= layout.frame_columns(shape.frame)
-    for axis, length in (("u", shape.width), ("v", shape.height)):
-        half = 0.5 * length / space.size
-        values |= {f"half_{axis}": half + slack, f"inner_{axis}": half - min(SETBACK + slack, half / 1024)}
-    return layout.row(layout.RECTANGLE, **values)

@@ -6,11 +6,15 @@ the other it is.  The engine keeps it to the side that it came from, in scenes t
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
-from transport.shapes import Disk, Shape, Sphere
-from transport.sheets import ROUNDING, Member
+from transport.compile.coaxial import ring_contact
+from transport.shapes import Disk, FlatShape, Mesh, Plane, Rectangle, Revolved, Shape, Sphere, Triangle
+from transport.shapes.base import ROUNDING
+from transport.shapes.supports import are_on_one_support
+from transport.sheets import Member
 from transport.vectors import Vector, dot
 
 
@@ -29,7 +33,9 @@ def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
     if not members:
         return
     low, high = (np.array([member.shape.bounds[side] for member in members]) for side in (0, 1))
-    tolerance = 64 * ROUNDING * (np.abs(low).max() + np.abs(high).max())
+    places = np.array([(*member.shape.middle, *member.shape.middle) for member in members])
+    finite = np.where(np.isfinite([*low.T, *high.T]).T, np.hstack((low, high)), places)
+    tolerance = 64 * ROUNDING * (np.abs(finite[:, :3]).max() + np.abs(finite[:, 3:]).max())
     for hit, member in enumerate(members):
         near = ((low <= high[hit] + tolerance) & (high >= low[hit] - tolerance)).all(axis=1)
         for other in np.flatnonzero(near):
@@ -39,15 +45,39 @@ def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
 
 
 def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:
-    """Whether a shape comes within the tolerance of another, of which `widened` (negative: shrunk) counts."""
-    if isinstance(hit, Sphere) and isinstance(other, Sphere):
+    """Whether a shape comes within the tolerance of another, of which `widened` (negative: shrunk) counts.
+
+    Decided for flat shapes, whole spheres, and what is turned about one axis; of other pairs with a surface of
+    revolution it is said that they touch, where a plane does not part them.  A mesh touches nothing: it has no support.
+    """
+    if isinstance(hit, Mesh) or isinstance(other, Mesh) or are_on_one_support(hit, other):
+        return False
+    if isinstance(hit, FlatShape) and isinstance(other, FlatShape):
+        inside, beside = _common_line(hit, other, widened, tolerance)
+        return inside[0] < inside[1] and max(inside[0], beside[0]) <= min(inside[1], beside[1])
+    if _is_ball(hit) and _is_ball(other):
         apart = math.dist(hit.center, other.center)
         return abs(hit.radius - other.radius) - tolerance <= apart <= hit.radius + other.radius + tolerance
-    if isinstance(hit, Sphere) or isinstance(other, Sphere):
-        ball, flat = (hit, other) if isinstance(hit, Sphere) else (other, hit)
-        return abs(dot(_minus(ball.center, flat.center), flat.normal)) <= ball.radius + tolerance
-    inside, beside = _common_line(hit, other, widened, tolerance)
-    return inside[0] < inside[1] and max(inside[0], beside[0]) <= min(inside[1], beside[1])
+    about_one_axis = ring_contact(hit, other, widened < 0, tolerance)
+    if about_one_axis is not None:
+        return about_one_axis
+    if isinstance(hit, FlatShape) or isinstance(other, FlatShape):
+        flat, turned = (hit, other) if isinstance(hit, FlatShape) else (other, hit)
+        return _reaches_plane(turned, flat, tolerance)
+    return True
+
+
+def _is_ball(shape: Shape) -> bool:
+    return isinstance(shape, Sphere) and shape.is_closed
+
+
+def _reaches_plane(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
+    """Whether a surface of revolution comes to the plane of a flat shape."""
+    height = dot(_minus(shape.profile.origin, flat.center), flat.normal)
+    along = dot(shape.axis, flat.normal)
+    across = math.hypot(*(dot(axis, flat.normal) for axis in shape.frame[:2]))
+    reach = shape.profile.reach
+    return -reach(-along, across) - tolerance <= -height <= reach(along, across) + tolerance
 
 
 def _common_line(
@@ -58,7 +88,8 @@ def _common_line(
     slope = dot(hit.normal, other.normal)
     across = tuple(m - slope * n for m, n in zip(other.normal, hit.normal, strict=True))
     steep = dot(across, across)
-    if steep <= tolerance**2 / (hit.extent + other.extent) ** 2:
+    span = sum(shape.extent for shape in (hit, other) if not isinstance(shape, Plane))
+    if steep <= max(ROUNDING, tolerance / span if span > 0 else 0.0) ** 2:
         return nothing, nothing
     step = dot(_minus(other.center, hit.center), other.normal) / steep
     point = tuple(c + step * a for c, a in zip(hit.center, across, strict=True))
@@ -78,15 +109,27 @@ def _stretch(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[f
         half = math.sqrt(half2) if half2 > 0 else -math.inf
         return middle - half, middle + half
     enter, leave = -math.inf, math.inf
-    for axis, length in zip(shape.frame[:2], (shape.width, shape.height), strict=True):
-        place, pace, half = dot(offset, axis), dot(line, axis), length / 2 + slack
-        if abs(pace) * length <= abs(slack):
-            if abs(place) > half:
+    for across, reach in _edges(shape):
+        place, pace, half = dot(offset, across), dot(line, across), reach + slack
+        if abs(pace) * shape.extent <= abs(slack):
+            if place > half:
                 return math.inf, -math.inf
             continue
-        ends = sorted(((-half - place) / pace, (half - place) / pace))
-        enter, leave = max(enter, ends[0]), min(leave, ends[1])
+        end = (half - place) / pace
+        enter, leave = (enter, min(leave, end)) if pace > 0 else (max(enter, end), leave)
     return enter, leave
+
+
+def _edges(shape: FlatShape) -> Iterator[tuple[Vector, float]]:
+    """Outward unit vectors across the edges of a rectangle or triangle, and how far these lie from the center."""
+    if isinstance(shape, Rectangle):
+        for axis, length in zip(shape.frame[:2], (shape.width, shape.height), strict=True):
+            yield from ((axis, length / 2), (_minus((0.0, 0.0, 0.0), axis), length / 2))
+    if isinstance(shape, Triangle):
+        e_u, e_v, _ = shape.frame
+        for (p, s), (q, t) in pairwise((*shape.corners, shape.corners[0])):
+            u, v = (t - s) / math.dist((p, s), (q, t)), (p - q) / math.dist((p, s), (q, t))
+            yield tuple(u * a + v * b for a, b in zip(e_u, e_v, strict=True)), u * p + v * s
 
 
 def _minus(a: Vector, b: Vector) -> Vector:

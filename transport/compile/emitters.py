@@ -10,9 +10,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout, velocities
+from transport.compile.meshes import areas_row
+from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
 from transport.compile.velocities import Step
-from transport.shapes import Box, Cloud, Disk, Point, Rectangle, Shape, Sphere, Triangle
+from transport.shapes import (
+    Box,
+    Cloud,
+    Disk,
+    FlatShape,
+    Mesh,
+    Paraboloid,
+    Point,
+    Rectangle,
+    Revolved,
+    Shape,
+    Sphere,
+    Triangle,
+)
 from transport.shapes.distances import least_distance
 from transport.sheets import pieces
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
@@ -24,6 +39,7 @@ if TYPE_CHECKING:
 
 SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
 FAINTEST = 1e-200  # [sr] that a target may fill
+BEYOND = 1.0 + 2.0**-40  # of the radius of a ball that holds a shape
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
 
@@ -37,6 +53,7 @@ class Emitter:
     weight: float  # largest weight of a history, relative to one that is not aimed
     birth: np.ndarray
     place: Step
+    facing: np.ndarray | None  # the normal of the side that emits; None where places have one each
     law: Step
     moment: Step | None  # when
     speed: tuple[Step, ...]  # how fast
@@ -54,14 +71,17 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
     for source in scene.sources:
         shape = scene.shape_of(source)
         for piece, share in _shares(source, shape):
-            place = _place(source, piece, space)
-            law = velocities.drifting_law(plan, source, piece) or _law(source, piece, place[1])
+            place = _place(plan, source, piece)
+            law = velocities.drifting_law(plan, source, piece) or _law(source, piece)
             weight, target = _target(source, piece, space)
             volume = isinstance(source.emission, (Gas, Isotropic)) and not isinstance(piece, Point)
             birth = _birth(source, piece, [] if volume else sheets_of(piece), acting)
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
-            emitters.append(Emitter(source, piece, amount, weight, birth, place, law, moment, speed, target))
+            facing = _facing(source, piece)
+            emitters.append(
+                Emitter(source, piece, amount, weight, birth, place, facing, law, moment, speed, target)
+            )
     return emitters
 
 
@@ -94,13 +114,16 @@ def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
             yield face, size / math.fsum(sizes)
 
 
-def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]:
+def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
+    space = plan.space
     side = -1.0 if source.is_back else 1.0
     values = layout.center_columns(space.place(shape.middle)) | {"side": side}
     size = space.size
     match shape:
         case Point():
             return "born_at_point", layout.row(layout.PATCH, **values)
+        case Rectangle() if shape.hole is not None:
+            return "born_beside_hole", _holed(shape, space)
         case Rectangle():
             values |= layout.frame_columns(shape.frame)
             values |= {"half_u": 0.5 * shape.width / size, "half_v": 0.5 * shape.height / size}
@@ -111,6 +134,12 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
             return "born_on_disk", layout.row(
                 layout.PATCH, **values, inner2=inner * inner, outer2=outer * outer
             )
+        case Mesh():
+            return "born_on_mesh", areas_row(plan, shape, side)
+        case Triangle():
+            return "born_on_triangle", layout.row(layout.PATCH, **_triangle(shape, space), side=side)
+        case Revolved() if not shape.is_closed:
+            return _band(shape, space, side)
         case Cloud():
             half_u, half_v, half_w = (sigma / size for sigma in shape.sigma)
             return "born_in_cloud", layout.row(
@@ -131,15 +160,50 @@ def _place(source: Source, shape: Shape, space: Space) -> tuple[str, np.ndarray]
     return "born_on_sphere", layout.row(layout.PATCH, **values)
 
 
-def _law(source: Source, shape: Shape, patch: np.ndarray) -> tuple[str, np.ndarray]:
+def _band(shape: Revolved, space: Space, side: float) -> tuple[str, np.ndarray]:
+    """A surface of revolution: what its area per height is proportional to at both ends."""
+    profile, size = shape.profile, space.size
+    values = layout.center_columns(space.place(profile.origin)) | layout.frame_columns(shape.frame)
+    values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
+    values |= {"low": profile.low / size, "high": profile.high / size, "side": side}
+    if isinstance(shape, Paraboloid):
+        first, last = ((w / size + 0.25 * values["beta"]) ** 1.5 for w in (profile.low, profile.high))
+        return "born_on_paraboloid", layout.row(layout.BAND, **values, first=first, last=last)
+    ends = [profile.area_per_height(w, w) for w in (profile.low, profile.high)]
+    first, last = (end / max(ends) for end in ends)
+    return "born_on_band", layout.row(layout.BAND, **values, first=first, last=last)
+
+
+def _triangle(shape: Triangle, space: Space) -> dict[str, float]:
+    columns = triangle_columns(shape, space)
+    return {name: columns[name] for name in layout.PATCH.names if name in columns}
+
+
+def _holed(shape: Rectangle, space: Space) -> np.ndarray:
+    values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
+    values |= {"half_u": 0.5 * shape.width / space.size, "half_v": 0.5 * shape.height / space.size}
+    return layout.row(layout.HOLED, **values | hole_columns(shape, space, 0.0))
+
+
+def _facing(source: Source, shape: Shape) -> np.ndarray | None:
+    """The normal by which an aim weighs directions; 0 where all directions are alike."""
+    if isinstance(shape, FlatShape):
+        return _plane_patch(source, shape)
+    return None if isinstance(source.emission, Lambertian | Effusive) else layout.row(layout.PATCH)
+
+
+def _plane_patch(source: Source, shape: FlatShape) -> np.ndarray:
+    """The frame of a flat shape, and the side that emits."""
+    return layout.row(layout.PATCH, **layout.frame_columns(shape.frame), side=-1.0 if source.is_back else 1.0)
+
+
+def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
         case Lambertian() | Effusive():
-            return (
-                ("emit_lambertian", nothing)
-                if isinstance(shape, Sphere)
-                else ("emit_lambertian_from_plane", patch)
-            )
+            if isinstance(shape, Revolved | Mesh):
+                return "emit_lambertian", nothing
+            return "emit_lambertian_from_plane", _plane_patch(source, shape)
         case Isotropic() | Gas(direction=None):
             return "emit_isotropic", nothing
     return "emit_along", layout.row(
@@ -158,8 +222,9 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     is_volume = shape.is_closed and not lambertian
     distance = least_distance(shape, aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
-    if isinstance(aim, Sphere):
-        radius = aim.radius / space.size
+    is_curved = isinstance(aim, Revolved | Mesh)
+    if is_curved:  # a sphere itself, of others the ball that holds them
+        radius = aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else BEYOND)
         weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
@@ -193,15 +258,6 @@ def _aim_columns(aim: Shape, space: Space) -> dict[str, float]:
     if isinstance(aim, Rectangle):
         return frame | {"half_u": 0.5 * aim.width / size, "half_v": 0.5 * aim.height / size}
     return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
-
-
-def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
-    """Its first vertex, its edges from there as e_u and e_v, its normal, and the dual vectors of the edges."""
-    first, second, third = (space.place(vertex) for vertex in triangle.vertices)
-    edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
-    matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
-    duals = dict(zip(("ax", "ay", "az", "bx", "by", "bz"), matrix[:2].ravel(), strict=True))
-    return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
 
 
 def _one_minus_cosine(radius: float, distance: float) -> float:

@@ -17,7 +17,7 @@ MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
 SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
 SHEET_SHIFT = 48
 
-TRANSPARENT, BLACK, DIFFUSE, MIRROR = 0, 1, 2, 3  # materials
+TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(7)  # materials
 
 ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: four units in the last place
 
@@ -36,6 +36,7 @@ NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
     [("rows", "i8"), ("count", "i8")]
 )  # address and length of an array of one of the row types below
+TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8")])  # and that of a second one as long
 MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address of the numbers of the fields to move
 CODE = np.dtype([("code", "i8")])
 
@@ -56,17 +57,55 @@ PLACE = "cx cy cz sx sy sz nx ny nz"
 RECTANGLE = np.dtype(
     _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("code sheet tie")
 )
-DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth") + _integers("code sheet tie"))
+DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("code sheet tie"))
 # c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
-TRIANGLE = np.dtype(_floats(PLACE + " ax ay az bx by bz") + _integers("code sheet tie"))
+# reach_a, reach_b, reach_c: lengths of the duals of both weights and of the first vertex's; slack: how far it acts beyond its edges.
+TRIANGLE = np.dtype(
+    _floats(PLACE + " ax ay az bx by bz reach_a reach_b reach_c least_a least_b least_c slack")
+    + _integers("code sheet tie")
+)
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
+PLANE = np.dtype(_floats(PLACE) + _integers("code sheet tie"))
+# A rectangle with a hole, its centre at (hole_u, hole_v) from the rectangle's, turned by the cosine and sine of an angle:
+# half sides of a rectangle, or half_p a radius where half_q is 0.  margin: that far from its edge a point is on the edge.
+HOLED = np.dtype(RECTANGLE.descr + _floats("hole_u hole_v hole_cos hole_sin half_p half_q margin"))
+# Surfaces of revolution of the second order (physics/quadrics.py) about the axis a, between two heights.
+QUADRIC = np.dtype(
+    _floats("cx cy cz ax ay az alpha beta gamma low high inner_low inner_high") + _integers("code sheet")
+)
+# By sheet, where any is such a surface: is_curved 1, else 0.
+CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma") + _integers("is_curved"))
+
+# A mesh: its vertices (x, y, z), of each facet the numbers of three and the normal, and a hierarchy of boxes about c.  A node is a
+# cache line: the boxes of two children, and of each the first facet and how many, or the child's own node and 0.
+MESH = np.dtype(
+    _floats("cx cy cz")
+    + _integers("vertices vertex_count faces normals facet_count nodes node_count code sheet")
+)
+NODE = np.dtype(
+    [(f"{side}_{x}{n}", "f4") for n in (0, 1) for side in ("low", "high") for x in "xyz"]
+    + [(f"{what}{n}", "i4") for n in (0, 1) for what in ("first", "count")]
+)
+MESHED_SHEET = np.dtype(_integers("normals facet_count"))  # by sheet, 0 for what is no mesh
 
 SHEET = np.dtype(
     _floats("nx ny nz cx cy cz radius curvature outward")
 )  # curvature 1/radius, 0 for a plane; outward: +1 or -1 where a box's normal is that of the sheet or opposite, else 0
 # A mixture is as many rows as it has parts, one behind the other; share: of its parts up to and with this one.
 # quantiles: address of a QUANTILES row from which speeds are drawn anew, 0: they stay.
-SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles"))
+# back: rows from there to those of the other side, 0 where both sides are alike.
+SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
+# What light needs to know of a surface, by its row.  side: -1 where its normal is opposite to its sheet's;  ratio: index inside over
+# outside, excess: (ratio - 1)(ratio + 1);  through: share of what goes on that passes;  power: 1/focal length, of a lens at c.
+OPTICS = np.dtype(_floats("side ratio excess roughness through cx cy cz power") + _integers("lobe"))
+
+# Where a surface ends, by its row: points within rounding of that are drawn back from it (landings.py).
+RECTANGLE_RIM, DISK_RIM, TRIANGLE_RIM, QUADRIC_RIM = 1, 2, 3, 4
+RIM = np.dtype(
+    _floats(FRAME + " inner_u inner_v low high alpha beta gamma ax ay az bx by bz least_a least_b least_c")
+    + _floats("hole_u hole_v hole_cos hole_sin half_p half_q margin")
+    + _integers("form")
+)
 
 # The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
 #   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
@@ -79,7 +118,7 @@ LAYERS = np.dtype(
 # A meter's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of their edges, distance
 # in rows from one cell to the next; turn_low: the first azimuth edge [rad].
 WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
-RECTANGLE_PLACE, DISK_PLACE, SPHERE_PLACE = 1, 2, 3
+RECTANGLE_PLACE, DISK_PLACE, SPHERE_PLACE, REVOLVED_PLACE = 1, 2, 3, 4
 
 
 def _axis(name: str) -> list[tuple[str, str]]:
@@ -94,8 +133,8 @@ METER = np.dtype(
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
 
 CONTACT = np.dtype(
-    _floats("cx cy cz nx ny nz radius reach") + _integers("surface sheet")
-)  # radius 0: a plane
+    _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")
+)  # n: the normal of a plane, the axis of a surface of revolution
 
 CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all fly alike
 MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the extreme speeds of the scene
@@ -123,6 +162,12 @@ BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
 MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
+BAND = np.dtype(
+    _floats(FRAME + " alpha beta gamma low high first last side")
+)  # first, last: what the area per height is proportional to at both ends, linear between them
+AREAS = np.dtype(
+    _floats("side") + _integers("vertices vertex_count faces normals facet_count shares")
+)  # shares: of the area up to and with a facet
 DRIFTING = np.dtype(
     _floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count")
 )

@@ -8,8 +8,14 @@ from transport.bins import DirectionCone
 from transport.compile import layout
 from transport.compile.plan import Plan
 from transport.detectors import Detector
-from transport.shapes import Disk, Rectangle, Shape, Sphere
+from transport.shapes import Disk, FlatShape, Mesh, Rectangle, Shape, Sphere
 from transport.sheets import Member
+
+PLACES = {  # kind of coordinates, and which of them are lengths; the others are heights on surfaces of revolution
+    Rectangle: (layout.RECTANGLE_PLACE, ("u", "v")),
+    Disk: (layout.DISK_PLACE, ("u",)),
+    Sphere: (layout.SPHERE_PLACE, ()),
+}
 
 
 def bin_counts(detector: Detector, shape: Shape, duration: float | None) -> dict[str, int]:
@@ -57,9 +63,11 @@ def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
     shape, scene_shape = member.shape, plan.scene.shape_of(detector)
     back = -1.0 if detector.is_back else 1.0
     e_u, e_v, normal = shape.frame
-    values = layout.center_columns(plan.space.place(shape.center)) | layout.frame_columns((e_u, e_v, normal))
+    values = layout.center_columns(
+        plan.space.place(shape.middle if isinstance(shape, Mesh) else shape.center)
+    ) | layout.frame_columns((e_u, e_v, normal))
     values |= {"side": member.orientation * back, "handed": 1.0}
-    if isinstance(shape, Sphere):
+    if not isinstance(shape, FlatShape):
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
     elif detector.is_back:  # seen from behind e_u changes its sign, and with it the frame stays right-handed
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
@@ -122,7 +130,7 @@ def _direction_axes(
         values |= axis_columns(plan, "mu", bounds, strides["mu"])
     if "phi" in edges:
         plan.axes.add("azimuth")
-        local = layout.SPHERE_AZIMUTH if isinstance(shape, Sphere) else layout.FLAT_AZIMUTH
+        local = layout.FLAT_AZIMUTH if isinstance(shape, FlatShape) else layout.SPHERE_AZIMUTH
         kind = layout.WORLD_AZIMUTH if is_world else local
         values |= {"turn_kind": kind, "turn_low": edges["phi"][0]}
         values |= axis_columns(plan, "turn", edges["phi"], strides["turn"])
@@ -131,9 +139,8 @@ def _direction_axes(
 
 def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
     plan.axes.add("place")
-    places = {Rectangle: layout.RECTANGLE_PLACE, Disk: layout.DISK_PLACE, Sphere: layout.SPHERE_PLACE}
-    values, size = {"place": places[type(shape)]}, plan.space.size
-    lengths = {Rectangle: ("u", "v"), Disk: ("u",), Sphere: ()}[type(shape)]
+    place, lengths = PLACES.get(type(shape), (layout.REVOLVED_PLACE, ("u",)))
+    values, size = {"place": place}, plan.space.size
     for name in ("u", "v"):
         bounds = detector.positions.edges(shape).get(name)
         if bounds is None:

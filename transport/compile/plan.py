@@ -8,10 +8,11 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.emitters import Emitter
+from transport.compile.meshes import MeshTable
 from transport.compile.space import Space
 from transport.scene import Scene
 from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
-from transport.shapes import Shape
+from transport.shapes import Mesh, Shape
 
 
 @dataclass
@@ -27,7 +28,11 @@ class Plan:
     contacts: list[np.ndarray] = field(default_factory=list)  # surfaces that cut or touch one another inside
     sheets: np.ndarray = None
     surfaces: np.ndarray = None
-    walls: np.ndarray = None
+    optics: np.ndarray = None  # of the same rows as `surfaces`
+    rims: np.ndarray = None
+    curved_sheets: np.ndarray = None  # of the same rows as `sheets`
+    meshed_sheets: np.ndarray = None
+    meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     meters: np.ndarray = None
     bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
@@ -92,12 +97,35 @@ class Plan:
         return bool((self.surfaces["parts"] > 1).any())
 
     @property
+    def chooses(self) -> bool:
+        """Whether what acts depends on the side or on chance."""
+        return self.has_mixtures or bool((self.surfaces["back"] != 0).any())
+
+    @property
+    def transmits(self) -> bool:
+        """Whether a share passes diffusely or straight."""
+        return bool((self.optics["through"] > 0).any())
+
+    @property
+    def has_optics(self) -> bool:
+        """Whether lanes must know indices, roughness or what passes."""
+        return self.transmits or bool({layout.DIELECTRIC, layout.GLOSSY} & self.materials)
+
+    @property
+    def has_quadrics(self) -> bool:
+        return bool((self.curved_sheets["is_curved"] != 0).any())
+
+    @property
+    def has_rims(self) -> bool:
+        return bool((self.rims["form"] != 0).any())
+
+    @property
     def has_thermal_walls(self) -> bool:
         return self.has_speeds and bool((self.surfaces["quantiles"] != 0).any())
 
     @property
     def draws_again(self) -> bool:
-        return self.has_mixtures or self.has_thermal_walls
+        return self.has_mixtures or self.has_thermal_walls or layout.GLOSSY in self.materials
 
     @property
     def is_curved(self) -> bool:
@@ -108,13 +136,10 @@ class Plan:
         return len(self.surfaces) > 1
 
     @property
-    def has_walls(self) -> bool:
-        return any(name == "meet_rectangle" for name, *_ in self.members)
-
-    @property
     def passes_meters(self) -> bool:
-        """Whether rays go on through meters to other sheets."""
-        return len(self.sheets) > 2 and any(name.startswith("cover") for name, *_ in self.members)
+        """Whether rays go on through meters to other sheets, or through a mesh and on through it."""
+        meters = [name for name, *_ in self.members if name.startswith("cover")]
+        return bool(meters) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(meters)))
 
     @property
     def materials(self) -> set[int]:
@@ -136,7 +161,8 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether crossings need random numbers."""
-        return self.has_roulette or self.draws_again or layout.DIFFUSE in self.materials
+        is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
+        return self.has_roulette or self.draws_again or is_chancy or self.transmits
 
     @property
     def rows(self) -> int:

@@ -131,11 +131,11 @@ def has_steps(quantile: Quantile) -> bool:
     return bool((quantile_table(quantile)[1][:, SPLIT] <= 1.0).any())
 
 
-def quantile_columns(plan, quantile: Quantile) -> dict[str, int]:
-    """Columns of layout.QUANTILES for speeds [m/s] in the plan's units; the plan keeps the tables alive."""
+def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dict[str, int]:
+    """Columns of layout.QUANTILES in a unit, the plan's of speeds [m/s] if none is given; the plan keeps the tables alive."""
     octaves, cells = quantile_table(quantile)
     cells = cells.copy()
-    cells[:, :SPLIT] /= plan.speed_unit
+    cells[:, :SPLIT] /= plan.speed_unit if unit is None else unit
     plan.kept += [octaves, cells]
     return {
         "octaves": octaves.ctypes.data,
@@ -145,6 +145,6 @@ def quantile_columns(plan, quantile: Quantile) -> dict[str, int]:
     }
 
 
-def quantile_row(plan, quantile: Quantile) -> np.ndarray:
-    """The same as a row."""
-    return layout.row(layout.QUANTILES, **quantile_columns(plan, quantile))
+def quantile_row(plan, quantile: Quantile, unit: float | None = None) -> np.ndarray:
+    """The same as a row; in another unit than that of the plan's speeds."""
+    return layout.row(layout.QUANTILES, **quantile_columns(plan, quantile, unit))

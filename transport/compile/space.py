@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.scene import Scene
-from transport.shapes import Point
+from transport.shapes import Point, Shape
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -36,9 +36,14 @@ def space_of(scene: Scene) -> Space:
     shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
-    largest = float(np.abs(np.array([shape.bounds for shape in shapes]) - np.array(origin)).max())
+    largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())
     if not SMALLEST < largest < LARGEST and largest != 0:
         raise SceneError(
             f"Scene: its size must be between {SMALLEST:g} and {LARGEST:g} m, got {largest:.3g}; use another unit of length"
         )
     return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0 else 1.0)
+
+
+def _corners(shape: Shape) -> tuple[Vector, Vector]:
+    """The corners of the box about a shape; of an infinite one its center alone."""
+    return (shape.middle, shape.middle) if shape.is_infinite else shape.bounds

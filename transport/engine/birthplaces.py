@@ -3,7 +3,18 @@
 Only for emitters whose sheet carries a meter.  An aimed particle's x is its target; it visits its birthplace meanwhile.
 """
 
-from transport.compile.layout import BIRTH, CODE, DISK, NO_TABLE, RECTANGLE, SHEET_SHIFT, TRIANGLE
+from transport.compile.layout import (
+    BIRTH,
+    CODE,
+    DISK,
+    HOLED,
+    NO_TABLE,
+    QUADRIC,
+    RECTANGLE,
+    SHEET_SHIFT,
+    TRIANGLE,
+)
+from transport.engine.flats import beyond_hole
 from transport.engine.passes import lane_pass
 
 
@@ -64,6 +75,30 @@ def born_over_triangle(b, table, first, live):
         u = px * table.ax + py * table.ay + pz * table.az
         v = px * table.bx + py * table.by + pz * table.bz
         b.hit[k] |= table.code if (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) else 0
+    return live
+
+
+@lane_pass(HOLED)
+def born_over_holed(b, table, first, live):
+    """Meters on this rectangle with a hole look at what is born within it."""
+    for k in range(first, live):
+        px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        u = px * table.eux + py * table.euy + pz * table.euz
+        v = px * table.evx + py * table.evy + pz * table.evz
+        beyond = beyond_hole(
+            u, v, table.hole_u, table.hole_v, table.hole_cos, table.hole_sin, table.half_p, table.half_q
+        )
+        covers = (abs(u) <= table.half_u) & (abs(v) <= table.half_v) & (beyond >= 0.0)
+        b.hit[k] |= table.code if covers else 0
+    return live
+
+
+@lane_pass(QUADRIC)
+def born_over_quadric(b, table, first, live):
+    """Meters on this surface of revolution look at what is born between its heights."""
+    for k in range(first, live):
+        w = (b.x[k] - table.cx) * table.ax + (b.y[k] - table.cy) * table.ay + (b.z[k] - table.cz) * table.az
+        b.hit[k] |= table.code if (w >= table.low) & (w <= table.high) else 0
     return live
 
 

@@ -7,7 +7,8 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import BEAM, BIRTH, NO_TABLE, PATCH
+from transport.compile.layout import BEAM, BIRTH, HOLED, NO_TABLE, PATCH
+from transport.engine.flats import beyond_hole
 from transport.engine.passes import lane_pass
 from transport.physics.directions import sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
@@ -83,6 +84,50 @@ def born_on_disk(b, table, first, live):
         c, s = cos_sin_turn(uniform(w2, w3))
         u, v = r * c, r * s
         b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    return live
+
+
+@lane_pass(PATCH)
+def born_on_triangle(b, table, first, live):
+    """Uniform over a triangle of a corner c and edges e_u, e_v."""
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz = table.evx, table.evy, table.evz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        s, share = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
+        u, v = s * (1.0 - share), s * share
+        b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    return live
+
+
+@lane_pass(HOLED)
+def born_beside_hole(b, table, first, live):
+    """Uniform over a rectangle with a hole: places in the hole are drawn again."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        u, v, draws, outside = 0.0, 0.0, 0, False
+        while not outside:
+            w0, w1, w2, w3 = random_words(b.history[k], batch, draws, POSITION, seed_low, seed_high)
+            u = (2.0 * uniform(w0, w1) - 1.0) * table.half_u
+            v = (2.0 * uniform(w2, w3) - 1.0) * table.half_v
+            outside = (
+                beyond_hole(
+                    u,
+                    v,
+                    table.hole_u,
+                    table.hole_v,
+                    table.hole_cos,
+                    table.hole_sin,
+                    table.half_p,
+                    table.half_q,
+                )
+                >= 0.0
+            )
+            draws += 1
+        b.x[k] = table.cx + u * table.eux + v * table.evx
+        b.y[k] = table.cy + u * table.euy + v * table.evy
+        b.z[k] = table.cz + u * table.euz + v * table.evz
     return live
 
 

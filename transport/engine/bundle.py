@@ -53,6 +53,9 @@ CARRIED = (
     ("hit", "i8"),  # sheet, surface and meters that it meets next (layout.py)
     ("time", "f8"),  # [durations], where there is a clock
     ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are looked at
+    ("footing", "i8"),  # the facet that it stands on, where it stands on a mesh
+    ("facet", "i8"),  # the facet that it meets next
+    ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
 )
@@ -64,6 +67,11 @@ SCRATCH = (
     ("nz", "f8"),
     ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
     ("albedo", "f8"),
+    ("ratio", "f8"),  # refractive index behind the surface over that before it
+    ("excess", "f8"),  # (ratio - 1)(ratio + 1)
+    ("roughness", "f8"),
+    ("through", "f8"),  # the share of what goes on that goes through; 1 or 0 once that is settled
+    ("lobe", "f8"),  # cosine at which what microfacets keep back leaves
     ("ox", "f8"),  # where the flight began, in scenes whose surfaces cut one another
     ("oy", "f8"),
     ("oz", "f8"),

@@ -23,7 +23,6 @@ from transport.compile.layout import (
     STANDING,
     SURFACE_MASK,
     SURFACE_SHIFT,
-    TRIANGLE,
 )
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
@@ -106,14 +105,16 @@ def meet_disk(b, table, first, live):
     """Keep this acting disk or annulus where it is the nearest surface ahead."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
+    least2, most2 = table.least2, table.most2
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
         r2, slack = px * px + py * py + pz * pz, ROUNDING * breadth * t
         nearer = (r2 - slack <= outer2) & (r2 + slack >= inner2) & (t < b.distance[k])
         nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        edge = (r2 > most2) | (r2 < least2)
         b.distance[k] = t if nearer else b.distance[k]
-        b.hit[k] = code if nearer else b.hit[k]
+        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
     return live
 
 
@@ -167,30 +168,10 @@ def cover_sphere(b, table, first, live):
         t = sphere_crossing(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, closed, last == sheet
         )
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        other = -2.0 * (ox * b.ux[k] + oy * b.uy[k] + oz * b.uz[k]) - t
+        is_other = abs(t - b.distance[k]) > abs(other - b.distance[k])  # hit, by a zone of the same sphere
+        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not is_other)
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
-    return live
-
-
-@lane_pass(TRIANGLE)
-def cover_triangle(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
-    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    sx, sy, sz = table.sx, table.sy, table.sz
-    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
-    code, sheet = table.code, table.sheet
-    for k in range(first, live):
-        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
-        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
-        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
-        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
-        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
-        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
     return live

@@ -4,10 +4,8 @@ import math
 
 from transport.compile.layout import (
     CONTACT,
-    EDGE,
     NO_TABLE,
     OUT,
-    RECTANGLE,
     ROWS,
     SHEET,
     SHEET_SHIFT,
@@ -17,6 +15,8 @@ from transport.compile.layout import (
 )
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
+from transport.physics.device import device
+from transport.physics.quadrics import quadric_form
 
 STEEP = 2.0**-12  # cosine below which a ray grazes a surface
 NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
@@ -70,33 +70,6 @@ def tell_leaving(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
-def draw_back_from_edge(b, table, first, live):
-    """A point within rounding of its wall's edge goes to the inner side of that rounding.
-
-    Where two walls meet, it is then surely on the inner side of the other wall's plane, which it meets next or not
-    by its direction, never by the sign of a rounding error.
-    """
-    any_edge = 0
-    for k in range(first, live):
-        any_edge |= b.hit[k] & EDGE
-    if any_edge == 0:
-        return live
-    walls = view(table.rows, table.count, RECTANGLE)  # by surface
-    for k in range(first, live):
-        if b.hit[k] & EDGE:
-            w = walls[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
-            px, py, pz = b.x[k] - w.cx, b.y[k] - w.cy, b.z[k] - w.cz
-            u = px * w.eux + py * w.euy + pz * w.euz
-            v = px * w.evx + py * w.evy + pz * w.evz
-            du = min(max(u, -w.inner_u), w.inner_u) - u
-            dv = min(max(v, -w.inner_v), w.inner_v) - v
-            b.x[k] += du * w.eux + dv * w.evx
-            b.y[k] += du * w.euy + dv * w.evy
-            b.z[k] += du * w.euz + dv * w.evz
-    return live
-
-
 @lane_pass(NO_TABLE)
 def remember_origin(b, table, first, live):
     """Where the flight began, and on which sheet: that tells the side of every surface that it did not cross."""
@@ -109,6 +82,21 @@ def remember_origin(b, table, first, live):
     return live
 
 
+@device
+def height_over(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
+    """Height over a plane through the origin or a surface of revolution about it, and the unit normal there."""
+    value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma)
+    g = math.sqrt(gx * gx + gy * gy + gz * gz)
+    inverse = 1.0 / g if g > 0.0 else 0.0
+    height = w if is_plane else 0.5 * value * inverse
+    return (
+        height,
+        ax if is_plane else gx * inverse,
+        ay if is_plane else gy * inverse,
+        az if is_plane else gz * inverse,
+    )
+
+
 @lane_pass(CONTACT)
 def keep_to_side(b, table, first, live):
     """A point on one surface, close to another that cuts or touches it, stays on the side it came from.
@@ -119,23 +107,15 @@ def keep_to_side(b, table, first, live):
     one's normal.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
-    radius, reach, surface, sheet = table.radius, table.reach, table.surface, table.sheet
-    is_plane = radius == 0.0
+    alpha, beta, gamma = table.alpha, table.beta, table.gamma
+    reach, surface, sheet, is_plane = table.reach, table.surface, table.sheet, table.is_plane != 0
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
-        r, o = math.sqrt(rx * rx + ry * ry + rz * rz), math.sqrt(ox * ox + oy * oy + oz * oz)
-        over_r, over_o = 1.0 / r if r > 0.0 else 0.0, 1.0 / o if o > 0.0 else 0.0
-        gx, gy, gz = (
-            nx if is_plane else rx * over_r,
-            ny if is_plane else ry * over_r,
-            nz if is_plane else rz * over_r,
-        )
-        height = rx * nx + ry * ny + rz * nz if is_plane else r - radius
-        before = ox * nx + oy * ny + oz * nz if is_plane else o - radius
-        away = ux * (nx if is_plane else ox * over_o)
-        away += uy * (ny if is_plane else oy * over_o) + uz * (nz if is_plane else oz * over_o)
+        height, gx, gy, gz = height_over(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        before, ex, ey, ez = height_over(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        away = ux * ex + uy * ey + uz * ez
         from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
         slope = abs(ux * gx + uy * gy + uz * gz)
         dx, dy, dz = rx - ox, ry - oy, rz - oz

@@ -9,7 +9,7 @@ kind compiles nothing.  With NUMBA_DISABLE_JIT=1 the same function runs as plain
 
 import dis
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ class Pass:
 
     function: object
     table: np.dtype
+    arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
 
     @property
     def name(self) -> str:
@@ -46,7 +47,7 @@ class Pass:
         """The C callback; compiled now, or loaded from disk."""
         signature = types.int64(from_dtype(Bundle), from_dtype(self.table), types.uint64, types.uint64)
         with cached_kernels():
-            return cfunc(signature, cache=True, **ARITHMETIC)(self.function)
+            return cfunc(signature, cache=True, **self.arithmetic)(self.function)
 
     @property
     def entry(self):
@@ -54,6 +55,6 @@ class Pass:
         return self.function if config.DISABLE_JIT else self.compiled.address
 
 
-def lane_pass(table: np.dtype):
+def lane_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
     """Decorator: this function is a pass that reads a table of this record type."""
-    return lambda function: Pass(function, table)
+    return lambda function: Pass(function, table, arithmetic)

@@ -6,27 +6,38 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
 from transport.engine import (
     aims,
     birthplaces,
     births,
     clocks,
+    flats,
     flights,
+    hierarchies,
     histories,
     landings,
     lanes,
+    meshes,
     meters,
+    optics,
+    quadrics,
     refinements,
+    rims,
     snapshots,
     speeds,
     surfaces,
 )
 from transport.engine.bundle import CARRIED
 from transport.engine.passes import Pass
-from transport.shapes import Sphere
 
 Step = tuple[Pass, np.ndarray]
+FAMILIES = (
+    aims, birthplaces, births, clocks, flats, flights, histories, landings, lanes, meshes, meters, optics, quadrics,
+    refinements, rims, snapshots, speeds, surfaces,
+)  # fmt: skip
+PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)
 METERS = (1 << layout.METERS_A_SHEET) - 1
 # Times and speeds lie in blocks, so they come first.
@@ -62,6 +73,8 @@ class Program:
 
 def program_of(plan: Plan) -> Program:
     """The program of a scene's plan."""
+    for table in plan.meshes.values():
+        hierarchies.complete(table)
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
     program.steps = [*_flight(plan, program.moved), *_landing(plan), *_crossing(plan, program.moved)]
@@ -72,14 +85,14 @@ def program_of(plan: Plan) -> Program:
 
 def _births(plan, emitter):
     yield _step(births.begin, emitter.birth)
-    yield _named(births, emitter.place)
-    yield _named(speeds if emitter.law[0] == "emit_from_drifting_gas" else births, emitter.law)
+    yield _named(emitter.place)
+    yield _named(emitter.law)
     yield from _moment_and_speed(plan, emitter)
     if emitter.target is not None:
-        if emitter.place[0] != "born_on_sphere":
-            yield _step(births.take_normal, emitter.place[1])
+        if emitter.facing is not None:
+            yield _step(births.take_normal, emitter.facing)
         for step in emitter.target:
-            yield _named(aims, step)
+            yield _named(step)
         yield _step(aims.account_born)
     if plan.reflects:
         yield _step(births.begin_events)
@@ -104,9 +117,9 @@ def _moment_and_speed(plan, emitter):
     if plan.has_clock and moment[0] == "start_within" and draws:
         moment, steps = ("start_within_and_draw", moment[1]), steps[1:]
     if plan.has_clock:
-        yield _named(clocks, moment)
+        yield _named(moment)
     for step in steps:
-        yield _named(speeds, step)
+        yield _named(step)
 
 
 def _birth_counted(plan, emitter, metered):
@@ -114,10 +127,10 @@ def _birth_counted(plan, emitter, metered):
         yield _step(birthplaces.visit_birthplace)
     yield _step(birthplaces.stand_at_birth, emitter.birth)
     for row, shape in metered:
-        if shape == emitter.shape or isinstance(shape, Sphere):
+        if shape == emitter.shape or shape.is_closed or shape.is_infinite:
             yield _step(birthplaces.born_all_over, layout.row(layout.CODE, code=row["code"]))
         else:
-            yield _named(birthplaces, (f"born_over_{type(shape).__name__.lower()}", row))
+            yield _named((f"born_over_{name_of(shape)}", row))
     yield from _stand(plan)
     yield from _metering(plan, meters.bin_departures)
     yield from _visits(plan)
@@ -128,7 +141,7 @@ def _birth_counted(plan, emitter, metered):
 def _flight(plan, moved):
     yield _step(flights.look_ahead)
     for name, row, _ in plan.members:
-        yield _named(flights, (name, row))
+        yield _named((name, row))
     if plan.has_clock:
         clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
         yield _step(clocks.time_arrival_by_speed) if plan.has_speeds else _step(clocks.time_arrival, clock)
@@ -151,8 +164,8 @@ def _landing(plan):
         yield from _stand(plan)
         if plan.passes_meters and (plan.sheets["outward"] != 0).any():
             yield _step(landings.tell_leaving, _rows(plan.sheets))
-        if plan.has_walls:
-            yield _step(landings.draw_back_from_edge, _rows(plan.walls))
+        if plan.has_rims:
+            yield _step(rims.draw_back_from_edge, _rows(plan.rims))
         for row in plan.contacts:
             yield _step(landings.keep_to_side, row)
 
@@ -161,6 +174,10 @@ def _stand(plan):
     yield _step(landings.stand_on_sheet, _rows(plan.sheets))
     if plan.is_curved:
         yield _step(landings.put_back_on_sphere, _rows(plan.sheets))
+    if plan.has_quadrics:
+        yield _step(quadrics.put_back_on_quadric, _rows(plan.curved_sheets))
+    if plan.meshes:
+        yield _step(meshes.stand_on_facet, _rows(plan.meshed_sheets))
     yield _step(landings.take_cosine)
 
 
@@ -174,18 +191,22 @@ def _crossing(plan, moved):
     yield from _metering(plan, meters.bin_arrivals)
     if plan.draws_again:
         yield _step(surfaces.draw_again)
-    if plan.has_mixtures:
-        yield _step(surfaces.choose_part, _rows(plan.surfaces))
+    if plan.chooses:
+        both = {
+            "rows": plan.surfaces.ctypes.data,
+            "count": len(plan.surfaces),
+            "others": plan.optics.ctypes.data,
+        }
+        yield _step(surfaces.choose_part, layout.row(layout.TWO_ROWS, **both))
     yield _step(surfaces.look_up_surface, _rows(plan.surfaces))
+    if plan.has_optics:
+        yield _step(optics.look_up_optics, _rows(plan.optics))
     if plan.absorbs:
         yield _step(surfaces.absorb)
         yield _step(surfaces.account_absorbed)
     if plan.draws:
         yield _step(surfaces.draw)
-    if layout.DIFFUSE in plan.materials:
-        yield _step(surfaces.reflect_diffusely)
-    if layout.MIRROR in plan.materials:
-        yield _step(surfaces.reflect_specularly)
+    yield from _new_directions(plan)
     if plan.has_thermal_walls:
         yield _step(speeds.take_wall_speed, _rows(plan.surfaces))
     if plan.counts_reflections:
@@ -202,6 +223,25 @@ def _crossing(plan, moved):
         yield _step(lanes.fill_gaps, moved)
 
 
+def _new_directions(plan):
+    """What each material does; lanes of the others are left as they are."""
+    if plan.transmits:
+        yield _step(optics.choose_to_pass)
+    if layout.DIFFUSE in plan.materials:
+        yield _step(surfaces.reflect_diffusely)
+    if layout.MIRROR in plan.materials:
+        yield _step(surfaces.reflect_specularly)
+    if plan.transmits:
+        yield _step(optics.let_pass)
+    if layout.DIELECTRIC in plan.materials:
+        yield _step(optics.refract)
+    if layout.GLOSSY in plan.materials:
+        yield _step(optics.reflect_glossily)
+        yield _step(optics.spread_lobe, _rows(plan.optics))
+    if layout.LENS in plan.materials:
+        yield _step(optics.bend_by_lens, _rows(plan.optics))
+
+
 def _metering(plan, binning, is_known=False):
     """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already."""
     for layer, rows in enumerate(plan.layers):
@@ -215,10 +255,10 @@ def _metering(plan, binning, is_known=False):
         if asked:
             yield _step(refinements.know_meter, table)
         for what in sorted(plan.filters):
-            yield _named(histories, (f"require_{what}", table))
+            yield _named((f"require_{what}", table))
         for axis in REFINEMENTS:
             if axis in plan.axes:
-                yield _named(refinements, (f"refine_by_{axis}", table))
+                yield _named((f"refine_by_{axis}", table))
         is_dense = bool((rows[1:]["look"] != 0).all())
         yield _step(meters.score_all if is_dense and plan.acts else meters.score)
         if plan.moments is not None:
@@ -250,9 +290,9 @@ def _step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
     return lane_pass, table
 
 
-def _named(family, step: tuple[str, np.ndarray]) -> Step:
+def _named(step: tuple[str, np.ndarray]) -> Step:
     name, table = step
-    return _step(getattr(family, name), table)
+    return _step(PASSES[name], table)
 
 
 def _rows(array: np.ndarray) -> np.ndarray:

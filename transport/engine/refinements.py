@@ -15,6 +15,7 @@ from transport.compile.layout import (
     LAYERS,
     METER,
     RECTANGLE_PLACE,
+    REVOLVED_PLACE,
     SHEET_SHIFT,
     SPHERE_AZIMUTH,
     WORLD_AZIMUTH,
@@ -163,7 +164,8 @@ def refine_by_place(b, table, first, live):
                     u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
                 else:
                     w = px * m.nx + py * m.ny + pz * m.nz
-                    u, v = math.atan2(math.sqrt(u * u + v * v), w), azimuth_turn(u, v) * TWO_PI
+                    polar = math.atan2(math.sqrt(u * u + v * v), w)
+                    u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
                 found = cell(u, m.u_cells, m.u_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)
                 if b.bin[k] > b.home[k]:

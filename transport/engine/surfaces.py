@@ -10,12 +10,14 @@ from transport.compile.layout import (
     MATERIAL_SHIFT,
     MIRROR,
     NO_TABLE,
+    OPTICS,
     ROULETTE,
     ROWS,
     SURFACE,
     SURFACE_MASK,
     SURFACE_SHIFT,
     TRANSPARENT,
+    TWO_ROWS,
 )
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
@@ -47,19 +49,25 @@ def draw_again(b, table, first, live):
     return live
 
 
-@lane_pass(ROWS)
+@lane_pass(TWO_ROWS)
 def choose_part(b, table, first, live):
-    """A mixture acts as one of its parts, with the chance of its share: the hit becomes that part's."""
-    surfaces = view(table.rows, table.count, SURFACE)
+    """The material of the side that was met; of a mixture one part, with the chance of its share: the hit becomes that one's.
+
+    The number that chose is as good as new within the part's share.
+    """
+    surfaces, optics = view(table.rows, table.count, SURFACE), view(table.others, table.count, OPTICS)
     for k in range(first, live):
-        surface = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
-        parts, chosen = surfaces[surface].parts, 0
-        while chosen < parts - 1 and b.u3[k] >= surfaces[surface + chosen].share:
+        before = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
+        is_back = optics[before].side * b.mu[k] > 0.0
+        chosen = before + (surfaces[before].back if is_back else 0)
+        low, last, u = 0.0, chosen + surfaces[chosen].parts - 1, b.u3[k]
+        while chosen < last and u >= surfaces[chosen].share:
+            low = surfaces[chosen].share
             chosen += 1
-        if parts > 1:
-            bits = ((surface + chosen) << SURFACE_SHIFT) | (
-                surfaces[surface + chosen].material << MATERIAL_SHIFT
-            )
+        if surfaces[chosen].parts > 1:
+            b.u3[k] = min((u - low) / (surfaces[chosen].share - low), 1.0 - 2.0**-53)
+        if before != 0:
+            bits = (chosen << SURFACE_SHIFT) | (surfaces[chosen].material << MATERIAL_SHIFT)
             b.hit[k] = (b.hit[k] & ~WHAT_ACTS) | bits
     return live
 

@@ -5,4 +5,9 @@ from numba import njit
 # Never nnan or ninf: they make isfinite(nan) true and so break every guard.
 ARITHMETIC = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
 
+EXACT = {
+    "error_model": "numpy",
+    "fastmath": False,
+}  # for passes whose roundings must be alike wherever they occur
+
 device = njit(inline="always", **ARITHMETIC)

@@ -18,8 +18,9 @@ from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
+from transport.shapes import Mesh
 from transport.units import Unit
-from transport.validation import SceneError
+from transport.validation import SceneError, refuse
 
 QUANTITIES = (
     "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density", "flux_density", "radiance", "radiance_out",
@@ -50,8 +51,12 @@ class Reading(Quantified):
 
     @cached_property
     def area(self) -> float:
-        """Area of the shape [m^2]."""
-        return self.sums.shape.area
+        """Area of the shape [m^2].  Raises SceneError where it has no end."""
+        shape = self.sums.shape
+        if shape.is_infinite:
+            kind, cure = type(shape).__name__, "read flux_in, flux_out or intensity, or meter a Disk in its plane"
+            refuse(self.sums.detector, f"quantities per area need a finite one, got a {kind}; {cure}")
+        return shape.area
 
     @property
     def is_blind(self) -> bool:
@@ -310,6 +315,7 @@ def _leaves_once(plan, detector: Detector) -> bool:
     return (
         not is_picky
         and not plan.acts
+        and not isinstance(shape, Mesh)
         and all(
             scene.shape_of(source) == shape
             and source.emission.has_side

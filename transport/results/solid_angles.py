@@ -60,5 +60,6 @@ def _cone(cone: DirectionCone, detector: Detector, shape: Shape) -> tuple[np.nda
 def _mean_over_pieces(detector: Detector, shape: Shape, angle) -> np.ndarray:
     side = -1.0 if detector.is_back else 1.0
     parts = pieces(shape)
-    total = sum(piece.area * angle(tuple(side * x + 0.0 for x in piece.normal)) for piece in parts)
-    return total / math.fsum(piece.area for piece in parts)
+    shares = [1.0 if piece.is_infinite else piece.area for piece in parts]  # planes count alike
+    angles = [angle(tuple(side * x + 0.0 for x in piece.normal)) for piece in parts]
+    return sum(share * each for share, each in zip(shares, angles, strict=True)) / math.fsum(shares)

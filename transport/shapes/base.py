@@ -1,4 +1,4 @@
-"""What all shapes answer: area, bounds, middle, extent and whether they are closed."""
+"""What all shapes answer: area, bounds, middle, extent, whether they are closed, whether they end."""
 
 import math
 
@@ -8,11 +8,14 @@ from transport.validation import (
 )
 from transport.vectors import Vector
 
+ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the rounding of their coordinates only
+
 
 class Shape:
     """What all shapes share; not made itself."""
 
     is_closed = False
+    is_infinite = False
 
     @property
     def middle(self) -> Vector:
@@ -22,7 +25,11 @@ class Shape:
     @property
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
-        reach = list(zip(self.middle, self._reach(), strict=True))
+        return self._box(self._reach())
+
+    def _box(self, reach: Vector) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] that lie so far from the middle."""
+        reach = list(zip(self.middle, reach, strict=True))
         return tuple(c - r for c, r in reach), tuple(c + r for c, r in reach)
 
     @property

@@ -2,7 +2,15 @@
 
 import math
 
-from transport.shapes import Box, Disk, FlatShape, Rectangle, Shape, Sphere, Triangle
+import numpy as np
+
+from transport.shapes.base import Shape
+from transport.shapes.flat import Disk, FlatShape, Rectangle, Triangle
+from transport.shapes.infinite import Plane, Slab
+from transport.shapes.mesh import Mesh
+from transport.shapes.revolved import Paraboloid, Profile, Revolved
+from transport.shapes.solid import Box, Sphere
+from transport.shapes.supports import place_about_axis
 from transport.shapes.triangles import distance_beside
 from transport.vectors import Vector, dot
 
@@ -11,34 +19,114 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
     """Distance [m] from a point to the nearest point of a shape; filled: of a closed one's volume, not its surface."""
     offset = tuple(p - q for p, q in zip(point, shape.middle, strict=True))
     match shape:
-        case Sphere(radius=radius):
+        case Sphere(radius=radius, is_zone=False):
             beyond = math.hypot(*offset) - radius
             return max(beyond, 0.0) if filled else abs(beyond)
+        case Revolved():
+            return _distance_to_profile(shape, *place_about_axis(shape, point))
         case Box():
             beyond = [abs(x) - size / 2 for x, size in zip(offset, shape.size, strict=True)]
             if filled or max(beyond) > 0:
                 return math.hypot(*(max(x, 0.0) for x in beyond))
             return -max(beyond)
+        case Slab():
+            beyond = abs(dot(offset, shape.normal)) - shape.thickness / 2
+            return max(beyond, 0.0) if filled else abs(beyond)
         case FlatShape():
             u, v, height = (dot(offset, axis) for axis in shape.frame)
             return math.hypot(height, *_beside(shape, u, v))
+        case Mesh():
+            return (
+                0.0 if filled and shape.is_closed and shape.holds(point) else _distance_to_mesh(shape, point)
+            )
     return math.hypot(*offset)
 
 
-def in_plane_distances(shape: Rectangle | Disk, point: Vector) -> tuple[float, float]:
+def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tuple[float, float]:
     """The least and the greatest distance [m] from a point of the plane to the points of a shape in it."""
     offset = tuple(p - q for p, q in zip(point, shape.center, strict=True))
     u, v = (dot(offset, axis) for axis in shape.frame[:2])
+    nearest = math.hypot(*_beside(shape, u, v))
     if isinstance(shape, Disk):
-        return math.hypot(*_beside(shape, u, v)), math.hypot(u, v) + shape.radius
-    return math.hypot(*_beside(shape, u, v)), math.hypot(abs(u) + shape.width / 2, abs(v) + shape.height / 2)
+        return nearest, math.hypot(u, v) + shape.radius
+    if isinstance(shape, Triangle):
+        return nearest, max(math.dist(point, vertex) for vertex in shape.vertices)
+    return nearest, math.hypot(abs(u) + shape.width / 2, abs(v) + shape.height / 2)
 
 
 def _beside(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
     """How far a point of the plane lies beside a flat shape: components of the way to it."""
+    if isinstance(shape, Plane):
+        return (0.0,)
     if isinstance(shape, Triangle):
         return (distance_beside(shape.corners, u, v),)
     if isinstance(shape, Disk):
         apart = math.hypot(u, v)
         return (max(0.0, apart - shape.radius, shape.inner_radius - apart),)
+    if shape.hole is not None:
+        depth = _depth_in_hole(shape, u, v)
+        if depth > 0:
+            return (depth,)
     return max(0.0, abs(u) - shape.width / 2), max(0.0, abs(v) - shape.height / 2)
+
+
+def _depth_in_hole(shape: Rectangle, u: float, v: float) -> float:
+    """How far a point of the plane lies from the edge of a rectangle's hole; negative beyond it."""
+    hole, (e_u, e_v, _) = shape.hole, shape.frame
+    steps = zip(shape.center, e_u, e_v, hole.center, strict=True)
+    offset = tuple(c + u * p + v * q - h for c, p, q, h in steps)
+    along, up = (abs(dot(offset, axis)) for axis in hole.frame[:2])
+    if isinstance(hole, Disk):
+        return hole.radius - math.hypot(along, up)
+    return min(hole.width / 2 - along, hole.height / 2 - up)
+
+
+def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
+    """From a point at that distance from the axis and that height: the nearest point lies in the half-plane of both."""
+    profile = shape.profile
+    if isinstance(shape, Sphere):
+        apart = math.hypot(rho, w)
+        if profile.low * apart <= w * shape.radius <= profile.high * apart:
+            return abs(apart - shape.radius)
+        return min(_distance_to_rim(profile, rim, rho, w) for rim in (profile.low, profile.high))
+    if isinstance(shape, Paraboloid):
+        return _distance_to_parabola(shape, rho, w)
+    rims = [(profile.radius_at(rim), rim) for rim in (profile.low, profile.high)]
+    length = math.dist(*rims)
+    way, offset = (
+        tuple((q - p) / length for p, q in zip(*rims, strict=True)),
+        (rho - rims[0][0], w - rims[0][1]),
+    )
+    onward, aside = way[0] * offset[0] + way[1] * offset[1], way[1] * offset[0] - way[0] * offset[1]
+    return math.hypot(aside, onward - min(max(onward, 0.0), length))
+
+
+def _distance_to_rim(profile: Profile, height: float, rho: float, w: float) -> float:
+    return math.hypot(rho - profile.radius_at(height), w - height)
+
+
+def _distance_to_parabola(shape: Paraboloid, rho: float, w: float) -> float:
+    """Least over r of the distance to (r, r^2/4f): where it is stationary r^3 + (8 f^2 - 4 f w) r = 8 f^2 rho."""
+    size, f = shape.radius, shape.focal_length / shape.radius
+    rho, w = rho / size, w / size
+    roots = np.roots([1.0, 0.0, 8 * f * f - 4 * f * w, -8 * f * f * rho]).real
+    for _ in range(2):  # Newton's steps
+        steep = 3 * roots * roots + 8 * f * f - 4 * f * w
+        error = roots * (roots * roots + 8 * f * f - 4 * f * w) - 8 * f * f * rho
+        roots = roots - np.divide(error, steep, out=np.zeros(3), where=steep != 0)
+    radii = [*np.clip(roots, shape.inner_radius / size, 1.0).tolist(), shape.inner_radius / size, 1.0]
+    return size * min(math.hypot(rho - r, w - r * r / (4 * f)) for r in radii)
+
+
+def _distance_to_mesh(mesh: Mesh, point: Vector) -> float:
+    """Of each triangle the height over it where the foot lies in it, else the distance to the nearest of its sides."""
+    corners = mesh.vertices[mesh.faces] - np.array(point)
+    height = np.abs(np.einsum("ij,ij->i", corners[:, 0], mesh.normals))
+    is_over, nearest = True, math.inf
+    for k in range(3):
+        start, side = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+        is_over &= np.einsum("ij,ij->i", np.cross(start, side), mesh.normals) >= 0  # to the left of each side
+        step = -np.einsum("ij,ij->i", start, side) / np.einsum("ij,ij->i", side, side)
+        apart = np.linalg.norm(start + np.clip(step, 0.0, 1.0)[:, None] * side, axis=1)
+        nearest = np.minimum(nearest, apart)
+    return float(np.where(is_over, height, nearest).min())

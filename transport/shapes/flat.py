@@ -3,10 +3,11 @@
 import math
 from collections.abc import Iterable
 
-from transport.shapes.base import Shape
+from transport.shapes.base import ROUNDING, Shape
 from transport.shapes.triangles import centroid, corners_of, frame_of, is_on_a_line, normal_and_area
 from transport.validation import (
     as_floats,
+    check_type,
     refuse,
     scene_object,
     settle_direction,
@@ -48,23 +49,34 @@ class FlatShape(Shape):
 
 @scene_object(kw_only=True)
 class Rectangle(FlatShape):
-    """A flat rectangle, `width` [m] along e_u and `height` [m] along e_v of its frame."""
+    """A flat rectangle, `width` [m] along e_u and `height` [m] along e_v of its frame.
+
+    `hole`, a Disk or Rectangle in its plane and within it, is cut out.
+    """
 
     center: Vector = (0.0, 0.0, 0.0)
     normal: Vector = (0.0, 0.0, 1.0)
     width: float
     height: float
     up: Vector | None = None
+    hole: "Disk | Rectangle | None" = None
 
     def __post_init__(self) -> None:
         self._settle_plane()
         settle_positive(self, "width", "height")
-        self._check_size("width", "height")
+        if self.hole is not None:
+            self._check_hole()
+        self._check_size("width", "height", *(() if self.hole is None else ("hole",)))
 
     @property
     def area(self) -> float:
-        """Area of one side [m^2]."""
-        return self.width * self.height
+        """Area of one side [m^2], without the hole; sums of products keep thin frames exact."""
+        if not isinstance(self.hole, Rectangle):
+            return self.width * self.height - (0.0 if self.hole is None else self.hole.area)
+        (longer, shorter), (long, short) = (
+            sorted((shape.width, shape.height), reverse=True) for shape in (self, self.hole)
+        )
+        return (longer - long) * shorter + long * (shorter - short)
 
     @property
     def extent(self) -> float:
@@ -76,6 +88,41 @@ class Rectangle(FlatShape):
         return tuple(
             abs(u) * self.width / 2 + abs(v) * self.height / 2 for u, v in zip(e_u, e_v, strict=True)
         )
+
+    def _check_hole(self) -> None:
+        """Refuse a hole that is not flat, not plain, not in the plane or not within the rectangle, up to rounding."""
+        hole = self.hole
+        must = "a Disk or Rectangle in its plane and within it, and without a hole of its own"
+        check_type(self, "hole", (Disk, Rectangle), must)
+        island = hole.hole if isinstance(hole, Rectangle) else hole.inner_radius
+        if island:
+            refuse(
+                self, f"hole must be {must}, got {shown(hole)}; leave the island out, and add it on its own"
+            )
+        tolerance = ROUNDING * sum((*map(abs, (*self.center, *hole.center)), self.extent, hole.extent))
+        place = tuple(p - q for p, q in zip(hole.center, self.center, strict=True))
+        u, v, height = (dot(place, axis) for axis in self.frame)
+        tilt = math.hypot(dot(hole.normal, self.frame[0]), dot(hole.normal, self.frame[1])) * hole.extent
+        if abs(height) + tilt > tolerance:
+            cure = f"give it center={shown(self.center)} and normal={shown(self.normal)}"
+            refuse(
+                self, f"hole must lie in its plane, got {shown(hole)}, {abs(height) + tilt:.3g} m off; {cure}"
+            )
+        beyond = max(
+            abs(x) + hole.reach_along(axis) - length / 2
+            for x, axis, length in zip((u, v), self.frame[:2], (self.width, self.height), strict=True)
+        )
+        if beyond > tolerance:
+            refuse(
+                self, f"hole must lie within it, got {shown(hole)}, {beyond:.3g} m beyond; make it smaller"
+            )
+        if self.area <= 0:
+            refuse(self, f"hole must leave something of it, got {shown(hole)}; make it smaller")
+
+    def reach_along(self, direction: Vector) -> float:
+        """How far [m] it reaches from its center along a unit direction."""
+        e_u, e_v, _ = self.frame
+        return abs(dot(direction, e_u)) * self.width / 2 + abs(dot(direction, e_v)) * self.height / 2
 
 
 @scene_object(kw_only=True)
@@ -109,6 +156,10 @@ class Disk(FlatShape):
     def _reach(self) -> Vector:
         x, y, z = self.normal
         return tuple(self.radius * min(1.0, math.hypot(*others)) for others in ((y, z), (x, z), (x, y)))
+
+    def reach_along(self, direction: Vector) -> float:
+        """How far [m] it reaches from its center along a unit direction of its plane."""
+        return self.radius
 
 
 @scene_object(kw_only=True)

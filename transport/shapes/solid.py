@@ -1,64 +1,95 @@
-"""Closed shapes, with a volume and normals outwards: sphere, box."""
+"""Closed shapes, with a volume and normals outwards: sphere, of which a zone may be all there is, and box."""
 
 import math
 
 from transport.shapes.base import Shape
 from transport.shapes.flat import Rectangle
+from transport.shapes.revolved import Profile, Revolved
 from transport.validation import (
     as_float,
     as_floats,
     refuse,
     scene_object,
-    settle_direction,
     settle_positive,
     settle_vector,
     shown,
     store,
 )
-from transport.vectors import Frame, Vector, dot, local_frame
+from transport.vectors import Vector, dot
 
 
 @scene_object(kw_only=True)
-class Sphere(Shape):
-    """A sphere of `radius` [m], its normal outwards; `axis` is the pole of its coordinates."""
+class Sphere(Revolved):
+    """A sphere of `radius` [m], its normal outwards; `axis` is the pole of its coordinates.
+
+    With bounds a zone or a cap of it, which is not closed: mu_min <= (x - center) · axis / radius <= mu_max.
+    """
 
     center: Vector = (0.0, 0.0, 0.0)
     radius: float
     axis: Vector = (0.0, 0.0, 1.0)
-    is_closed = True
+    mu_min: float = -1.0
+    mu_max: float = 1.0
 
     def __post_init__(self) -> None:
-        settle_vector(self, "center")
+        self._settle_axis()
         settle_positive(self, "radius")
-        settle_direction(self, "axis")
-        self._check_size("radius")
+        for name in ("mu_min", "mu_max"):
+            cosine = as_float(getattr(self, name))
+            if cosine is None or not -1 <= cosine <= 1:
+                refuse(self, f"{name} must be a number in [-1, 1], got {shown(getattr(self, name))}")
+            store(self, **{name: cosine})
+        if self.mu_min >= self.mu_max:
+            refuse(self, f"mu_min must be below mu_max {self.mu_max}, got {self.mu_min}; exchange them")
+        self._check_size("radius", "mu_min", "mu_max")
 
     @property
-    def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, axis) of its coordinates; azimuth runs from e_u towards e_v."""
-        return local_frame(self.axis, None)
+    def is_zone(self) -> bool:
+        """Whether it is a zone or a cap, and not the whole sphere."""
+        return self.mu_min > -1 or self.mu_max < 1
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it is the whole sphere."""
+        return not self.is_zone
+
+    @property
+    def profile(self) -> Profile:
+        """rho^2 = radius^2 - w^2."""
+        low, high = self.radius * self.mu_min, self.radius * self.mu_max
+        return Profile(self.radius * self.radius, 0.0, -1.0, low, high, self.center)
 
     @property
     def area(self) -> float:
-        """Area [m^2]."""
-        return 4 * math.pi * self.radius * self.radius
+        """Area of one side [m^2]."""
+        return 2 * math.pi * self.radius * self.radius * (self.mu_max - self.mu_min)
 
     @property
     def volume(self) -> float:
-        """Volume [m^3]."""
-        return self.area * self.radius / 3
+        """Volume of the whole sphere [m^3]."""
+        return 4 * math.pi * self.radius * self.radius * self.radius / 3
+
+    @property
+    def middle(self) -> Vector:
+        """Centre [m]; of a zone the middle of the smallest ball that holds it."""
+        return super().middle if self.is_zone else self.center
 
     @property
     def extent(self) -> float:
-        """Radius [m]."""
-        return self.radius
+        """Radius of the smallest ball that holds it [m]."""
+        if not self.is_zone or self.mu_min <= 0 <= self.mu_max:
+            return self.radius
+        rim = min(abs(self.mu_min), abs(self.mu_max))
+        return self.radius * math.sqrt((1 - rim) * (1 + rim))
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        return super().bounds if self.is_zone else self._box((self.radius,) * 3)
 
     def projected_area(self, direction: Vector) -> float:
-        """Area [m^2] seen along any direction: a quarter of the surface."""
+        """Area [m^2] of the whole sphere seen along any direction: a quarter of its surface."""
         return math.pi * self.radius * self.radius
-
-    def _reach(self) -> Vector:
-        return (self.radius,) * 3
 
 
 @scene_object(kw_only=True)

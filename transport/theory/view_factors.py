@@ -82,6 +82,32 @@ def perpendicular_rectangles(width_1: float, width_2: float, edge: float = 1.0) 
     return (angles + logs / 4) / (math.pi * w)
 
 
+def infinite_strips(width: float, distance: float) -> float:
+    """F12 between equal opposed strips without ends [1]: sqrt(1 + (h/w)^2) - h/w, by crossed strings (Hottel 1954).
+
+    Written as w / (sqrt(h^2 + w^2) + h).  Vectorised.
+    """
+    return np.divide(width, np.hypot(width, distance) + distance)
+
+
+def infinite_wedge(angle: float) -> float:
+    """F12 between equal strips without ends that share an edge [1]: 1 - sin(angle/2) (Hottel 1954).
+
+    angle: between them [rad].  Written as 2 sin^2((pi - angle) / 4).  Vectorised.
+    """
+    return 2 * np.sin((math.pi - np.asarray(angle, dtype=float)) / 4) ** 2
+
+
+def infinite_cylinders(radius: float, gap: float) -> float:
+    """F12 between equal parallel cylinders without ends [1] (Hottel 1954, by crossed strings).
+
+    (sqrt(X^2 - 1) + asin(1/X) - X) / pi, X = 1 + gap/2r, from its square root and without the difference.  Vectorised.
+    """
+    over = np.divide(gap, 2 * np.asarray(radius, dtype=float))
+    root = np.sqrt(over * (2 + over))
+    return (np.arctan2(1.0, root) - 1 / (1 + over + root)) / math.pi
+
+
 def box_view_factors(size: tuple) -> np.ndarray:
     """View factors between the six inner walls of a box, shape (6, 6) [1].
 

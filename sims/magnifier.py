@@ -1,0 +1,349 @@
+"""Under a magnifying glass: radiance does not increase, irradiance in the focus does.
+
+Derivation.  A lossless optic conserves throughput, and energy is conserved, so that radiance, their quotient, is the same
+in front and behind (Hanrahan 2001, Stanford CS 348B, lecture 4, "Throughput", and quiz 1: "Does radiance increase under a
+magnifying glass?  NO!!").  What changes is the cone of directions: of half angle θ_s in front, that of the page as the
+glass sees it, and θ' behind, that of the glass as the focus sees it.  A small detector in the focus reads
+
+    E = π L sin²θ'   where it read   E_s = π L sin²θ_s,   and never more than π L: concentration is at most 1/sin²θ_s.
+
+Real glass reflects: each ray brings (1 − R₁)(1 − R₂) L with Fresnel's R at its two surfaces, and E is the integral of
+that over the cone.  `events=2` counts what was refracted twice and no more; light that comes by reflections inside is
+some 1e-3 of it.  The simulator and the exact values take light for unpolarised at each surface; if its polarisation
+were followed, 3e-4 more would come through near the rim.
+
+Exact values.  Traced back, every ray that meets the detector by the optic ends on the page (the scene is refused if one
+does not), which is so large for that.  So the detector's mean E is π L F with the view factor F to the lens or to the
+mirror's rim (Howell, C-41), without small angles: an aberration is a question of images, not of radiance.  For real
+glass it is a quadrature over detector, window and azimuth (transport/theory/glass_lenses.py).
+
+Optics.  "ideal": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
+adds it to tangents; by their lens radiance would grow by cos⁴θ/cos⁴θ', to 1.56 L at the rim of f/1, and E would be
+π L tan²θ' (tests/test_magnifier.py simulates it, and sees it rejected).  "ball", with a black stop behind it, and
+"biconvex", two caps on one rim.  "mirror": a paraboloid, a burning mirror, whose cone may be a whole hemisphere: with
+the sun for a page its focus receives π L, what the sun's own surface gives off (Winston, Miñano, Benítez 2005, 1.2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import emitters, glass_lenses, lenses, optical_paths, sun
+from transport.theory.optical_paths import Rays
+
+law = "L behind = L in front × transmittance; E = π L sin²θ' (Straubel 1902; Hanrahan 2001; Winston et al. 2005, 1.2)"
+question = "Does radiance increase under a magnifying glass, or in the focus of a burning mirror?"
+particles = 4_000_000
+
+OPTICS = {
+    "ideal": "ideal lens",
+    "ball": "glass ball",
+    "biconvex": "biconvex lens",
+    "mirror": "burning mirror",
+}
+FOCAL = 0.1  # m, focal length (of small angles) of each
+CONE = float(lenses.cone_of(1.0))  # of f/1
+PAGE, SUN = math.radians(7), math.radians(0.2666)  # half angles that they cover
+SUN_RADIANCE = sun.surface_radiance(sun.POWER, sun.AREA)
+FOCUS = 0.85  # where the biconvex lens' focus is taken, in focal lengths from its rim: light from all of it is near
+STOP = 0.32  # the same for the ball's stop, close below it
+FINE = 5  # bins in a third of the cone, all of equal projected solid angle
+L_FRONT, E_FRONT, E_FOCUS, GAIN = (
+    "radiance in front",
+    "irradiance in front",
+    "irradiance in the focus",
+    "gain",
+)
+BEHIND = tuple(f"radiance behind, {part} third of the cone" for part in ("inner", "middle", "outer"))
+
+
+class Optic(NamedTuple):
+    """surfaces;  front: the disk that light for the focus comes by;  window, height: radius of the disk that a detector
+    about the origin looks through, and its distance [m];  up: +1 where it looks up, at a lens;  steps: the way back."""
+
+    surfaces: tuple[tp.Surface, ...]
+    front: tp.Disk
+    window: float
+    height: float
+    up: int
+    steps: tuple[Callable[[Rays], Rays], ...]
+    faces: tuple[glass_lenses.Face, glass_lenses.Face] | None = None
+
+    def way_back(self, rays: Rays) -> list[Rays]:
+        """The rays after each step, those given first."""
+        path = [rays]
+        for step in self.steps:
+            path.append(step(path[-1]))
+        return path
+
+    def theta_edges(self, detector: float) -> np.ndarray:
+        """Bins of equal projected solid angle: thirds of what all of the detector sees by the optic, and beyond [rad]."""
+        within = math.sin(math.atan2(self.window - detector, self.height)) ** 2
+        reach = math.sin(min(1.3 * math.atan2(self.window, self.height), math.pi / 2)) ** 2
+        beyond = int(3 * FINE * (reach / within - 1))
+        return np.arcsin(np.sqrt(within * np.arange(3 * FINE + beyond + 1) / (3 * FINE)))
+
+
+def cases() -> list[dict[str, object]]:
+    pages = [{"optic": "ideal"}, {"optic": "ball", "detector": 4e-3}, {"optic": "biconvex"}]
+    burning = {"half_angle": SUN, "radiance": SUN_RADIANCE, "distance": 1000.0}
+    cones = {
+        "ideal": [(lenses.cone_of(3.0), 2e-4)],
+        "mirror": [(lenses.cone_of(1.0), 4e-4), (math.pi / 2, 4e-4)],
+    }
+    suns = [(optic, cone, size) for optic, pairs in cones.items() for cone, size in pairs]
+    return pages + [{"optic": o, "cone": float(cone), "detector": size} | burning for o, cone, size in suns]
+
+
+def scene(
+    optic: str = "ideal",
+    cone: float = CONE,
+    half_angle: float = PAGE,
+    radiance: float = 100.0,
+    index: float = 1.5,
+    detector: float = 6e-3,
+    distance: float = 10.0,
+) -> tp.Scene:
+    """A page, an optic, and a detector in its focus that sees it within `cone`, a half angle [rad]; at the origin.
+
+    half_angle: of the page seen from the focus [rad], `distance` above it [m];  index: of the glass;  detector: its
+    radius [m].
+    """
+    made = optic_of(optic, cone, index)
+    page = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=distance * math.tan(half_angle))
+    _check_filled(made, detector, page)
+    focus = tp.Disk(normal=(0, 0, made.up), radius=detector)
+    front = tp.Detector(
+        made.front, "front", directions=tp.Directions(theta=(0, _page_edge(page, made.front)))
+    )
+    seen, straight = tp.Directions(theta=made.theta_edges(detector)), None if made.faces is None else 2
+    return tp.Scene(
+        sources=tp.Source(page, tp.Lambertian(radiance=radiance), aim=made.front),
+        surfaces=made.surfaces,
+        detectors=[front, tp.Detector(focus, "focus", directions=seen, events=straight)],
+    )
+
+
+def optic_of(optic: str, cone: float, index: float) -> Optic:
+    """The optic of that name, its focus at the origin.  Raises SceneError for a cone that it cannot have."""
+    if optic not in OPTICS:
+        raise tp.SceneError(f"magnifier: optic must be one of {', '.join(OPTICS)}, got {optic!r}")
+    widest = math.pi / 2 if optic == "mirror" else math.pi / 4
+    if not 0 < cone <= widest:
+        raise tp.SceneError(
+            f"magnifier: cone must be in (0, {widest:.4g}] rad for optic {optic!r}, got {cone}"
+        )
+    if optic in ("ball", "biconvex") and not 1 < index < 2:
+        raise tp.SceneError(
+            f"magnifier: index must be in (1, 2), so that light is focused behind, got {index}"
+        )
+    return {"ideal": _ideal, "ball": _ball, "biconvex": _biconvex, "mirror": _mirror}[optic](cone, index)
+
+
+def _ideal(cone: float, _: float) -> Optic:
+    lens = tp.Disk(center=(0, 0, FOCAL), radius=FOCAL * math.tan(cone))
+    step = partial(optical_paths.bend, height=FOCAL, focal_length=FOCAL)
+    surface = tp.Surface(lens, tp.ThinLens(FOCAL), name="lens")
+    return Optic((surface,), _above(FOCAL, lens.radius), lens.radius, FOCAL, 1, (step,))
+
+
+def _ball(cone: float, index: float) -> Optic:
+    radius, height = FOCAL / lenses.ball_focal_length(1.0, index), STOP * FOCAL
+    window = height * math.tan(cone)
+    glass = tp.Surface(tp.Sphere(center=(0, 0, FOCAL), radius=radius), tp.Dielectric(index), name="lens")
+    stop = tp.Surface(
+        tp.Disk(center=(0, 0, height), inner_radius=window, radius=FOCAL), tp.Black(), name="stop"
+    )
+    front, faces = _above(FOCAL + radius, 0.8 * radius), glass_lenses.ball(FOCAL, radius)
+    return Optic((glass, stop), front, window, height, 1, glass_lenses.steps(faces, index), faces)
+
+
+def _biconvex(cone: float, index: float) -> Optic:
+    """Two caps that meet on the rim; their curvature is that of a thin lens of this focal length."""
+    height, curvature = FOCUS * FOCAL, 2 * (index - 1) * FOCAL
+    rim = height * math.tan(cone)
+    if rim >= curvature:
+        raise tp.SceneError(
+            f"magnifier: cone must be below {math.atan(curvature / height):.4g} rad, got {cone}"
+        )
+    depth = math.sqrt((curvature - rim) * (curvature + rim))
+    lower, upper = (
+        tp.Sphere(
+            center=(0, 0, height - up * depth), radius=curvature, axis=(0, 0, up), mu_min=depth / curvature
+        )
+        for up in (-1, 1)
+    )
+    glass = tp.Dielectric(index)
+    surfaces = tp.Surface(lower, glass, name="lens"), tp.Surface(upper, glass, name="upper face")
+    front, faces = (
+        _above(height - depth + curvature, 1.1 * rim),
+        glass_lenses.biconvex(height, rim, curvature),
+    )
+    return Optic(surfaces, front, rim, height, 1, glass_lenses.steps(faces, index), faces)
+
+
+def _mirror(cone: float, _: float) -> Optic:
+    rim = 2 * FOCAL * math.tan(cone / 2)
+    height = FOCAL * math.cos(cone) / math.cos(cone / 2) ** 2
+    bowl = tp.Paraboloid(center=(0, 0, -FOCAL), focal_length=FOCAL, radius=rim)
+    step = partial(optical_paths.reflect_in_paraboloid, vertex=-FOCAL, focal_length=FOCAL)
+    front = _above(0.0, rim)
+    return Optic((tp.Surface(bowl, tp.Mirror(), name="lens"),), front, rim, height, -1, (step,))
+
+
+def _above(height: float, radius: float) -> tp.Disk:
+    """A disk a little above this height and a little larger than this radius, that looks up."""
+    return tp.Disk(center=(0, 0, height + 0.02 * FOCAL), radius=radius + 0.01 * FOCAL)
+
+
+def seen_rays(optic: Optic, detector: float) -> Rays:
+    """A grid of the rays that a detector of this radius sees by the optic, traced back from it."""
+    if optic.up > 0:
+        return optical_paths.between_disks(detector, 0.0, optic.window, optic.height)
+    return optical_paths.between_disks(detector, 0.0, optic.window, lambda rho: rho**2 / (4 * FOCAL) - FOCAL)
+
+
+def _check_filled(optic: Optic, detector: float, page: tp.Disk) -> None:
+    """Refuse a page that does not fill all directions that the detector sees by the optic, or that stands in it."""
+    height = page.center[2]
+    if not height > optic.front.center[2]:
+        least = f"more than {optic.front.center[2]:g} m, where light enters the optic"
+        raise tp.SceneError(f"magnifier: distance must be {least}, got {height}")
+    ends = optical_paths.to_plane(optic.way_back(seen_rays(optic, detector))[-1], height).points
+    needed = max(optic.front.radius, np.hypot(ends[:, 0], ends[:, 1]).max())
+    if not needed < page.radius:
+        raise tp.SceneError(
+            f"magnifier: half_angle must be above {math.degrees(math.atan(needed / height)):.4g}°, got"
+            f" {math.degrees(math.atan(page.radius / height)):.4g}°: a smaller page does not fill what the detector sees;"
+            " or take a smaller detector or cone"
+        )
+
+
+def _page_edge(page: tp.Disk, front: tp.Disk) -> float:
+    """Up to where all of the front sees the page [rad]."""
+    return math.atan((page.radius - front.radius) / (page.center[2] - front.center[2]))
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    front, focus = result["front"], result["focus"]
+    thirds = [slice(FINE * k, FINE * (k + 1)) for k in range(3)]
+    behind = {name: focus.radiance[third].sum() / FINE for name, third in zip(BEHIND, thirds, strict=True)}
+    fluxes = {E_FRONT: front.irradiance, E_FOCUS: focus.irradiance, GAIN: focus.irradiance / front.irradiance}
+    return {L_FRONT: front.radiance[0]} | behind | fluxes
+
+
+def exact(
+    optic: str = "ideal",
+    cone: float = CONE,
+    half_angle: float = PAGE,
+    radiance: float = 100.0,
+    index: float = 1.5,
+    detector: float = 6e-3,
+    distance: float = 10.0,
+) -> dict[str, float]:
+    made, page = optic_of(optic, cone, index), distance * math.tan(half_angle)
+    of_front = made.front.radius, distance - made.front.center[2]
+    before = float(emitters.mean_disk_irradiance(radiance, page, *of_front))
+    if made.faces is None:
+        shares = np.ones(3)
+        behind = float(emitters.mean_disk_irradiance(radiance, made.window, detector, made.height))
+    else:
+        thirds = made.theta_edges(detector)[: 3 * FINE + 1 : FINE]
+        shares = glass_lenses.mean_transmittances(made.faces, index, detector, thirds)
+        seen = glass_lenses.projected_solid_angle(made.faces, index, detector, made.window, made.height)
+        behind = radiance * seen
+    radiances = {name: radiance * float(share) for name, share in zip(BEHIND, shares, strict=True)}
+    return {L_FRONT: radiance} | radiances | {E_FRONT: before, E_FOCUS: behind, GAIN: behind / before}
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    """How large radiance and irradiance are behind, of what they are in front."""
+    shares = [f"{o[BEHIND[0]].estimate / o[L_FRONT].estimate} ({_name(o)})" for o in outcomes]
+    gains = [f"{o[GAIN].estimate.value:.5g}" for o in outcomes]
+    return f"No: of the radiance in front there is behind {', '.join(shares)}; irradiance grows {', '.join(gains)}-fold."
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Rays and radiance by direction under each lens; beside it, as <name>_limit, the irradiance by the cone of light."""
+    from viz.magnifiers import irradiance_by_cone, under_glasses
+
+    path = Path(path)
+    pages = [o for o in outcomes if o.parameters.get("optic") != "mirror" and not _is_sun(o)]
+    limit = path.with_stem(f"{path.stem}_limit") if pages else path
+    if pages:
+        under_glasses(
+            {_name(o).removeprefix("page, "): _glass(o) for o in pages}, path, note=provenance(pages)
+        )
+    irradiance_by_cone([_spot(o) for o in outcomes], limit, note=provenance(outcomes))
+    return [path, limit] if pages else [path]
+
+
+def _half_angle(outcome: Outcome) -> float:
+    return float(outcome.parameters.get("half_angle", PAGE))
+
+
+def _is_sun(outcome: Outcome) -> bool:
+    return _half_angle(outcome) < 5 * SUN
+
+
+def _optic(outcome: Outcome) -> Optic:
+    of = outcome.parameters
+    return optic_of(of.get("optic", "ideal"), of.get("cone", CONE), of.get("index", 1.5))
+
+
+def _name(outcome: Outcome) -> str:
+    return f"{'sun' if _is_sun(outcome) else 'page'}, {OPTICS[outcome.parameters.get('optic', 'ideal')]}"
+
+
+def _glass(outcome: Outcome):
+    """Cross-section and radiance of one lens."""
+    from viz.magnifiers import Glass, cross_sections
+
+    optic, reading = _optic(outcome), outcome.result["focus"]
+    across = np.linspace(-0.97, 0.97, 13) * optic.window
+    targets = np.stack([across, 0 * across, np.full_like(across, optic.height)], axis=-1)
+    path = optic.way_back(optical_paths.from_to(np.zeros(3), targets))
+    path.append(optical_paths.to_plane(path[-1], 2.5 * FOCAL))
+    theta = np.linspace(0, reading.radiance.coords["theta"][-1], 201)
+    back, radius = lambda rays: optic.way_back(rays)[-1], reading.detector.shape.radius
+    seen = optical_paths.seen_through(back, radius, optic.window, optic.height, theta)
+    fault = {"if the lens mapped tangents": lambda angle: lenses.tangent_lens_radiance(1.0, 0.0, angle)}
+    return Glass(
+        outlines=cross_sections(surface.shape for surface in outcome.result.scene.surfaces),
+        paths=np.stack([rays.points[:, [0, 2]] for rays in path], axis=1),
+        front=_half_angle(outcome),
+        behind=math.atan2(optic.window, optic.height),
+        radiance=reading.radiance / outcome[L_FRONT].estimate,
+        exact=lambda angle: np.interp(angle, theta, seen),
+        guides={} if optic.faces else fault,
+    )
+
+
+def _spot(outcome: Outcome):
+    """The case's place in the picture of all cones."""
+    from viz.magnifiers import Spot
+
+    optic, radiance = _optic(outcome), outcome.result.scene.sources[0].emission.radiance
+    unit = constant(outcome.result, math.pi * radiance, "W m^-2")
+    return Spot(
+        _name(outcome),
+        _half_angle(outcome),
+        math.atan2(optic.window, optic.height),
+        outcome[E_FRONT].estimate / unit,
+        outcome[E_FOCUS].estimate / unit,
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

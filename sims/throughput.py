@@ -1,0 +1,328 @@
+"""Throughput: rays are counted alike before and behind mirrors, a ball of glass and a lens; a sensor reads L times them.
+
+Derivation.  T = ∬ cosθ dω dA counts the rays of a beam and "is unchanged under the laws of geometric optics (straight
+lines, reflection, refraction, mirages)"; a sensor that sees the radiance L within its throughput responds R = L T
+(Hanrahan 2001, Stanford CS 348B, lecture 4, "Throughput" and "2nd law").  For dA cosθ dω = dx dy dp_x dp_y with direction
+cosines p is a volume in phase space, which every such law keeps (Liouville; Straubel 1902).
+
+Beams.  Between an aperture 1, an optic and an aperture 2 lies one beam, and it has two measures: in the coordinates of
+aperture 1, ∬ cosθ₁ dω₁ dA₁ over the rays that reach 2, and in those of aperture 2 over the rays that come from 1.  A
+diffuse source at 1 draws rays uniformly in the first, one at 2 in the second; what each brings to the other, over L, is
+T.  Were the optic's map not one that conserves throughput, the two would differ: a lens that maps tangents is seen to
+(tests/test_throughput.py).  And what falls on the optic leaves it, history by history.
+
+Exact values.  Aperture 2 is large enough for all that comes from 1 (its radius is taken from traced rays; the flat
+mirror's alone is not, and there the image of 1 serves), so that T is that between aperture 1 and the optic's rim, two
+coaxial disks (Howell, C-41), for a cap or a bowl as for a lens.  Behind the glass ball each ray counts with what Fresnel
+lets through, the same both ways; `events=2` leaves out what was reflected inside.
+
+Sensor.  A plate with a hole before a diffuse wall; behind it sensors at several distances.  The wall fills all that they
+see through the hole: R = L T of hole and sensor, whatever the wall's distance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance, sharp
+from transport.experiment import Outcome
+from transport.theory import elements, etendue, glass_lenses, optical_paths
+from transport.theory.optical_paths import Rays
+
+law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
+question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
+particles = 4_000_000
+
+SHOWS = ("flat mirror", "spherical mirror", "paraboloid", "glass ball", "lens", "sensor")
+FOCAL = 0.1  # m, of the lens and of both curved mirrors
+NEAR, FAR = 1.5 * FOCAL, 3 * FOCAL  # of aperture 1 and of its image
+RIM = 0.5 * FOCAL  # m, radius of the lens
+CAP, BOWL = (
+    math.radians(30),
+    math.radians(75),
+)  # of the mirrors' rims, seen from the center and from the focus
+BALL, WINDOW = 0.06, 0.025  # m, radii of the ball and of the stop before it
+ROOM = 1.02  # of aperture 2 over what the traced rays need
+HOLE, SENSOR = 0.01, 0.02  # m, radii
+BEHIND = (0.1, 0.2, 0.5)  # m, of the sensors
+T_1, T_2, KEPT = "T, rays from 1 to 2", "T, rays from 2 to 1", "flux on the optic − flux off it"
+READ = "R/T, {} m behind the hole"
+SLIT, BINS = 4e-3, 26  # m, height of the picture's meters; bins a side
+SECTOR = math.radians(4)  # half of it: rays near the plane of the axis
+PLANES = ("at aperture 1", "before the lens", "behind the lens", "at aperture 2")
+
+
+class Beam(NamedTuple):
+    """Two apertures that face an optic: where source 1 and source 2 aim, the surfaces, which of them to go by, and T."""
+
+    one: tp.Disk
+    two: tp.Disk
+    aims: tuple[tp.Shape, tp.Shape]
+    surfaces: tuple[tp.Surface, ...]
+    throughput: float
+    events: int | None = None
+
+
+def cases() -> list[dict[str, object]]:
+    beams = [{"show": show} for show in SHOWS[:-1]]
+    return beams + [{"show": "sensor", "distance": distance} for distance in (0.5, 5.0, 50.0)]
+
+
+def scene(
+    show: str = "lens", size: float = 0.01, radiance: float = 100.0, index: float = 1.5, distance: float = 0.5
+) -> tp.Scene:
+    """A beam between two apertures by way of an optic, or sensors behind a hole before a wall.
+
+    size: radius of aperture 1 [m];  index: of the ball's glass;  distance: of the wall from the hole [m].
+    """
+    if show not in SHOWS:
+        raise tp.SceneError(f"throughput: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    shine = tp.Lambertian(radiance=radiance)
+    if show == "sensor":
+        return _sensors(distance, shine)
+    beam = beam_of(show, size, index)
+    pairs = ((beam.one, beam.aims[0]), (beam.two, beam.aims[1]))
+    counters = [
+        tp.Detector(beam.one, "one", via=("two", "optic"), events=beam.events),
+        tp.Detector(beam.two, "two", via=("one", "optic"), events=beam.events),
+        tp.Detector(beam.two, "two again", via=("two", "one", "optic"), events=beam.events),
+        *(tp.Detector("optic", f"optic {side}", side=side) for side in ("front", "back")),
+    ]
+    return tp.Scene(
+        sources=[tp.Source(disk, shine, aim=aim) for disk, aim in pairs],
+        surfaces=beam.surfaces,
+        detectors=counters + (_portraits(beam) if show == "lens" else []),
+    )
+
+
+def beam_of(show: str, size: float, index: float) -> Beam:
+    """The beam of that name with an aperture 1 of that radius [m]."""
+    if not 0 < size < 0.5 * FOCAL:
+        raise tp.SceneError(f"throughput: size must be in (0, {0.5 * FOCAL:g}) m, got {size}")
+    made = {
+        "flat mirror": _flat,
+        "spherical mirror": _cap,
+        "paraboloid": _bowl,
+        "glass ball": partial(_ball, index=index),
+        "lens": _lens,
+    }
+    return made[show](size)
+
+
+def _flat(size: float) -> Beam:
+    """Folded by 45 degrees: seen in the mirror, aperture 2 lies FAR beyond it on the axis, and is the smaller one."""
+    one = _facing(size, -NEAR, 1)
+    two = tp.Disk(center=(FAR, 0, 0), normal=(-1, 0, 0), radius=0.7 * size)
+    mirror = tp.Rectangle(normal=(1, 0, -1), up=(0, 1, 0), width=4 * size, height=4 * size)
+    fold = [tp.Disk(normal=disk.normal, radius=size) for disk in (one, two)]  # where the beam is no wider
+    rays = elements.disks_throughput(size, two.radius, NEAR + FAR)
+    return Beam(one, two, tuple(fold), (tp.Surface(mirror, tp.Mirror(), name="optic"),), float(rays))
+
+
+def _cap(size: float) -> Beam:
+    """A concave mirror about the origin, its focal length half its radius; both apertures on the axis before it."""
+    radius = 2 * FOCAL
+    rim, height = radius * math.sin(CAP), radius * math.cos(CAP)
+    cap = tp.Sphere(radius=radius, mu_min=math.cos(CAP))
+    step = partial(optical_paths.reflect_in_sphere, center=0.0, radius=radius)
+    return _on_axis(
+        size, radius - NEAR, radius - FAR, (rim, height), tp.Surface(cap, tp.Mirror(), name="optic"), step
+    )
+
+
+def _bowl(size: float) -> Beam:
+    """Aperture 1 in the focus; what leaves is nearly parallel, and aperture 2 lies across it."""
+    rim = 2 * FOCAL * math.tan(BOWL / 2)
+    height = -FOCAL * math.cos(BOWL) / math.cos(BOWL / 2) ** 2
+    bowl = tp.Paraboloid(center=(0, 0, -FOCAL), focal_length=FOCAL, radius=rim)
+    step = partial(optical_paths.reflect_in_paraboloid, vertex=-FOCAL, focal_length=FOCAL)
+    return _on_axis(size, 0.0, 10 * FAR, (rim, height), tp.Surface(bowl, tp.Mirror(), name="optic"), step)
+
+
+def _lens(size: float) -> Beam:
+    step = partial(optical_paths.bend, height=0.0, focal_length=FOCAL)
+    lens = tp.Surface(tp.Disk(radius=RIM), tp.ThinLens(FOCAL), name="optic")
+    return _on_axis(size, -NEAR, FAR, (RIM, 0.0), lens, step)
+
+
+def _on_axis(
+    size: float,
+    z_1: float,
+    z_2: float,
+    rim: tuple[float, float],
+    optic: tp.Surface,
+    step: Callable[[Rays], Rays],
+) -> Beam:
+    """Apertures at heights z_1 and z_2 on the axis of an optic whose rim is a circle of (radius, height)."""
+    radius, height = rim
+    ends = optical_paths.to_plane(step(optical_paths.between_disks(size, z_1, radius, height)), z_2).points
+    one, two = _facing(size, z_1, height - z_1), _facing(_reach(ends), z_2, height - z_2)
+    aim = tp.Disk(center=(0, 0, height), radius=radius)
+    rays = elements.disks_throughput(size, radius, abs(height - z_1))
+    return Beam(one, two, (aim, aim), (optic,), float(rays))
+
+
+def _ball(size: float, index: float) -> Beam:
+    """A ball of glass about the origin behind a black stop."""
+    stop, z_1, z_2 = -1.1 * BALL, -2.5 * BALL, 2.5 * BALL
+    faces, height = glass_lenses.ball(-z_1, BALL), stop - z_1
+    rays = optical_paths.between_disks(size, 0.0, WINDOW, height)
+    passed = glass_lenses.trace(rays, faces, index)
+    beyond = optical_paths.to_plane(passed, -stop - z_1).points
+    ends = optical_paths.to_plane(passed, z_2 - z_1).points
+    one, two = _facing(size, z_1, 1), _facing(_reach(ends), z_2, -1)
+    surfaces = (
+        tp.Surface(tp.Sphere(radius=BALL), tp.Dielectric(index), name="optic"),
+        tp.Surface(
+            tp.Disk(center=(0, 0, stop), inner_radius=WINDOW, radius=2 * BALL), tp.Black(), name="stop"
+        ),
+    )
+    aims = tp.Disk(center=(0, 0, stop), radius=WINDOW), tp.Disk(center=(0, 0, -stop), radius=_reach(beyond))
+    seen = glass_lenses.projected_solid_angle(faces, index, size, WINDOW, height)
+    return Beam(one, two, aims, surfaces, one.area * seen, 2)
+
+
+def _facing(radius: float, height: float, way: float) -> tp.Disk:
+    """A disk about the axis that looks up or down as the sign of `way` says."""
+    return tp.Disk(center=(0, 0, height), normal=(0, 0, math.copysign(1, way)), radius=radius)
+
+
+def _reach(points: np.ndarray) -> float:
+    """A little more than the distance of the outermost of these points from the axis [m]."""
+    return ROOM * float(np.hypot(points[..., 0], points[..., 1]).max())
+
+
+def _sensors(distance: float, shine: tp.Lambertian) -> tp.Scene:
+    """The light goes up: wall, plate, sensors that look down.  The wall fills what the nearest sees through the hole."""
+    steepest = (HOLE + SENSOR) / min(BEHIND)
+    wall = tp.Disk(center=(0, 0, -distance), radius=ROOM * (HOLE + steepest * distance))
+    hole = tp.Disk(radius=HOLE)
+    plate = tp.Rectangle(width=1.0, height=1.0, hole=hole)
+    sensors = [tp.Detector(_facing(SENSOR, z, -1), f"sensor {k}") for k, z in enumerate(BEHIND)]
+    return tp.Scene(tp.Source(wall, shine, aim=hole), tp.Surface(plate, tp.Black(), name="plate"), sensors)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    shine = constant(result, result.scene.sources[0].emission.radiance, "W m^-2 sr^-1")
+    if "one" not in result:
+        rays = [constant(result, sensor_throughput(z), "m^2 sr") for z in BEHIND]
+        fluxes = [result[f"sensor {k}"].flux_in for k in range(len(BEHIND))]
+        return {READ.format(z): flux / t for z, flux, t in zip(BEHIND, fluxes, rays, strict=True)}
+    front, back = result["optic front"], result["optic back"]
+    on, off = front.flux_in + back.flux_in, front.flux_out + back.flux_out
+    at_two = result["two"].flux_in - result["two again"].flux_in  # but what source 2 sent back by aperture 1
+    return {T_1: at_two / shine, T_2: result["one"].flux_in / shine, KEPT: sharp(on - off, of=on)}
+
+
+def sensor_throughput(distance: float) -> float:
+    """Of the hole and a sensor so far behind it [m^2 sr]."""
+    return float(elements.disks_throughput(HOLE, SENSOR, distance))
+
+
+def exact(
+    show: str = "lens", size: float = 0.01, radiance: float = 100.0, index: float = 1.5, distance: float = 0.5
+) -> dict[str, float]:
+    if show == "sensor":
+        return {READ.format(z): radiance for z in BEHIND}
+    rays = beam_of(show, size, index).throughput
+    return {T_1: rays, T_2: rays, KEPT: 0.0}
+
+
+def _portraits(beam: Beam) -> list[tp.Detector]:
+    """Meters of what comes from aperture 1 through narrow slits at PLANES, by place and direction along x."""
+    gap = 1e-3  # m, between the slits and what they stand beside
+    heights = beam.one.center[2] + gap, -gap, gap, beam.two.center[2] - gap
+    reaches = 1.4 * beam.one.radius, 1.15 * RIM, 1.15 * RIM, 1.1 * beam.two.radius
+    steepest = (0.45, 0.45, 0.38, 0.38)  # direction cosines
+    slits = []
+    for name, height, reach, steep in zip(PLANES, heights, reaches, steepest, strict=True):
+        slit = tp.Rectangle(center=(0, 0, height), normal=(0, 0, -1), width=2 * reach, height=SLIT)
+        directions = tp.Directions(
+            theta=np.arcsin(np.linspace(0, steep, BINS // 2 + 1)),
+            phi=(-SECTOR, SECTOR, math.pi - SECTOR, math.pi + SECTOR),
+        )
+        slits.append(
+            tp.Detector(slit, name, directions=directions, positions=tp.Positions(u=BINS), via="one")
+        )
+    return slits
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    """How far the two measures of a beam are apart, and what the sensors read."""
+    sentences = []
+    beams = [o for o in outcomes if "one" in o.result]
+    if beams:
+        scores = [abs((o[T_1].estimate / o[T_2].estimate).z(1.0)) for o in beams]
+        names = ", ".join(str(o.parameters.get("show", "lens")) for o in beams)
+        words = f"at most {max(scores):.1f} standard errors apart"
+        sentences.append(f"By way of {names} rays count alike from both ends, {words}.")
+    read = [row.estimate.value / row.exact for o in outcomes if o not in beams for row in o.rows]
+    if read:
+        sentences.append(
+            f"R/T is {min(read):.4f} to {max(read):.4f} L for every distance of wall and sensor."
+        )
+    return " ".join(sentences)
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """The lens' beam in phase space at four places; beside it, as <name>_laws, all rows against exact values."""
+    from viz import comparison
+    from viz.beams import beam_portraits
+
+    path, paths = Path(path), []
+    for outcome in [o for o in outcomes if PLANES[0] in o.result][:1]:
+        panels = {name: _portrait(outcome, name) for name in PLANES}
+        beam_portraits(panels, path, note=provenance([outcome]))
+        paths.append(path)
+    paths.append(path.with_stem(path.stem + "_laws") if paths else path)
+    table = {
+        f"{row.name}\n{_shown(o)}": (row.estimate, row.exact)
+        for o in outcomes
+        for row in o.rows
+        if row.name != KEPT
+    }
+    title = "Throughput in and out of optics, and what a sensor reads"
+    comparison(table, paths[-1], title=title, note=provenance(outcomes))
+    return paths
+
+
+def _portrait(outcome: Outcome, plane: str):
+    """Radiance over that of the source by x and p_x, and the outline of traced rays."""
+    from viz.beams import Portrait
+
+    reading, source = outcome.result[plane], outcome.result.scene.sources[0]
+    shares = reading.radiance.value / source.emission.radiance
+    cosines, places = np.sin(reading.radiance.coords["theta"]), reading.radiance.coords["u"]
+    # The slit looks down: e_u is -x, and light flies against the direction that it comes from.
+    of_x_and_p = np.concatenate([shares[::-1, ::-1, 2], shares[::-1, :, 0]], axis=1)
+    height, edges = reading.detector.shape.center[2], np.concatenate([-cosines[:0:-1], cosines])
+    rays = etendue.meridional_outline(source.shape.radius, source.shape.center[2], RIM, 0.0)
+
+    def outlined(bent: Rays) -> tuple[np.ndarray, float]:
+        there = optical_paths.to_plane(bent, height)
+        outline = np.stack([there.points[:, 0], there.directions[:, 0]], axis=-1)
+        return outline, etendue.outlined_area(*outline.T)
+
+    if height < 0:
+        return Portrait(-places[::-1], edges, of_x_and_p, *outlined(rays))
+    right, wrong = (bend(rays, 0.0, FOCAL) for bend in (optical_paths.bend, optical_paths.bend_tangents))
+    other = ("if the lens mapped tangents", *outlined(wrong))
+    return Portrait(-places[::-1], edges, of_x_and_p, *outlined(right), other)
+
+
+def _shown(outcome: Outcome) -> str:
+    show = str(outcome.parameters.get("show", "lens"))
+    return show if show != "sensor" else f"wall at {outcome.parameters.get('distance', 0.5):g} m"
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,208 @@
+"""The diffuse-walled tube: what gets through of the light, or of the gas, that enters it, and where it meets the wall.
+
+Derivation.  A uniform flux of the cosine law enters a tube of the length l and the radius R, whose wall sends back by the
+cosine law what it receives: light in a white tube, or a gas so thin that its molecules meet the wall only.  What falls on
+the wall at the depth x comes from the entrance and from the rest of the wall,
+
+    H(x) = f(x) + a ∫ K(|x − y|) H(y) dy,
+
+f and K being view factors from a point of the wall, and W = F + 2 a ∫ H(x) f(l − x) dx gets through (Clausing 1932; solved
+to 1e-12 in transport/theory/clausing.py).  F, the view factor of the ends, flies through without meeting the wall.
+Where the wall takes nothing, a = 1, three things are known without solving anything: what does not get through comes back;
+if both ends shone alike the wall would receive the same everywhere, so that H(x) + H(l − x) = 1; and hence a particle
+meets the wall l/R times in the mean.  A long tube lets through 8R/3l, but slowly so: at 10 R that is still 40 % too much.
+
+Scene.  A Lambertian disk at the entrance, the wall, detectors on both ends and, in detail, along the wall.  A tube of l = 50 R
+costs 50 wall hits a particle and lets 5 % through, so that 1e8 particles, some minutes, are needed for 4e-4 of W; short ones
+reach 1e-4 with 1e8 in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import clausing
+from transport.theory.round_view_factors import base_to_base
+
+law = "W = F + 2a ∫ H f dx, H = f + a ∫ K H dy, wall hits l/R (Clausing 1932)"
+question = "How much gets through a tube with a diffuse wall, and how often does it meet the wall on its way?"
+particles = 1_000_000
+
+POWER = 1.0  # W
+BINS = 20  # along the wall
+DETAILED = (1.0, 2.0)  # radii
+THROUGH, BACK, DIRECT = "transmission W", "returns by the entrance", "flies straight through"
+HITS, LOST = "wall hits a particle", "absorbed by the wall"
+HALF, LAST = "falls on the first half of the wall, mean of H", "falls on its last twentieth, mean of H"
+
+
+def cases() -> list[dict[str, object]]:
+    lengths = [{"length": length, "detail": length in DETAILED} for length in (0.1, *DETAILED, 10.0, 50.0)]
+    return [*lengths, {"length": 5.0, "albedo": 0.8}]
+
+
+def scene(length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail: bool = True) -> tp.Scene:
+    """A tube along +z.  length: over the radius, up to 200;  radius [m];  albedo: of the wall.
+
+    detail: also by place along the wall, at several times the cost.
+    """
+    if not 0 < length <= clausing.LONGEST:
+        raise tp.SceneError(
+            f"tube: length must be above 0 and at most {clausing.LONGEST:g} radii, got {length!r}"
+        )
+    height = length * radius
+    entrance = tp.Disk(radius=radius)
+    exit_ = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=radius)
+    wall = tp.Cylinder(center=(0, 0, height / 2), radius=radius, height=height)
+    detectors = [
+        tp.Detector(exit_, "exit"),
+        tp.Detector(exit_, "direct", events=0),
+        tp.Detector(entrance, "entrance"),
+        tp.Detector("wall", side="back"),
+    ]
+    if detail:
+        along = tp.Positions(u=np.linspace(-height / 2, height / 2, BINS + 1))
+        detectors.append(tp.Detector(wall, "profile", side="back", positions=along))
+    source = tp.Source(entrance, tp.Lambertian(power=POWER))
+    return tp.Scene(source, tp.Surface(wall, tp.Diffuse(albedo), name="wall"), detectors)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    emitted = result.ledger["emitted"]
+    rows = {
+        THROUGH: result["exit"].flux_in / emitted,
+        BACK: result["entrance"].flux_in / emitted,
+        DIRECT: result["direct"].flux_in / emitted,
+        HITS: result["wall"].flux_in / emitted,
+    }
+    if _albedo(result) < 1:
+        rows[LOST] = result.ledger["absorbed"] / emitted
+    if "profile" in result:
+        rows |= {HALF: incident(result)[: BINS // 2].mean(), LAST: incident(result)[-1]}
+    return rows
+
+
+def incident(result: tp.Result) -> tp.EstimateArray:
+    """H by depth, (BINS,) [1]: what falls on the wall over what enters, both per area."""
+    entering = POWER / result.scene.sources[0].shape.area
+    return result["profile"].irradiance / constant(result, entering, "W m^-2")
+
+
+def _albedo(result: tp.Result) -> float:
+    return result.scene.surface("wall").material.albedo
+
+
+def exact(
+    length: float = 2.0, radius: float = 1.0, albedo: float = 1.0, detail: bool = True
+) -> dict[str, float]:
+    tube = clausing.solved_tube(float(length), float(albedo))
+    rows = {
+        THROUGH: tube.transmission,
+        BACK: tube.reflection,
+        DIRECT: float(base_to_base(1.0, length)),
+        HITS: tube.mean_hits,
+    }
+    if albedo < 1:
+        rows[LOST] = (1 - albedo) * tube.mean_hits
+    if detail:
+        means = tube.mean_incident(edges(length))
+        rows |= {HALF: float(means[: BINS // 2].mean()), LAST: float(means[-1])}
+    return rows
+
+
+def edges(length: float) -> np.ndarray:
+    """Edges of the bins along the wall, from the entrance [radii]."""
+    return np.linspace(0, length, BINS + 1)
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = [f"{o[THROUGH].estimate} at {_length(o):g} radii{_shade(o)}" for o in outcomes]
+    furthest = max(abs(row.z) for o in outcomes for row in o.rows if not math.isnan(row.z))
+    return (
+        f"A tube lets through {', '.join(said)}; the furthest of all is {furthest:.1f} standard errors off."
+    )
+
+
+def _shade(outcome: Outcome) -> str:
+    albedo = _albedo(outcome.result)
+    return "" if albedo == 1 else f", albedo {albedo:g}"
+
+
+def _length(outcome: Outcome) -> float:
+    return float(outcome.parameters.get("length", 2.0))
+
+
+def _white(outcomes: list[Outcome]) -> list[Outcome]:
+    """Those whose wall takes nothing, by length."""
+    return sorted((o for o in outcomes if _albedo(o.result) == 1), key=_length)
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """What falls on the wall by depth; beside it, as <name>_lengths, the transmission by length."""
+    path, paths = Path(path), []
+    detailed = [o for o in outcomes if "profile" in o.result]
+    if detailed:
+        paths.append(path)
+        draw_walls(detailed, path)
+    if len(_white(outcomes)) > 1 or not detailed:
+        paths.append(path.with_stem(f"{path.stem}_lengths") if paths else path)
+        draw_lengths(_white(outcomes) or outcomes, paths[-1])
+    return paths
+
+
+def draw_walls(outcomes: list[Outcome], path: Path) -> None:
+    """H by depth over length, a curve a tube."""
+    from viz.catalogue import Entry, catalogue
+
+    entries = {}
+    for outcome in outcomes:
+        tube = clausing.solved_tube(_length(outcome), _albedo(outcome.result))
+        entries[f"l = {tube.length:g} R{_shade(outcome)}"] = Entry(
+            np.linspace(0, 1, BINS + 1),
+            incident(outcome.result),
+            lambda share, tube=tube: tube.incident_at(share * tube.length),
+            tube.mean_incident(edges(tube.length)),
+        )
+    catalogue(
+        entries,
+        path,
+        xlabel="depth / length of the tube",
+        ylabel="falls on the wall / enters, per area",
+        title="A diffuse-walled tube: what its wall receives",
+        note=provenance(outcomes),
+    )
+
+
+def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
+    """W by length, beside the long tube's law and the two resistances added."""
+    from viz import profile
+
+    lengths, albedo = np.array([_length(o) for o in outcomes]), _albedo(outcomes[0].result)
+    nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.LONGEST), 100)
+    solved = np.log([clausing.transmission(length, albedo) for length in nodes])
+    profile(
+        lengths,
+        [o[THROUGH].estimate for o in outcomes],
+        path,
+        exact=lambda length: np.exp(np.interp(np.log(length), np.log(nodes), solved)),
+        expected=[o[THROUGH].exact for o in outcomes],
+        guides={"8R/3l": clausing.long_tube, "1/(1 + 3l/8R)": clausing.dushman},
+        xlabel="length / radius",
+        ylabel="transmission W",
+        title="What gets through a diffuse-walled tube",
+        log_x=True,
+        log_y=True,
+        note=provenance(outcomes),
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,256 @@
+"""Meshes: a ray through their hierarchy of boxes to the first facet, the facet's normal, births on facets.
+
+The acting mesh.  A ray that begins on a facet lies within rounding of those that join it.  Which of them it meets is told by
+their sides: what leaves a front comes to a front next, what leaves a back to a back.  So rounding where facets join neither leads
+through a closed mesh nor turns inside into outside.
+The meter.  All crossings of a ray are told from one origin and taken in the order of distance, then of number: each once.
+"""
+
+import math
+
+import numpy as np
+
+from transport.compile.layout import (
+    AREAS,
+    MESH,
+    MESHED_SHEET,
+    NODE,
+    PASSED_SHIFT,
+    ROUNDING,
+    ROWS,
+    SHEET_SHIFT,
+    STANDING,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+)
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.physics.device import EXACT, device
+from transport.physics.facets import facet_crossing
+from transport.physics.streams import DEPTH, POSITION, random_words, uniform
+
+NEVER = 1 << 62
+HUGE = 1e300  # one over a direction's component that is 0: times 0 it is 0
+SLACK = 8.0 * ROUNDING  # [scene lengths] about the origin of a ray within which facets join its own
+FORGIVEN = 2.0**-48  # relative rounding of a box's crossings
+
+
+@device
+def reciprocal(u):
+    """1/u, finite where u is 0."""
+    return 1.0 / u if abs(u) > 1.0 / HUGE else math.copysign(HUGE, u)
+
+
+@device
+def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, iz, start, best):
+    """Distance at which a ray enters a box; infinity where it misses it, left it before start or enters it beyond best."""
+    p, q = (low_x - ox) * ix, (high_x - ox) * ix
+    near, far = p if p < q else q, q if p < q else p
+    p, q = (low_y - oy) * iy, (high_y - oy) * iy
+    small, large = p if p < q else q, q if p < q else p
+    near, far = small if small > near else near, large if large < far else far
+    p, q = (low_z - oz) * iz, (high_z - oz) * iz
+    small, large = p if p < q else q, q if p < q else p
+    near, far = small if small > near else near, large if large < far else far
+    far += FORGIVEN * abs(far)
+    return near if (near <= far) & (far >= start) & (near <= best) else math.inf
+
+
+@device
+def next_facet(
+    mesh,
+    nodes,
+    places,
+    faces,
+    normals,
+    stack,
+    entries,
+    ox,
+    oy,
+    oz,
+    ux,
+    uy,
+    uz,
+    own,
+    side,
+    start,
+    last,
+    furthest,
+):
+    """The facet that a ray crosses next after (start, last), and where; -1 for none nearer than `furthest`.
+
+    own: the facet that it began on (-1: none);  side: +1 where it has just left that one's front, -1 its back, else 0;
+    last: of the facets crossed at `start` those of higher numbers are to come.
+    """
+    along_x, along_y, along_z = abs(ux), abs(uy), abs(uz)
+    kz = 0 if (along_x >= along_y) & (along_x >= along_z) else (1 if along_y >= along_z else 2)
+    kx = 1 if kz == 0 else (2 if kz == 1 else 0)
+    ky = 2 if kz == 0 else (0 if kz == 1 else 1)
+    uk = ux if kz == 0 else (uy if kz == 1 else uz)
+    if uk < 0.0:
+        kx, ky = ky, kx  # keeps the winding
+    u_x = ux if kx == 0 else (uy if kx == 1 else uz)
+    u_y = ux if ky == 0 else (uy if ky == 1 else uz)
+    o_x = ox if kx == 0 else (oy if kx == 1 else oz)
+    o_y = ox if ky == 0 else (oy if ky == 1 else oz)
+    o_z = ox if kz == 0 else (oy if kz == 1 else oz)
+    sz = 1.0 / uk
+    cx, cy, cz = ox - mesh.cx, oy - mesh.cy, oz - mesh.cz
+    ix, iy, iz = reciprocal(ux), reciprocal(uy), reciprocal(uz)
+    best, found, top, here = furthest, -1, 0, 0
+    while here >= 0:
+        n = nodes[here]
+        left = box_entry(
+            n.low_x0, n.low_y0, n.low_z0, n.high_x0, n.high_y0, n.high_z0, cx, cy, cz, ix, iy, iz, start, best
+        )
+        right = box_entry(
+            n.low_x1, n.low_y1, n.low_z1, n.high_x1, n.high_y1, n.high_z1, cx, cy, cz, ix, iy, iz, start, best
+        )
+        here = -1
+        for turn in range(2):  # the farther child first, so that the nearer one is on top of the stack
+            is_right = (left <= right) == (turn == 0)
+            entry = right if is_right else left
+            if entry < math.inf:
+                stack[top] = (n.first1 << 3 | n.count1) if is_right else (n.first0 << 3 | n.count0)
+                entries[top] = entry
+                top += 1
+        while (here < 0) & (top > 0):
+            top -= 1
+            if entries[top] > best:
+                continue
+            first, count = stack[top] >> 3, stack[top] & 7
+            if count == 0:
+                here = first
+            for f in range(first, first + count):
+                a, b, c = 3 * faces[3 * f], 3 * faces[3 * f + 1], 3 * faces[3 * f + 2]
+                az, bz, cz_ = (
+                    sz * (places[a + kz] - o_z),
+                    sz * (places[b + kz] - o_z),
+                    sz * (places[c + kz] - o_z),
+                )
+                t, area = facet_crossing(
+                    (places[a + kx] - o_x) - u_x * az,
+                    (places[a + ky] - o_y) - u_y * az,
+                    az,
+                    (places[b + kx] - o_x) - u_x * bz,
+                    (places[b + ky] - o_y) - u_y * bz,
+                    bz,
+                    (places[c + kx] - o_x) - u_x * cz_,
+                    (places[c + ky] - o_y) - u_y * cz_,
+                    cz_,
+                )
+                if (area == 0.0) | (f == own):
+                    continue
+                is_next = (t > start) | ((t == start) & (f > last))
+                if side != 0.0:
+                    cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
+                    if (
+                        abs((t - start) * cosine) <= SLACK
+                    ):  # the ray begins on it; area > 0 comes to its front
+                        is_next, t = area * side > 0.0, (t if t > start else start)
+                if is_next & ((t < best) | ((t == best) & (found >= 0) & (f < found))):
+                    best, found = t, f
+    return found, best
+
+
+@lane_pass(MESH, EXACT)
+def meet_mesh(b, table, first, live):
+    """Keep this acting mesh where one of its facets is the nearest surface ahead."""
+    nodes, places = (
+        view(table.nodes, table.node_count, NODE),
+        view(table.vertices, 3 * table.vertex_count, np.float64),
+    )
+    faces = view(table.faces, 3 * table.facet_count, np.int32)
+    normals = view(table.normals, 3 * table.facet_count, np.float64)
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        if b.weight[k] != 0.0:
+            x, y, z, ux, uy, uz, start = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.start[k]
+            own, side = -1, 0.0
+            if (b.sheet[k] & STANDING) == sheet:
+                own = b.footing[k]
+                at = 3 * own
+                if b.sheet[k] >> PASSED_SHIFT == 0:  # and is still where it began
+                    side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
+            found, t = next_facet(
+                table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
+                own, side, start, NEVER, b.distance[k],
+            )  # fmt: skip
+            if (found >= 0) & (t < b.distance[k]):
+                b.distance[k], b.hit[k], b.facet[k] = t, code, found
+    return live
+
+
+@lane_pass(MESH, EXACT)
+def cover_mesh(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    nodes, places = (
+        view(table.nodes, table.node_count, NODE),
+        view(table.vertices, 3 * table.vertex_count, np.float64),
+    )
+    faces = view(table.faces, 3 * table.facet_count, np.int32)
+    normals = view(table.normals, 3 * table.facet_count, np.float64)
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        if (b.hit[k] >> SHEET_SHIFT) == sheet:  # the same mesh
+            b.hit[k] |= code
+        elif b.weight[k] != 0.0:
+            passed = b.sheet[k] >> PASSED_SHIFT
+            own = b.footing[k] if (b.sheet[k] & STANDING) == sheet else -1
+            last = NEVER
+            if (passed != 0) & (passed <= sheet):
+                last = b.crossed[k] if passed == sheet else -1
+            start = b.start[k]
+            found, t = next_facet(
+                table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k],
+                own, 0.0, start, last, b.distance[k],
+            )  # fmt: skip
+            if (found >= 0) & (t < b.distance[k]):
+                b.distance[k], b.hit[k], b.facet[k] = t, code, found
+    return live
+
+
+@lane_pass(ROWS)
+def stand_on_facet(b, table, first, live):
+    """On a mesh the normal is the facet's.  What acts becomes the lane's footing; a meter's facet has been crossed."""
+    sheets = view(table.rows, table.count, MESHED_SHEET)
+    for k in range(first, live):
+        row = sheets[b.sheet[k]]
+        if (row.facet_count != 0) & (b.weight[k] != 0.0):
+            normals, at = view(row.normals, 3 * row.facet_count, np.float64), 3 * b.facet[k]
+            b.nx[k], b.ny[k], b.nz[k] = normals[at], normals[at + 1], normals[at + 2]
+            acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+            if acts:
+                b.footing[k] = b.facet[k]
+            else:
+                b.crossed[k] = b.facet[k]
+    return live
+
+
+@lane_pass(AREAS)
+def born_on_mesh(b, table, first, live):
+    """Uniform over a mesh: a facet by its area, a point uniform on it."""
+    places = view(table.vertices, 3 * table.vertex_count, np.float64)
+    faces = view(table.faces, 3 * table.facet_count, np.int32)
+    normals = view(table.normals, 3 * table.facet_count, np.float64)
+    shares = view(table.shares, table.facet_count, np.float64)
+    side, count = table.side, table.facet_count
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        d0, d1, _, _ = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
+        u, found, width = uniform(d0, d1), 0, count
+        while width > 1:
+            half = width >> 1
+            found += half if u >= shares[found + half - 1] else 0
+            width -= half
+        s, t = math.sqrt(uniform(w0, w1)), uniform(w2, w3)
+        p, q, r = 1.0 - s, s * (1.0 - t), s * t
+        i, j, m = 3 * faces[3 * found], 3 * faces[3 * found + 1], 3 * faces[3 * found + 2]
+        b.x[k] = p * places[i] + q * places[j] + r * places[m]
+        b.y[k] = p * places[i + 1] + q * places[j + 1] + r * places[m + 1]
+        b.z[k] = p * places[i + 2] + q * places[j + 2] + r * places[m + 2]
+        b.nx[k], b.ny[k] = side * normals[3 * found], side * normals[3 * found + 1]
+        b.nz[k] = side * normals[3 * found + 2]
+        b.footing[k], b.facet[k] = found, found
+    return live

@@ -1,0 +1,146 @@
+"""Cylinders, cones, paraboloids and zones of spheres: met, landed on, emitted from."""
+
+import math
+
+from transport.compile.layout import (
+    BAND,
+    CURVED_SHEET,
+    EDGE,
+    PASSED_SHIFT,
+    QUADRIC,
+    ROUNDING,
+    ROWS,
+    SHEET_SHIFT,
+    STANDING,
+)
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.physics.elementary import cos_sin_turn
+from transport.physics.quadrics import next_crossing, quadric_crossings, quadric_form
+from transport.physics.streams import POSITION, random_words, uniform
+
+
+@lane_pass(QUADRIC)
+def meet_quadric(b, table, first, live):
+    """Keep this acting surface of revolution where it is the nearest ahead."""
+    cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
+    alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
+    inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
+    for k in range(first, live):
+        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
+        own = start if start < 0.0 else 0.0  # where the ray began
+        near, far, w, pace = quadric_crossings(
+            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own
+        )
+        at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
+        is_near_in = (at_near + ROUNDING * abs(near) >= low) & (at_near - ROUNDING * abs(near) <= high)
+        is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
+        t = next_crossing(near, far, is_near_in, is_far_in, start, False, False)
+        height = w + t * pace
+        edge = (height < inner_low) | (height > inner_high)
+        nearer = t < b.distance[k]
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(QUADRIC)
+def cover_quadric(b, table, first, live):
+    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
+    alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
+        standing = (b.sheet[k] & STANDING) == sheet
+        own = start if start < 0.0 else 0.0
+        closed = (last != 0) & (sheet > last)  # of meters that meet in a line, the next number is next
+        near, far, w, pace = quadric_crossings(
+            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own
+        )
+        at_near, at_far = w + near * pace, w + far * pace
+        is_near_in = (at_near >= low) & (at_near <= high)
+        is_far_in = (at_far >= low) & (at_far <= high)
+        t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
+        apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
+        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # and not its other crossing
+        nearer = (t < math.inf) & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(ROWS)
+def put_back_on_quadric(b, table, first, live):
+    """The normal follows from the point, and the point is put back onto the surface: one Newton step along the gradient."""
+    sheets = view(table.rows, table.count, CURVED_SHEET)
+    for k in range(first, live):
+        row = sheets[b.sheet[k]]
+        if row.is_curved != 0:
+            ax, ay, az = row.ax, row.ay, row.az
+            px, py, pz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
+            value, gx, gy, gz, _ = quadric_form(px, py, pz, ax, ay, az, row.alpha, row.beta, row.gamma)
+            g2 = gx * gx + gy * gy + gz * gz
+            step = 0.5 * value / g2 if g2 > 0.0 else 0.0
+            b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
+            inverse = 1.0 / math.sqrt(g2) if g2 > 0.0 else 0.0
+            b.nx[k] = gx * inverse if g2 > 0.0 else ax
+            b.ny[k] = gy * inverse if g2 > 0.0 else ay
+            b.nz[k] = gz * inverse if g2 > 0.0 else az
+    return live
+
+
+@lane_pass(BAND)
+def born_on_band(b, table, first, live):
+    """Uniform over a cylinder, cone or zone: the area per height is linear in the height.
+
+    The height is the share u of the way where both ends are alike, else that of the root of the linear law, without cancellation.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
+    one, other, side = table.first, table.last, table.side
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        u = uniform(w0, w1)
+        here = math.sqrt(one * one + u * (other - one) * (other + one))
+        w = low + (high - low) * (u * (one + other) / (one + here) if u > 0.0 else 0.0)
+        c, s = cos_sin_turn(uniform(w2, w3))
+        rho2 = alpha + w * (beta + gamma * w)
+        rho = math.sqrt(rho2 if rho2 > 0.0 else 0.0)
+        px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
+        slope = 0.5 * beta + gamma * w
+        gx, gy, gz = rho * px - slope * nx, rho * py - slope * ny, rho * pz - slope * nz
+        g2 = gx * gx + gy * gy + gz * gz
+        turn = side / math.sqrt(g2) if g2 > 0.0 else 0.0
+        b.x[k] = cx + rho * px + w * nx
+        b.y[k] = cy + rho * py + w * ny
+        b.z[k] = cz + rho * pz + w * nz
+        b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
+    return live
+
+
+@lane_pass(BAND)
+def born_on_paraboloid(b, table, first, live):
+    """Uniform over a paraboloid of focal length f: (w + f)^(3/2) is uniform; first, last: that at both ends."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    beta, one, other, low, high, side = table.beta, table.first, table.last, table.low, table.high, table.side
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        w = (one + uniform(w0, w1) * (other - one)) ** (2.0 / 3.0) - 0.25 * beta
+        w = min(max(w, low), high)
+        c, s = cos_sin_turn(uniform(w2, w3))
+        rho = math.sqrt(beta * w)
+        px, py, pz = c * eux + s * evx, c * euy + s * evy, c * euz + s * evz
+        gx, gy, gz = rho * px - 0.5 * beta * nx, rho * py - 0.5 * beta * ny, rho * pz - 0.5 * beta * nz
+        turn = side / math.sqrt(gx * gx + gy * gy + gz * gz)
+        b.x[k] = cx + rho * px + w * nx
+        b.y[k] = cy + rho * py + w * ny
+        b.z[k] = cz + rho * pz + w * nz
+        b.nx[k], b.ny[k], b.nz[k] = turn * gx, turn * gy, turn * gz
+    return live

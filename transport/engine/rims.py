@@ -1,0 +1,107 @@
+"""A point within rounding of its surface's edge goes to the inner side of that rounding.
+
+Where two walls meet at an edge, it is then surely on the inner side of the other wall, which it meets next or not by
+its direction, never by the sign of a rounding error.
+"""
+
+import math
+
+from transport.compile.layout import (
+    DISK_RIM,
+    EDGE,
+    QUADRIC_RIM,
+    RECTANGLE_RIM,
+    RIM,
+    ROWS,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    TRIANGLE_RIM,
+)
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.physics.device import device
+
+
+@device
+def out_of_hole(rim, u, v):
+    """A place of the plane, moved out of the hole's margin."""
+    du, dv = u - rim.hole_u, v - rim.hole_v
+    p, q = rim.hole_cos * du + rim.hole_sin * dv, rim.hole_cos * dv - rim.hole_sin * du
+    if rim.half_q == 0.0:
+        r, least = math.sqrt(p * p + q * q), rim.half_p + rim.margin
+        if r < least:
+            p, q = (p * (least / r), q * (least / r)) if r > 0.0 else (least, 0.0)
+    else:
+        deep_p, deep_q = rim.half_p + rim.margin - abs(p), rim.half_q + rim.margin - abs(q)
+        if (deep_p > 0.0) & (deep_q > 0.0):
+            p += math.copysign(deep_p, p) if deep_p <= deep_q else 0.0
+            q += math.copysign(deep_q, q) if deep_q < deep_p else 0.0
+    du, dv = rim.hole_cos * p - rim.hole_sin * q, rim.hole_sin * p + rim.hole_cos * q
+    return rim.hole_u + du, rim.hole_v + dv
+
+
+@device
+def within_rectangle(rim, u, v):
+    """A place of the plane, moved within a rectangle's sides and out of its hole."""
+    u = min(max(u, -rim.inner_u), rim.inner_u)
+    v = min(max(v, -rim.inner_v), rim.inner_v)
+    return out_of_hole(rim, u, v) if rim.half_p > 0.0 else (u, v)
+
+
+@device
+def within_disk(rim, u, v):
+    """A place of the plane, moved between a disk's radii, inner_v and inner_u."""
+    r = math.sqrt(u * u + v * v)
+    s = min(max(r, rim.inner_v), rim.inner_u) / r if r > 0.0 else 1.0
+    return s * u, s * v
+
+
+@device
+def within_triangle(rim, u, v):
+    """Weights of the second and third vertex, moved to be at least so large, and that of the first."""
+    p, q = max(u, rim.least_a), max(v, rim.least_b)
+    excess = 0.5 * max(p + q - (1.0 - rim.least_c), 0.0)
+    return p - excess, q - excess
+
+
+@lane_pass(ROWS)
+def draw_back_from_edge(b, table, first, live):
+    """For the lanes that landed within rounding of an edge."""
+    any_edge = 0
+    for k in range(first, live):
+        any_edge |= b.hit[k] & EDGE
+    if any_edge == 0:
+        return live
+    rims = view(table.rows, table.count, RIM)  # by surface
+    for k in range(first, live):
+        if b.hit[k] & EDGE:
+            rim = rims[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
+            px, py, pz = b.x[k] - rim.cx, b.y[k] - rim.cy, b.z[k] - rim.cz
+            if rim.form == QUADRIC_RIM:
+                w = px * rim.nx + py * rim.ny + pz * rim.nz
+                qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
+                w = min(max(w, rim.low), rim.high)
+                rho2, q2 = rim.alpha + w * (rim.beta + rim.gamma * w), qx * qx + qy * qy + qz * qz
+                s = math.sqrt(rho2 / q2) if (rho2 > 0.0) & (q2 > 0.0) else 0.0
+                b.x[k], b.y[k] = rim.cx + w * rim.nx + s * qx, rim.cy + w * rim.ny + s * qy
+                b.z[k] = rim.cz + w * rim.nz + s * qz
+            else:
+                # Of a triangle a and b give the weights of two vertices, and e_u, e_v are the edges to them.
+                is_triangle = rim.form == TRIANGLE_RIM
+                u = px * rim.eux + py * rim.euy + pz * rim.euz
+                v = px * rim.evx + py * rim.evy + pz * rim.evz
+                if is_triangle:
+                    u = px * rim.ax + py * rim.ay + pz * rim.az
+                    v = px * rim.bx + py * rim.by + pz * rim.bz
+                new_u, new_v = u, v
+                if rim.form == RECTANGLE_RIM:
+                    new_u, new_v = within_rectangle(rim, u, v)
+                elif rim.form == DISK_RIM:
+                    new_u, new_v = within_disk(rim, u, v)
+                elif is_triangle:
+                    new_u, new_v = within_triangle(rim, u, v)
+                du, dv = new_u - u, new_v - v
+                b.x[k] += du * rim.eux + dv * rim.evx
+                b.y[k] += du * rim.euy + dv * rim.evy
+                b.z[k] += du * rim.euz + dv * rim.evz
+    return live

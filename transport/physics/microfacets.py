@@ -1,0 +1,44 @@
+"""Rough reflection by microfacets: GGX normals, Smith's height-correlated shadowing, sampled by visible normals.
+
+Walter et al. (2007), "Microfacet models for refraction through rough surfaces"; Heitz (2014), "Understanding the masking-
+shadowing function"; visible normals as a spherical cap: Dupuy and Benyoub (2023).
+"""
+
+import math
+
+from transport.physics.device import device
+from transport.physics.elementary import TWO_PI, cos_sin_turn
+
+
+@device
+def sample_visible_normal(x, y, z, alpha, u, turn):
+    """A microfacet's normal as seen from (x, y, z), z > 0 the cosine, in the frame of the surface."""
+    sx, sy = alpha * x, alpha * y
+    inverse = 1.0 / math.sqrt(sx * sx + sy * sy + z * z)
+    sx, sy, sz = sx * inverse, sy * inverse, z * inverse
+    height = (1.0 - u) * (1.0 + sz) - sz
+    s2 = (1.0 - height) * (1.0 + height)
+    sine = math.sqrt(s2 if s2 > 0.0 else 0.0)
+    c, s = cos_sin_turn(turn)
+    hx, hy, hz = alpha * (sine * c + sx), alpha * (sine * s + sy), height + sz
+    inverse = 1.0 / math.sqrt(hx * hx + hy * hy + hz * hz)
+    return hx * inverse, hy * inverse, hz * inverse
+
+
+@device
+def unshadowed_share(mu_in, mu_out, alpha):
+    """G2/G1: the share of what a microfacet reflects that leaves the surface; 0 for mu_out <= 0."""
+    a2 = alpha * alpha
+    s_in = math.sqrt(mu_in * mu_in + a2 * (1.0 - mu_in) * (1.0 + mu_in))
+    s_out = math.sqrt(mu_out * mu_out + a2 * (1.0 - mu_out) * (1.0 + mu_out))
+    lit = (s_in + mu_in) * mu_out
+    return lit / (lit + (s_out - mu_out) * mu_in) if mu_out > 0.0 else 0.0
+
+
+@device
+def visible_normal_pdf(mu, cosine, height, alpha):
+    """Density per solid angle of visible normals: seen under mu, at `cosine` to that direction and `height` to the surface."""
+    a2 = alpha * alpha
+    s = math.sqrt(mu * mu + a2 * (1.0 - mu) * (1.0 + mu))
+    k = (1.0 - height) * (1.0 + height) + a2 * height * height
+    return 4.0 * a2 * cosine / (TWO_PI * k * k * (mu + s))

@@ -1,0 +1,63 @@
+"""Surfaces of revolution of the second order: rho^2 = alpha + beta w + gamma w^2, w along the axis, rho from it.
+
+Cylinder, cone, paraboloid and sphere differ in the three coefficients only.  Rays are followed from their point nearest
+to the origin of w, where all terms are of the surface's size: so far rays keep their digits.
+"""
+
+import math
+
+from transport.physics.device import device
+
+
+@device
+def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
+    """The surface's function rho^2 - alpha - beta w - gamma w^2 at p, half its gradient, and w: negative inside."""
+    w = px * ax + py * ay + pz * az
+    qx, qy, qz = px - w * ax, py - w * ay, pz - w * az
+    slope = 0.5 * beta + gamma * w
+    value = qx * qx + qy * qy + qz * qz - (alpha + w * (beta + gamma * w))
+    return value, qx - slope * ax, qy - slope * ay, qz - slope * az, w
+
+
+@device
+def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, standing, own):
+    """The two distances along u at which a ray from o crosses the surface, the nearer first, and its height w at the
+    origin of distances and its change along the ray; NaN or infinity where there is no crossing.
+
+    standing: one of them is known, at the distance `own`; the other follows from the sum of both, without cancellation.
+    """
+    w, pace = ox * ax + oy * ay + oz * az, ux * ax + uy * ay + uz * az
+    qx, qy, qz = ux - pace * ax, uy - pace * ay, uz - pace * az
+    a = qx * qx + qy * qy + qz * qz - gamma * pace * pace
+    h = ox * ux + oy * uy + oz * uz
+    px, py, pz = ox - h * ux, oy - h * uy, oz - h * uz  # the ray's point nearest to the origin of w
+    v = px * ax + py * ay + pz * az
+    rx, ry, rz = px - v * ax, py - v * ay, pz - v * az
+    b = rx * qx + ry * qy + rz * qz - (0.5 * beta + gamma * v) * pace
+    c = rx * rx + ry * ry + rz * rz - (alpha + v * (beta + gamma * v))
+    d = b * b - a * c
+    s = math.sqrt(d) if d > 0.0 else math.nan
+    q = -b - s if b > 0.0 else -b + s
+    first, second = q / a - h, c / q - h
+    ex, ey, ez = ox - w * ax, oy - w * ay, oz - w * az
+    half = ex * qx + ey * qy + ez * qz - (0.5 * beta + gamma * w) * pace
+    other = -2.0 * half / a - own
+    near = first if first < second else second
+    far = second if first < second else first
+    near = second if first != first else near  # the other one is at infinity
+    return other if standing else near, math.nan if standing else far, w, pace
+
+
+@device
+def next_crossing(near, far, is_near_in, is_far_in, start, closed, passed):
+    """Of two crossings the first within the surface's bounds beyond `start` (or at it, where `closed`); infinity for none.
+
+    passed: the crossing at `start` has been taken; it is the one that lies closest to it.
+    """
+    is_near_ahead = is_near_in & ((near > start) | (closed & (near == start)))
+    is_far_ahead = is_far_in & ((far > start) | (closed & (far == start)))
+    was_near = abs(near - start) <= abs(far - start)
+    is_near_ahead &= not passed
+    is_far_ahead &= (not passed) | was_near
+    t = far if is_far_ahead else math.inf
+    return near if is_near_ahead else t

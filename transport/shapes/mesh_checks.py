@@ -1,0 +1,174 @@
+"""What is wrong with the arrays of a mesh: refused with the first examples, or warned of with counts."""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from transport.shapes.mesh_geometry import Facets
+from transport.shapes.mesh_topology import repeated_triangles
+from transport.validation import SceneError, as_float, refuse, shown
+
+if TYPE_CHECKING:
+    from transport.shapes.mesh import Mesh
+
+LARGEST = 1e150  # half a diagonal [m] whose square is a double
+SHOWN = 3  # examples in a message
+
+
+class MeshWarning(UserWarning):
+    """A mesh that can be used, with edges or an orientation that are hardly meant."""
+
+
+def settled_vertices(mesh: Mesh, given: Any) -> np.ndarray:
+    """A copy (n, 3) of float64 [m]; -0.0 becomes 0.0."""
+    table = _as_table(mesh, "vertices", given, "an array (n, 3) of lengths in metres")
+    vertices = np.array(table, dtype=np.float64, order="C") + 0.0
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        where = f"{len(bad)} of {len(vertices)}, first vertex {bad[0]}: {shown(vertices[bad[0]])}"
+        refuse(
+            mesh, f"vertices must be finite, got NaN or infinity in {where}; mend or leave out these vertices"
+        )
+    return vertices
+
+
+def settled_faces(mesh: Mesh, given: Any, number: int) -> np.ndarray:
+    """A copy (m, 3) of int64, each three different numbers of vertices below `number`, no triangle twice."""
+    table = _as_table(mesh, "faces", given, "an array (m, 3) of numbers of vertices")
+    if len(table) == 0:
+        refuse(mesh, f"faces must hold at least one triangle, got none of {number} vertices; give triangles")
+    if table.dtype.kind == "f":
+        bad = np.flatnonzero((table != np.floor(table)).any(axis=1) | ~np.isfinite(table).all(axis=1))
+        if len(bad):
+            where = f"{len(bad)} triangles, {_examples(bad, table)}"
+            refuse(mesh, f"faces must be whole numbers, got fractions in {where}; cast them to int")
+    bad = np.flatnonzero(((table < 0) | (table >= number)).any(axis=1))
+    if len(bad):
+        where = f"{len(bad)} of {len(table)} triangles, {_examples(bad, table)}"
+        one_based = table.min() == 1 and table.max() == number
+        cure = "they count from 0: subtract 1" if one_based else "number the vertices from 0"
+        refuse(
+            mesh, f"faces must lie in 0 to {number - 1} with {number} vertices, got others in {where}; {cure}"
+        )
+    faces = np.array(table, dtype=np.int64, order="C")
+    a, b, c = faces.T
+    bad = np.flatnonzero((a == b) | (b == c) | (c == a))
+    if len(bad):
+        where = f"{len(bad)} of {len(faces)}, {_examples(bad, faces)}"
+        refuse(mesh, f"faces must name three different vertices each, got {where}; leave these triangles out")
+    count, pair = repeated_triangles(faces)
+    if pair:
+        where = f"{count} that repeat an earlier one, first triangles {pair[0]} and {pair[1]}: {shown(faces[pair[1]])}"
+        refuse(mesh, f"faces must not have the same three vertices twice, got {where}; leave the copies out")
+    return faces
+
+
+def settled_factor(mesh: Mesh | type[Mesh], name: str, given: Any) -> float:
+    """A positive finite number."""
+    factor = as_float(given)
+    if factor is None or not 0 < factor < math.inf:
+        _refuse(
+            mesh,
+            f"{name} must be a number, positive and finite, got {shown(given)}; write {name}=1e-3 for mm",
+        )
+    return factor
+
+
+def settled_tolerance(mesh: Mesh | type[Mesh], given: Any) -> float:
+    """A length [m], zero or above."""
+    tolerance = as_float(given)
+    if tolerance is None or not 0 <= tolerance < math.inf:
+        must = "tolerance must be a length in metres, zero or positive and finite"
+        _refuse(mesh, f"{must}, got {shown(given)}; write tolerance=0 for equal coordinates only")
+    return tolerance
+
+
+def check_size(mesh: Mesh, vertices: np.ndarray) -> None:
+    """Refuse a mesh whose own size leaves the range of doubles."""
+    with np.errstate(over="ignore"):
+        size = np.linalg.norm(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)
+    if not size < LARGEST:
+        refuse(
+            mesh,
+            f"vertices must not be farther apart than {2 * LARGEST:.0e} m, got {size:.3g}; change the unit",
+        )
+
+
+def check_facets(mesh: Mesh, vertices: np.ndarray, faces: np.ndarray, found: Facets) -> None:
+    """Refuse triangles without a normal, and areas outside the range of doubles."""
+    bad = np.flatnonzero(found.on_a_line)
+    if len(bad):
+        where = f"{len(bad)} of {len(faces)}, first triangle {bad[0]}: {shown(vertices[faces[bad[0]]])}"
+        cure = "move or merge the vertices, or leave these triangles out"
+        refuse(mesh, f"triangles must have an area, got vertices on one line in {where}; {cure}")
+    bad = np.flatnonzero(~((found.areas > 0) & (found.areas < np.inf)))
+    if len(bad):
+        where = f"{found.areas[bad[0]]} of triangle {bad[0]}"
+        refuse(mesh, f"areas must be positive and finite, got {where}; change the unit")
+
+
+def warn(text: str) -> None:
+    """A MeshWarning at the line outside this package that asked for the mesh."""
+    level, frame = 1, sys._getframe()
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "transport":
+        level, frame = level + 1, frame.f_back
+    warnings.warn(f"Mesh: {text}", MeshWarning, stacklevel=level)
+
+
+def warn_of_edges(mesh: Mesh) -> None:
+    """Warn of edges with more than two triangles, of neighbours that face opposite sides, and of an inverted mesh."""
+    edges = mesh.edges
+    if edges.crowded:
+        many = _counted(edges.crowded, "edge is", "edges are")
+        where = f"the first by triangles {_listed(edges.crowded_example)}"
+        warn(
+            f"{many} shared by more than two triangles (non-manifold), {where}; it has no inside: split it up there"
+        )
+    if edges.turned:
+        many = _counted(edges.turned, "pair of neighbours has", "pairs of neighbours have")
+        where = f"the first is triangles {_listed(edges.turned_example)}"
+        warn(f"{many} opposite orientations, {where}; turn one of each pair: write its vertices in reverse")
+    if edges.are_paired and not mesh.is_closed:
+        if mesh.volume < -mesh.volume_rounding:
+            got = f"volume {mesh.volume:.6g} m^3, {mesh.triangles} triangles"
+            warn(f"it is closed and inverted, its normals point inwards ({got}); write mesh.flipped()")
+        else:
+            got = f"volume {mesh.volume:.3g} m^3, of which {mesh.volume_rounding:.3g} may be rounding"
+            warn(f"its triangles enclose nothing ({got}); it has no inside: use one layer of them")
+
+
+def _refuse(mesh: Mesh | type[Mesh], problem: str) -> NoReturn:
+    """As `refuse`, also where there is no mesh yet."""
+    raise SceneError(f"Mesh: {problem}")
+
+
+def _as_table(mesh: Mesh, name: str, given: Any, must: str) -> np.ndarray:
+    try:
+        table = np.asarray(given)
+    except ValueError:  # rows of unequal lengths
+        table = np.empty(1, dtype=object)
+    if table.size == 0 and name == "faces" and (table.ndim == 1 or table.shape[1:] == (3,)):
+        return np.empty((0, 3), dtype=np.int64)
+    if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
+        got = f"{table.dtype} of shape {table.shape}" if isinstance(given, np.ndarray) else shown(given)
+        cure = "triangulate other polygons first" if name == "faces" else "one row of x, y, z a vertex"
+        refuse(mesh, f"{name} must be {must}, got {got}; {cure}")
+    return table
+
+
+def _examples(bad: np.ndarray, faces: np.ndarray) -> str:
+    return "first " + ", ".join(f"triangle {t}: {shown(faces[t])}" for t in bad[:SHOWN])
+
+
+def _counted(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}"
+
+
+def _listed(triangles: tuple[int, ...]) -> str:
+    *others, last = map(str, triangles[: SHOWN + 1])
+    return f"{', '.join(others)} and {last}"

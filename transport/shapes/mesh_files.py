@@ -1,0 +1,101 @@
+"""Triangles out of files and of PyVista's PolyData; pyvista is asked for here only, and only when a file is read."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from transport.shapes.mesh_intact import why_not_whole
+from transport.validation import SceneError, shown
+
+SUFFIXES = (".stl", ".ply", ".obj", ".vtp")
+
+
+def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of an STL (ascii or binary), PLY, OBJ or VTP file, as they stand there.
+
+    Raises SceneError for a file that is not there, is empty or holds no triangles, and without pyvista.
+    """
+    file = _existing(path)
+    try:
+        import pyvista
+    except ImportError as error:
+        raise SceneError(
+            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error}; pip install 'transport[viz]'"
+        ) from error
+    heard = pyvista.VtkErrorCatcher(send_to_logging=False)
+    try:
+        with heard:
+            reader = pyvista.get_reader(str(file))
+            if file.suffix.lower() == ".stl":
+                reader.reader.MergingOff()  # which would leave out collapsed triangles without a word
+            polydata = reader.read()
+    except Exception as error:
+        raise _unreadable(file, heard.events[0].alert if heard.events else error) from error
+    if heard.events:
+        raise _unreadable(file, heard.events[0].alert)
+    arrays = _triangles_of(polydata)
+    if arrays is None:
+        raise _unreadable(file, "no triangles")
+    return arrays
+
+
+def arrays_of_polydata(polydata: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of the polygons of a PolyData; its lines and points are left out."""
+    kind = type(polydata).__name__
+    if not all(hasattr(polydata, name) for name in ("triangulate", "points", "faces")):
+        cure = "write Mesh.from_pyvista(grid.extract_surface())"
+        raise SceneError(f"Mesh.from_pyvista: polydata must be a pyvista.PolyData, got {kind}; {cure}")
+    arrays = _triangles_of(polydata)
+    if arrays is None:
+        cure = "extract a surface of what it holds"
+        raise SceneError(f"Mesh.from_pyvista: polydata must hold polygons, got none in {kind}; {cure}")
+    return arrays
+
+
+def _triangles_of(polydata: Any) -> tuple[np.ndarray, np.ndarray] | None:
+    """Vertices and triangles; None where there are no polygons."""
+    surface = polydata.triangulate()
+    faces = np.asarray(surface.faces).reshape(-1, 4)  # each a 3 and the numbers of three points
+    if len(faces) == 0:
+        return None
+    return np.asarray(surface.points, dtype=np.float64), np.asarray(faces[:, 1:], dtype=np.int64)
+
+
+def _existing(path: str | os.PathLike) -> Path:
+    """The file of that path, refused where it cannot be one of triangles."""
+    if not isinstance(path, str | os.PathLike):
+        raise SceneError(
+            f"Mesh.from_file: path must be a text or a Path, got {shown(path)}; write 'part.stl'"
+        )
+    file = Path(path).expanduser()
+    if file.suffix.lower() not in SUFFIXES:
+        kinds = ", ".join(SUFFIXES)
+        raise SceneError(
+            f"Mesh.from_file: path must end in one of {kinds}, got {str(path)!r}; save it as one of these"
+        )
+    if not file.is_file():
+        what = "a folder" if file.is_dir() else "no such file"
+        raise SceneError(
+            f"Mesh.from_file: path must be a file, got {what} {str(path)!r}; look in {_near(file)}"
+        )
+    if file.stat().st_size == 0:
+        raise _unreadable(file, "an empty file, 0 bytes")
+    found = why_not_whole(file)
+    if found is not None:
+        raise _unreadable(file, found)
+    return file
+
+
+def _near(file: Path) -> str:
+    """Where to look for a file that is not there: the nearest folder that is."""
+    return repr(str(next(folder for folder in file.absolute().parents if folder.is_dir())))
+
+
+def _unreadable(file: Path, found: object) -> SceneError:
+    return SceneError(
+        f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix}, got {str(found).splitlines()[0]}; save it again"
+    )

@@ -1,0 +1,263 @@
+"""Surfaces of revolution: cylinder, cone, paraboloid, each between two heights; spheres and their zones share the base."""
+
+import math
+from dataclasses import dataclass
+
+from transport.shapes.base import Shape
+from transport.validation import (
+    refuse,
+    scene_object,
+    settle_direction,
+    settle_nonnegative,
+    settle_positive,
+    settle_vector,
+)
+from transport.vectors import Frame, Vector, local_frame
+
+BLUNT = 0.5  # a cone whose smaller radius is below this share of the larger is described from its apex
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A conic turned about an axis: rho^2 = alpha + beta w + gamma w^2 for w in [low, high].
+
+    w is the height [m] along the shape's axis from `origin`, rho the distance [m] from the axis.  `lift` is the
+    height [m] of `origin` over the shape's `center`.  gamma -1: a sphere; 0: a cylinder, or with beta a paraboloid;
+    above 0 a cone.
+    """
+
+    alpha: float
+    beta: float
+    gamma: float
+    low: float
+    high: float
+    origin: Vector
+    lift: float = 0.0
+
+    def radius_at(self, w: float) -> float:
+        """rho [m] at a height [m] from `origin`; arrays are taken too."""
+        if self.gamma < 0 and self.beta == 0:
+            radius = math.sqrt(-self.alpha / self.gamma)
+            return abs(-self.gamma * (radius - w) * (radius + w)) ** 0.5
+        return abs(self.alpha + w * (self.beta + self.gamma * w)) ** 0.5
+
+    def area_per_height(self, low: float, high: float) -> float:
+        """Mean of rho sqrt(1 + (drho/dw)^2) between two heights [m]: area over angle and height; arrays are taken too.
+
+        Its square is a polynomial that is linear in w (sphere, cylinder, paraboloid) or a perfect square (cone); the
+        mean is taken from its ends without a difference, so that narrow bands and near-cylinders keep all digits.
+        """
+        lower, upper = self._steepness(low), self._steepness(high)
+        if self.gamma * (1 + self.gamma) != 0:
+            return (lower + upper) / 2
+        return (lower * lower + lower * upper + upper * upper) / (lower + upper) / 1.5
+
+    def area_per_radian(self, low: float, high: float) -> float:
+        """Area over angle [m^2] between two heights [m] from `origin`; arrays are taken too."""
+        return (high - low) * self.area_per_height(low, high)
+
+    def height_over(self, rho: float, w: float) -> float:
+        """How far [m] a point lies outside the endless surface: exact for spheres and cylinders, else near it only."""
+        slope, curve = self.beta / 2 + self.gamma * w, w * (self.beta + self.gamma * w)
+        steepness2 = self.alpha + self.beta * self.beta / 4 + (1 + self.gamma) * curve
+        scale = math.hypot(rho, slope) + math.sqrt(max(steepness2, 0.0))
+        return (rho * rho - self.alpha - curve) / scale if scale > 0 else 0.0
+
+    def has_branch_at(self, w: float, tolerance: float) -> bool:
+        """Whether a height [m] is not on the mirror image of a cone beyond its apex."""
+        if self.gamma <= 0:
+            return True
+        return (
+            w * (self.low + self.high) >= -tolerance
+            if self.alpha == 0
+            else self.alpha + self.beta * w / 2 >= 0
+        )
+
+    def middle_height(self) -> float:
+        """Height [m] of the middle of the smallest ball that holds the surface."""
+        even = ((self.low + self.high) * (1 + self.gamma) + self.beta) / 2  # as far from either rim
+        return min(max(even, self.low), self.high)
+
+    def extent(self) -> float:
+        """Radius [m] of the smallest ball that holds the surface."""
+        middle = self.middle_height()
+        return max(math.hypot(w - middle, self.radius_at(w)) for w in (self.low, self.high))
+
+    def reach(self, along: float, across: float) -> float:
+        """How far [m] the surface reaches from `origin` in a direction of these cosine and sine to the axis."""
+        heights = (self.low, self.high, min(max(self._summit(along, across), self.low), self.high))
+        return max(along * w + across * self.radius_at(w) for w in heights)
+
+    def _steepness(self, w: float) -> float:
+        """rho sqrt(1 + (drho/dw)^2) [m]."""
+        slope = self.beta / 2 + self.gamma * w  # rho drho/dw
+        if self.gamma < 0:
+            return math.sqrt(self.alpha) + 0.0 * w
+        return (self.radius_at(w) ** 2 + slope * slope) ** 0.5
+
+    def _summit(self, along: float, across: float) -> float:
+        """Height [m] at which along w + across rho is greatest, where that is not at an end."""
+        if self.gamma < 0:
+            return math.sqrt(self.alpha) * along / math.hypot(along, across)
+        if self.gamma == 0 and self.beta != 0 and along < 0:
+            radius = -self.beta / 2 * across / along
+            return (radius * radius - self.alpha) / self.beta if math.isfinite(radius) else math.inf
+        return self.low
+
+
+class Revolved(Shape):
+    """What surfaces of revolution share: an `axis`, a `profile`, and normals that point away from the axis."""
+
+    @property
+    def profile(self) -> Profile:
+        """The conic that is turned about the axis."""
+        raise NotImplementedError
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, axis) of its coordinates; azimuth runs from e_u towards e_v."""
+        return local_frame(self.axis, None)
+
+    @property
+    def middle(self) -> Vector:
+        """Middle of the smallest ball that holds the surface [m]."""
+        profile = self.profile
+        return _along(profile.origin, self.axis, profile.middle_height())
+
+    @property
+    def extent(self) -> float:
+        """Radius of the smallest ball that holds the surface [m]."""
+        return self.profile.extent()
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        profile, (x, y, z) = self.profile, self.axis
+        tilts = [(x, math.hypot(y, z)), (y, math.hypot(x, z)), (z, math.hypot(x, y))]
+        places = list(zip(profile.origin, tilts, strict=True))
+        lower = tuple(o - profile.reach(-along, across) for o, (along, across) in places)
+        return lower, tuple(o + profile.reach(along, across) for o, (along, across) in places)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]."""
+        profile = self.profile
+        return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
+
+    def _settle_axis(self) -> None:
+        settle_vector(self, "center")
+        settle_direction(self, "axis")
+
+
+@scene_object(kw_only=True)
+class Cylinder(Revolved):
+    """The lateral surface of a cylinder of `radius` and `height` [m] about `axis`; `center` at mid-height."""
+
+    center: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    radius: float
+    height: float
+
+    def __post_init__(self) -> None:
+        self._settle_axis()
+        settle_positive(self, "radius", "height")
+        self._check_size("radius", "height")
+
+    @property
+    def profile(self) -> Profile:
+        """rho^2 = radius^2."""
+        half = self.height / 2
+        return Profile(self.radius * self.radius, 0.0, 0.0, -half, half, self.center)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]."""
+        return 2 * math.pi * self.radius * self.height
+
+
+@scene_object(kw_only=True)
+class Cone(Revolved):
+    """The lateral surface of a cone or frustum about `axis`; `center` at mid-height.
+
+    `radius` [m] at the end against the axis, `top_radius` at the end along it; one of them may be 0.
+    """
+
+    center: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    radius: float
+    top_radius: float = 0.0
+    height: float
+
+    def __post_init__(self) -> None:
+        self._settle_axis()
+        settle_nonnegative(self, "radius", "top_radius")
+        settle_positive(self, "height")
+        if self.radius == self.top_radius == 0:
+            refuse(
+                self, "radius and top_radius must not both be 0, got 0.0 and 0.0; make one of them positive"
+            )
+        self._check_size("radius", "top_radius", "height")
+
+    @property
+    def slope(self) -> float:
+        """Change of the radius with the height."""
+        return (self.top_radius - self.radius) / self.height
+
+    @property
+    def profile(self) -> Profile:
+        """rho = middle radius + slope w, from the center; of a pointed cone rho = |slope w|, from the apex.
+
+        From the center rho^2 would cancel near a narrow end; from the apex the heights would, of a blunt cone.
+        """
+        slope, radii = self.slope, (self.radius, self.top_radius)
+        if min(radii) >= BLUNT * max(radii):
+            mean, half = (self.radius + self.top_radius) / 2, self.height / 2
+            return Profile(mean * mean, 2 * mean * slope, slope * slope, -half, half, self.center)
+        low, high = self.radius / slope + 0.0, self.top_radius / slope + 0.0
+        lift = self.height / 2 - high if slope < 0 else -self.height / 2 - low
+        return Profile(0.0, 0.0, slope * slope, low, high, _along(self.center, self.axis, lift), lift)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]."""
+        slant = math.hypot(self.height, self.top_radius - self.radius)
+        return math.pi * (self.radius + self.top_radius) * slant
+
+
+@scene_object(kw_only=True)
+class Paraboloid(Revolved):
+    """A paraboloid of revolution, open along `axis`: rho^2 = 4 focal_length w, `center` at its vertex.
+
+    Between `inner_radius` (0: from the vertex on) and `radius` [m].  Its normals point away from the axis: the focus
+    lies behind it.
+    """
+
+    center: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    focal_length: float
+    radius: float
+    inner_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._settle_axis()
+        settle_positive(self, "focal_length", "radius")
+        settle_nonnegative(self, "inner_radius")
+        if self.inner_radius >= self.radius:
+            refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
+        self._check_size("focal_length", "radius", "inner_radius")
+
+    @property
+    def focus(self) -> Vector:
+        """Where rays along the axis meet after reflection [m]."""
+        return _along(self.center, self.axis, self.focal_length)
+
+    @property
+    def profile(self) -> Profile:
+        """rho^2 = 4 f w."""
+        slope = 4 * self.focal_length
+        low, high = (radius / slope * radius for radius in (self.inner_radius, self.radius))
+        return Profile(0.0, slope, 0.0, low, high, self.center)
+
+
+def _along(point: Vector, axis: Vector, length: float) -> Vector:
+    return tuple(p + length * a + 0.0 for p, a in zip(point, axis, strict=True))

@@ -1,0 +1,98 @@
+"""What a goniometer with bins and lamps of finite size reads: averages of a reflection law f over directions.
+
+f = dL_out/dE_in [sr^-1] is the radiance that an irradiance from one direction gives rise to (Nicodemus et al. 1977,
+NBS Monograph 160).  A law is a function f(mu_in, mu_out, phi), vectorised: cosines of the directions *to* the lamp and
+*to* the eye, and the difference of their azimuths [rad].  A bin of directions holds the mean of L_out weighted by
+cosθ dω, and a lamp of radiance L makes L_out = L ∫ f cosθ dω over its cone (Kajiya 1986): both by Gauss-Legendre.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+NODES = 24  # a side of a bin; those of the sims are at most as wide as the laws' lobes
+SHARED = np.polynomial.legendre.leggauss(NODES)
+
+
+def bin_means(law: Law, angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:
+    """Means of f over bins of the eye's directions [sr^-1], shape (theta bins, phi bins), for a beam.
+
+    angle: between the direction to the lamp and the normal [rad]; azimuth is counted from the lamp's.
+    """
+    return _over_bins(lambda mu, phi: law(np.cos(angle), mu, phi), theta_edges, phi_edges)
+
+
+def reflected_radiance(
+    law: Law, angle: float, half_angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray
+) -> np.ndarray:
+    """∫ f cosθ dω over a lamp's cone, averaged over bins of the eye [1]: L_out of a lamp of radiance 1.
+
+    angle: of the cone's axis to the normal; half_angle: of the cone, all of it above the horizon [rad].
+    Shape (theta bins, phi bins).
+    """
+    lamp, weights = cone(angle, 0.0, half_angle)
+    mu_in, phi_in = lamp[:, 2], np.arctan2(lamp[:, 1], lamp[:, 0])
+
+    def seen(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        mu, phi = np.broadcast_arrays(mu, phi)
+        return law(mu_in, mu[..., None], phi[..., None] - phi_in) @ weights
+
+    return _over_bins(seen, theta_edges, phi_edges)
+
+
+def mean_between_cones(law: Law, lamp: tuple[float, float], eye: tuple[float, float], half_angle: float):
+    """Mean of f from a lamp's cone to an eye's [sr^-1], weighted by cosθ dω of both.
+
+    lamp, eye: (polar angle, azimuth) of the axes [rad].  The same with lamp and eye exchanged, where f is reciprocal.
+    """
+    to_lamp, at_lamp = cone(*lamp, half_angle)
+    to_eye, at_eye = cone(*eye, half_angle)
+    azimuths = [np.arctan2(ways[:, 1], ways[:, 0]) for ways in (to_lamp, to_eye)]
+    values = law(to_lamp[:, 2, None], to_eye[:, 2], azimuths[1] - azimuths[0][:, None])
+    return float(at_lamp @ values @ at_eye / at_lamp.sum() / at_eye.sum())
+
+
+def cone(angle: float, azimuth: float, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Directions in a cone, (n, 3), and their shares of its projected solid angle [sr], (n,).
+
+    Raises ValueError for a cone that reaches below the horizon, where the weights would not be smooth.
+    """
+    if angle + half_angle > math.pi / 2 * (1 + 1e-15):
+        raise ValueError(f"the cone must stay above the horizon, got {angle} + {half_angle} rad")
+    x, w = SHARED
+    versed = (1 + x) * math.sin(half_angle / 2) ** 2  # 1 - cos of the angle to the axis
+    sine = np.sqrt(versed * (2 - versed))
+    turn = 2 * math.pi * (np.arange(2 * NODES) + 0.5) / (2 * NODES)
+    along, across, up = (
+        np.outer(1 - versed, np.ones_like(turn)),
+        np.outer(sine, np.cos(turn)),
+        np.outer(sine, np.sin(turn)),
+    )
+    level = along * math.sin(angle) + across * math.cos(angle)
+    ways = np.stack(
+        [
+            level * math.cos(azimuth) - up * math.sin(azimuth),
+            level * math.sin(azimuth) + up * math.cos(azimuth),
+            along * math.cos(angle) - across * math.sin(angle),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    step = math.sin(half_angle / 2) ** 2 * math.pi / NODES
+    return ways, np.repeat(w * step, len(turn)) * ways[:, 2]
+
+
+def _over_bins(field: Law, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:
+    """Means of a field of (mu, phi) over bins, weighted by mu dmu dphi."""
+    x, w = SHARED
+    theta_edges, phi_edges = np.asarray(theta_edges, dtype=float), np.asarray(phi_edges, dtype=float)
+    theta = theta_edges[:-1, None] + np.diff(theta_edges)[:, None] * (1 + x) / 2
+    phi = phi_edges[:-1, None] + np.diff(phi_edges)[:, None] * (1 + x) / 2
+    values = field(np.cos(theta)[:, :, None, None], phi)
+    weight = w * np.sin(theta) * np.cos(theta)
+    means = np.einsum("ti,tipj,j->tp", weight, np.broadcast_to(values, theta.shape + phi.shape), w / 2)
+    return means / weight.sum(axis=1)[:, None]

@@ -1,0 +1,91 @@
+"""Smith's shadowing of a rough surface of microfacets, and the light that a single reflection does not return.
+
+Normals follow Trowbridge and Reitz (1975, J. Opt. Soc. Am. 65, 531), "GGX", with the roughness alpha; heights are
+correlated (Heitz 2014, JCGT 3(2), 48, eq. 99).  With m = mu and h = sqrt(mu^2 + alpha^2 (1 - mu^2)) of each direction
+
+    Lambda = (h - m)/(2 m),    G1 = 1/(1 + Lambda),    G2 = 1/(1 + Lambda_i + Lambda_o)
+
+so that no shadowing function is ever infinite over zero.  Directions are given by their elevation above the surface
+[rad]: near grazing it is exact, where 1 - mu is not.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+LEAST = (
+    2.0**-60
+)  # elevation [rad] below which a direction counts as that high: no share changes by a rounding
+
+
+def lifted(elevation: np.ndarray, roughness: float) -> tuple[np.ndarray, np.ndarray]:
+    """mu and h of directions at that elevation [rad]: the cosine, and its part in Smith's functions.  Vectorised."""
+    mu = np.sin(elevation)
+    return mu, np.hypot(mu, roughness * np.cos(elevation))
+
+
+def turned_normals(elevation_in: np.ndarray, elevation_out: np.ndarray, roughness: float) -> np.ndarray:
+    """The density D of microfacets that reflect the one direction into the other, over all azimuths between them [sr^-1 rad].
+
+    elevation_out may be below the surface, down to -elevation_in.  D = alpha^2/pi (1 + K/(P + B cos phi))^2 is
+    integrated in closed form, K = (1 - alpha^2)(mu_i + mu_o)^2; P^2 - B^2 is a product of two sums of squares in half
+    the sum and half the difference of the elevations, so that nothing cancels.
+    """
+    half_sum, half_way = (elevation_in + elevation_out) / 2, (elevation_out - elevation_in) / 2
+    c, d = np.sin(half_sum), np.cos(half_way)
+    alpha2, rest = roughness * roughness, (1 - roughness) * (1 + roughness)
+    a = np.sin(half_way) ** 2 + alpha2 * d * d
+    b = np.cos(half_sum) ** 2 + alpha2 * c * c
+    first = rest * c * d / np.sqrt(a * b)
+    second = rest * first * (c * c * a + d * d * b) / (2 * a * b)
+    return 2 * alpha2 * (1 + 2 * first + second)
+
+
+def lost_share(elevation: np.ndarray, roughness: float) -> np.ndarray:
+    """Share 1 - E of light at that elevation [rad] that a single reflection does not return [1].  Vectorised.
+
+    The mean over visible normals of 1 - G2/G1 = Lambda_o/(1 + Lambda_i + Lambda_o), which is 1 below the horizon: an
+    integral of positive terms over the outgoing elevation, good to rounding however little is lost.
+    """
+    e = np.maximum(np.asarray(elevation, float), LEAST)[..., None]
+    mu, h = lifted(e, roughness)
+
+    def shadowed(out: np.ndarray) -> np.ndarray:
+        mu_out, h_out = lifted(out, roughness)
+        fall = (roughness * np.cos(out)) ** 2 / (h_out + mu_out)  # h - mu
+        return fall * mu / (h * mu_out + h_out * mu)
+
+    scale = np.minimum(roughness, e)
+    parts = (
+        _integral(lambda out: turned_normals(e, out, roughness), -e, 0 * e, e, scale),
+        _integral(lambda out: turned_normals(e, out, roughness) * shadowed(out), 0 * e, e / 2, 0 * e, scale),
+        _integral(
+            lambda out: turned_normals(e, out, roughness) * shadowed(out), e / 2, math.pi / 2, e, scale
+        ),
+    )
+    return (sum(parts) / (2 * (mu + h)[..., 0]))[()]
+
+
+def _integral(
+    density, low: np.ndarray, high: np.ndarray, middle: np.ndarray, scale: np.ndarray
+) -> np.ndarray:
+    """Integral of density cos(x) over elevations x, Gauss-Legendre in t, x = middle + scale sinh t.
+
+    So that what varies within `scale` of the middle, and on ever longer lengths away from it, is smooth in t.
+    """
+    start, end = np.arcsinh((low - middle) / scale), np.arcsinh((high - middle) / scale)
+    length = float(np.max(end - start))
+    nodes, weights = gauss(32 + 16 * math.ceil(length / 2))
+    t = start + (end - start) * nodes
+    x = middle + scale * np.sinh(t)
+    return (density(x) * np.cos(x) * scale * np.cosh(t) * (end - start)) @ weights
+
+
+@lru_cache(maxsize=64)
+def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss and Legendre on [0, 1]."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return (nodes + 1) / 2, weights / 2
