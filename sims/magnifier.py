@@ -9,18 +9,18 @@ glass sees it, and θ' behind, that of the glass as the focus sees it.  A small 
 
 Real glass reflects: each ray brings (1 − R₁)(1 − R₂) L with Fresnel's R at its two surfaces, and E is the integral of
 that over the cone.  `events=2` counts what was refracted twice and no more; light that comes by reflections inside is
-some 1e-3 of it.  The simulator and the exact values take light for unpolarised at each surface; if its polarisation
-were followed, 3e-4 more would come through near the rim.
+1e-4 of it and less.  The simulator and the exact values take light for unpolarised at each surface; if its polarisation
+were followed, up to 1e-3 more would come through near the rim.
 
 Exact values.  Traced back, every ray that meets the detector by the optic ends on the page (the scene is refused if one
 does not), which is so large for that.  So the detector's mean E is π L F with the view factor F to the lens or to the
 mirror's rim (Howell, C-41), without small angles: an aberration is a question of images, not of radiance.  For real
 glass it is a quadrature over detector, window and azimuth (transport/theory/glass_lenses.py).
 
-Optics.  "ideal": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
+Optics.  "ideal lens": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
 adds it to tangents; by their lens radiance would grow by cos⁴θ/cos⁴θ', to 1.56 L at the rim of f/1, and E would be
-π L tan²θ' (tests/test_magnifier.py simulates it, and sees it rejected).  "ball", with a black stop behind it, and
-"biconvex", two caps on one rim.  "mirror": a paraboloid, a burning mirror, whose cone may be a whole hemisphere: with
+π L tan²θ' (tests/test_magnifier.py simulates it, and sees it rejected).  "glass ball", with a black stop behind it, and
+"biconvex lens", two caps on one rim.  "burning mirror": a paraboloid, whose cone may be a whole hemisphere: with
 the sun for a page its focus receives π L, what the sun's own surface gives off (Winston, Miñano, Benítez 2005, 1.2).
 """
 
@@ -44,18 +44,13 @@ law = "L behind = L in front × transmittance; E = π L sin²θ' (Straubel 1902;
 question = "Does radiance increase under a magnifying glass, or in the focus of a burning mirror?"
 particles = 4_000_000
 
-OPTICS = {
-    "ideal": "ideal lens",
-    "ball": "glass ball",
-    "biconvex": "biconvex lens",
-    "mirror": "burning mirror",
-}
+OPTICS = ("ideal lens", "glass ball", "biconvex lens", "burning mirror")
 FOCAL = 0.1  # m, focal length (of small angles) of each
 CONE = float(lenses.cone_of(1.0))  # of f/1
 PAGE, SUN = math.radians(7), math.radians(0.2666)  # half angles that they cover
 SUN_RADIANCE = sun.surface_radiance(sun.POWER, sun.AREA)
 FOCUS = 0.85  # where the biconvex lens' focus is taken, in focal lengths from its rim: light from all of it is near
-STOP = 0.32  # the same for the ball's stop, close below it
+STOP = 0.96  # the same for the ball's stop, in its back focal length: close below it
 FINE = 5  # bins in a third of the cone, all of equal projected solid angle
 L_FRONT, E_FRONT, E_FOCUS, GAIN = (
     "radiance in front",
@@ -94,18 +89,18 @@ class Optic(NamedTuple):
 
 
 def cases() -> list[dict[str, object]]:
-    pages = [{"optic": "ideal"}, {"optic": "ball", "detector": 4e-3}, {"optic": "biconvex"}]
+    pages = [{"optic": "ideal lens"}, {"optic": "glass ball", "detector": 5e-3}, {"optic": "biconvex lens"}]
     burning = {"half_angle": SUN, "radiance": SUN_RADIANCE, "distance": 1000.0}
     cones = {
-        "ideal": [(lenses.cone_of(3.0), 2e-4)],
-        "mirror": [(lenses.cone_of(1.0), 4e-4), (math.pi / 2, 4e-4)],
+        "ideal lens": [(lenses.cone_of(3.0), 2e-4)],
+        "burning mirror": [(lenses.cone_of(1.0), 4e-4), (math.pi / 2, 4e-4)],
     }
     suns = [(optic, cone, size) for optic, pairs in cones.items() for cone, size in pairs]
     return pages + [{"optic": o, "cone": float(cone), "detector": size} | burning for o, cone, size in suns]
 
 
 def scene(
-    optic: str = "ideal",
+    optic: str = "ideal lens",
     cone: float = CONE,
     half_angle: float = PAGE,
     radiance: float = 100.0,
@@ -122,9 +117,10 @@ def scene(
     page = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=distance * math.tan(half_angle))
     _check_filled(made, detector, page)
     focus = tp.Disk(normal=(0, 0, made.up), radius=detector)
+    edge = math.atan((page.radius - made.front.radius) / (distance - made.front.center[2]))
     front = tp.Detector(
-        made.front, "front", directions=tp.Directions(theta=(0, _page_edge(page, made.front)))
-    )
+        made.front, "front", directions=tp.Directions(theta=(0, edge))
+    )  # within what all of it sees
     seen, straight = tp.Directions(theta=made.theta_edges(detector)), None if made.faces is None else 2
     return tp.Scene(
         sources=tp.Source(page, tp.Lambertian(radiance=radiance), aim=made.front),
@@ -137,16 +133,18 @@ def optic_of(optic: str, cone: float, index: float) -> Optic:
     """The optic of that name, its focus at the origin.  Raises SceneError for a cone that it cannot have."""
     if optic not in OPTICS:
         raise tp.SceneError(f"magnifier: optic must be one of {', '.join(OPTICS)}, got {optic!r}")
-    widest = math.pi / 2 if optic == "mirror" else math.pi / 4
+    widest = math.pi / 2 if optic == "burning mirror" else math.pi / 4
     if not 0 < cone <= widest:
         raise tp.SceneError(
             f"magnifier: cone must be in (0, {widest:.4g}] rad for optic {optic!r}, got {cone}"
         )
-    if optic in ("ball", "biconvex") and not 1 < index < 2:
+    if optic in ("glass ball", "biconvex lens") and not 1 < index < 2:
         raise tp.SceneError(
             f"magnifier: index must be in (1, 2), so that light is focused behind, got {index}"
         )
-    return {"ideal": _ideal, "ball": _ball, "biconvex": _biconvex, "mirror": _mirror}[optic](cone, index)
+    return {"ideal lens": _ideal, "glass ball": _ball, "biconvex lens": _biconvex, "burning mirror": _mirror}[
+        optic
+    ](cone, index)
 
 
 def _ideal(cone: float, _: float) -> Optic:
@@ -157,13 +155,14 @@ def _ideal(cone: float, _: float) -> Optic:
 
 
 def _ball(cone: float, index: float) -> Optic:
-    radius, height = FOCAL / lenses.ball_focal_length(1.0, index), STOP * FOCAL
+    radius = FOCAL / lenses.ball_focal_length(1.0, index)
+    height = STOP * lenses.ball_back_focal_length(radius, index)
     window = height * math.tan(cone)
     glass = tp.Surface(tp.Sphere(center=(0, 0, FOCAL), radius=radius), tp.Dielectric(index), name="lens")
     stop = tp.Surface(
         tp.Disk(center=(0, 0, height), inner_radius=window, radius=FOCAL), tp.Black(), name="stop"
     )
-    front, faces = _above(FOCAL + radius, 0.8 * radius), glass_lenses.ball(FOCAL, radius)
+    front, faces = _above(FOCAL + radius, 0.72 * radius), glass_lenses.ball(FOCAL, radius)
     return Optic((glass, stop), front, window, height, 1, glass_lenses.steps(faces, index), faces)
 
 
@@ -185,7 +184,7 @@ def _biconvex(cone: float, index: float) -> Optic:
     glass = tp.Dielectric(index)
     surfaces = tp.Surface(lower, glass, name="lens"), tp.Surface(upper, glass, name="upper face")
     front, faces = (
-        _above(height - depth + curvature, 1.1 * rim),
+        _above(height - depth + curvature, 1.01 * rim),
         glass_lenses.biconvex(height, rim, curvature),
     )
     return Optic(surfaces, front, rim, height, 1, glass_lenses.steps(faces, index), faces)
@@ -218,19 +217,19 @@ def _check_filled(optic: Optic, detector: float, page: tp.Disk) -> None:
     if not height > optic.front.center[2]:
         least = f"more than {optic.front.center[2]:g} m, where light enters the optic"
         raise tp.SceneError(f"magnifier: distance must be {least}, got {height}")
-    ends = optical_paths.to_plane(optic.way_back(seen_rays(optic, detector))[-1], height).points
-    needed = max(optic.front.radius, np.hypot(ends[:, 0], ends[:, 1]).max())
+    rays = optic.way_back(seen_rays(optic, detector))[-1]
+    entering, reaching = (optical_paths.reach_at(rays, z) for z in (optic.front.center[2], height))
+    if not (detector < optic.window and entering <= optic.front.radius):  # nan where a ray misses the glass
+        raise tp.SceneError(
+            f"magnifier: cone must be smaller, or detector, got {detector} m: not all that it sees comes through the optic"
+        )
+    needed = max(optic.front.radius, reaching)
     if not needed < page.radius:
         raise tp.SceneError(
             f"magnifier: half_angle must be above {math.degrees(math.atan(needed / height)):.4g}°, got"
             f" {math.degrees(math.atan(page.radius / height)):.4g}°: a smaller page does not fill what the detector sees;"
             " or take a smaller detector or cone"
         )
-
-
-def _page_edge(page: tp.Disk, front: tp.Disk) -> float:
-    """Up to where all of the front sees the page [rad]."""
-    return math.atan((page.radius - front.radius) / (page.center[2] - front.center[2]))
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -242,7 +241,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def exact(
-    optic: str = "ideal",
+    optic: str = "ideal lens",
     cone: float = CONE,
     half_angle: float = PAGE,
     radiance: float = 100.0,
@@ -277,7 +276,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     from viz.magnifiers import irradiance_by_cone, under_glasses
 
     path = Path(path)
-    pages = [o for o in outcomes if o.parameters.get("optic") != "mirror" and not _is_sun(o)]
+    pages = [o for o in outcomes if o.parameters.get("optic") != "burning mirror" and not _is_sun(o)]
     limit = path.with_stem(f"{path.stem}_limit") if pages else path
     if pages:
         under_glasses(
@@ -297,11 +296,11 @@ def _is_sun(outcome: Outcome) -> bool:
 
 def _optic(outcome: Outcome) -> Optic:
     of = outcome.parameters
-    return optic_of(of.get("optic", "ideal"), of.get("cone", CONE), of.get("index", 1.5))
+    return optic_of(of.get("optic", "ideal lens"), of.get("cone", CONE), of.get("index", 1.5))
 
 
 def _name(outcome: Outcome) -> str:
-    return f"{'sun' if _is_sun(outcome) else 'page'}, {OPTICS[outcome.parameters.get('optic', 'ideal')]}"
+    return f"{'sun' if _is_sun(outcome) else 'page'}, {outcome.parameters.get('optic', 'ideal lens')}"
 
 
 def _glass(outcome: Outcome):

@@ -34,7 +34,7 @@ import transport as tp
 from sims import constant, provenance, sharp
 from transport.experiment import Outcome
 from transport.theory import elements, etendue, glass_lenses, optical_paths
-from transport.theory.optical_paths import Rays
+from transport.theory.optical_paths import Rays, reach_at
 
 law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
@@ -162,8 +162,8 @@ def _on_axis(
 ) -> Beam:
     """Apertures at heights z_1 and z_2 on the axis of an optic whose rim is a circle of (radius, height)."""
     radius, height = rim
-    ends = optical_paths.to_plane(step(optical_paths.between_disks(size, z_1, radius, height)), z_2).points
-    one, two = _facing(size, z_1, height - z_1), _facing(_reach(ends), z_2, height - z_2)
+    rays = step(optical_paths.between_disks(size, z_1, radius, height))
+    one, two = _facing(size, z_1, height - z_1), _facing(ROOM * reach_at(rays, z_2), z_2, height - z_2)
     aim = tp.Disk(center=(0, 0, height), radius=radius)
     rays = elements.disks_throughput(size, radius, abs(height - z_1))
     return Beam(one, two, (aim, aim), (optic,), float(rays))
@@ -175,16 +175,15 @@ def _ball(size: float, index: float) -> Beam:
     faces, height = glass_lenses.ball(-z_1, BALL), stop - z_1
     rays = optical_paths.between_disks(size, 0.0, WINDOW, height)
     passed = glass_lenses.trace(rays, faces, index)
-    beyond = optical_paths.to_plane(passed, -stop - z_1).points
-    ends = optical_paths.to_plane(passed, z_2 - z_1).points
-    one, two = _facing(size, z_1, 1), _facing(_reach(ends), z_2, -1)
+    beyond, wide = (ROOM * reach_at(passed, z - z_1) for z in (-stop, z_2))
+    one, two = _facing(size, z_1, 1), _facing(wide, z_2, -1)
     surfaces = (
         tp.Surface(tp.Sphere(radius=BALL), tp.Dielectric(index), name="optic"),
         tp.Surface(
             tp.Disk(center=(0, 0, stop), inner_radius=WINDOW, radius=2 * BALL), tp.Black(), name="stop"
         ),
     )
-    aims = tp.Disk(center=(0, 0, stop), radius=WINDOW), tp.Disk(center=(0, 0, -stop), radius=_reach(beyond))
+    aims = tp.Disk(center=(0, 0, stop), radius=WINDOW), tp.Disk(center=(0, 0, -stop), radius=beyond)
     seen = glass_lenses.projected_solid_angle(faces, index, size, WINDOW, height)
     return Beam(one, two, aims, surfaces, one.area * seen, 2)
 
@@ -192,11 +191,6 @@ def _ball(size: float, index: float) -> Beam:
 def _facing(radius: float, height: float, way: float) -> tp.Disk:
     """A disk about the axis that looks up or down as the sign of `way` says."""
     return tp.Disk(center=(0, 0, height), normal=(0, 0, math.copysign(1, way)), radius=radius)
-
-
-def _reach(points: np.ndarray) -> float:
-    """A little more than the distance of the outermost of these points from the axis [m]."""
-    return ROOM * float(np.hypot(points[..., 0], points[..., 1]).max())
 
 
 def _sensors(distance: float, shine: tp.Lambertian) -> tp.Scene:

@@ -74,6 +74,7 @@ EDGES_ONLY = {
     "a flat lens": [*lens(1e4, 0.4)],
     "a meniscus": [lens(1.3, 0.4)[0], lens(1.1, 0.4)[0]],
     "a ball in two zones and a belt": [ball(0, 1, mu_max=-0.3), ball(0, 1, mu_min=-0.3, mu_max=0.5), ball(0, 1, mu_min=0.5)],
+    "zones of one ball about unlike axes": [ball(0, 1, mu_min=0.5), tp.Sphere(center=at(0), axis=BACK[::-1], radius=1, mu_min=0.8)],
     "a tetrahedron": [tp.Triangle(vertices=corners) for corners in itertools.combinations(CORNERS, 3)],
     "planes apart": [tp.Plane(), tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), *tp.Slab(center=(0, 0, 5), thickness=1).planes()],
     "a mesh in a ball": [tp.Mesh.box(size=1), tp.Sphere(radius=0.7)],
@@ -81,6 +82,8 @@ EDGES_ONLY = {
 APART = {
     "a tube in a tube": [tube(), tube(radius=0.5, height=3)],
     "a ball in a tube": [tube(), ball(0.2, 0.6)],
+    "a tube beyond the apex of a cone": [tube(radius=0.5, height=1, middle=3), cone(1, 0, 0, 2)],
+    "balls' caps whose spheres do not meet": [ball(0, 1, mu_min=0.9), ball(5, 1, mu_max=-0.9)],
     "a tube in a ball": [tube(), ball(0, 1.3)],
     "a ball and its lens": [ball(0, 2), *lens(1.3, 0.4)],
     "a plate above a tube": [tube(), plate(1.1)],

@@ -1,8 +1,9 @@
-"""tp.view_factor and tp.etendue count what closed forms say: near, far, past obstacles, for any sides and shapes.
+"""tp.view_factor and tp.etendue count what closed forms say: near, far, past obstacles, for any sides and
+shapes.
 
-A comment such as `C.coaxial_discs` names the entry of the project's reference collection that a number comes from.  The
-closed forms themselves are tested in test_view_factors.py.  Each statistical test fails right code in one of 10^5 seeds; the
-seed is 1.
+A comment such as `C.coaxial_discs` names the entry of the project's reference collection that a number comes
+from.  The closed forms themselves are tested in test_view_factors.py.  Each statistical test fails right code
+in one of 10^5 seeds; the seed is 1.
 """
 
 from __future__ import annotations

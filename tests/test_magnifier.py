@@ -207,6 +207,20 @@ def test_all_that_the_focus_sees_by_the_optic_comes_from_the_page_and_by_the_fro
         assert np.hypot(ends[:, 0], ends[:, 1]).max() < 0.998 * disk.radius
 
 
+@pytest.mark.parametrize("index", [1.4, 1.5, 1.6, 1.8])
+def test_rays_that_enter_the_lens_below_its_rim_leave_it_above(index):
+    optic = magnifier.optic_of("biconvex lens", magnifier.CONE, index)
+    last = optic.way_back(magnifier.seen_rays(optic, 8e-3))[-1]
+    assert (last.points[:, 2] >= optic.height * (1 - 1e-12)).all()
+    assert (last.carried > 0.5).all()
+
+
+@pytest.mark.parametrize("index", [1.4, 1.5, 1.6, 1.8, 1.95])
+def test_the_stop_stands_between_ball_and_focus(index):
+    ball, stop = (s.shape for s in magnifier.optic_of("glass ball", magnifier.CONE, index).surfaces)
+    assert 0 < stop.center[2] < ball.center[2] - ball.radius
+
+
 def optic_of(case):
     return magnifier.optic_of(case["optic"], case.get("cone", lenses.cone_of(1.0)), 1.5)
 
@@ -215,11 +229,13 @@ def optic_of(case):
     ("given", "said"),
     [
         ({"half_angle": math.radians(4)}, "half_angle must be above 5.242°, got 4°"),
-        ({"optic": "biconvex", "detector": 0.02}, "take a smaller detector"),
-        ({"optic": "prism"}, "ideal, ball, biconvex, mirror, got 'prism'"),
+        ({"optic": "biconvex lens", "detector": 0.02}, "take a smaller detector"),
+        ({"optic": "prism"}, "glass ball, biconvex lens, burning mirror, got 'prism'"),
         ({"cone": 1.2}, "cone must be in"),
-        ({"optic": "ball", "index": 2.5}, "index must be in"),
+        ({"optic": "glass ball", "index": 2.5}, "index must be in"),
         ({"distance": 0.05}, "distance must be more than 0.102 m"),
+        ({"optic": "glass ball", "index": 1.2}, "not all that it sees comes through the optic"),
+        ({"optic": "glass ball", "detector": 0.012}, "not all that it sees comes through the optic"),
     ],
 )
 def test_scenes_without_an_exact_value_are_refused(given, said):
@@ -244,7 +260,7 @@ def test_radiance_stays_and_irradiance_grows(case):
 
 
 def test_glass_that_let_all_through_would_be_seen():
-    found = rows({"optic": "biconvex"})
+    found = rows({"optic": "biconvex lens"})
     for name in BEHIND:
         assert not agrees(found[name][0], 100.0)
     assert not agrees(found[BEHIND[2]][0], 96.0)  # one surface alone
@@ -252,7 +268,7 @@ def test_glass_that_let_all_through_would_be_seen():
 
 def test_light_that_came_by_reflections_inside_is_told_apart():
     """Without `events` the focus receives more, as the exact value is of what goes straight through."""
-    case = {"optic": "biconvex"}
+    case = {"optic": "biconvex lens"}
     right = magnifier.scene(**case)
     detectors = [dataclasses.replace(detector, events=None) for detector in right.detectors]
     every = tp.simulate(
@@ -294,7 +310,8 @@ def numpy_focus(lens):
     hits = np.hypot(there.points[:, 0], there.points[:, 1]) < size
     sines = 1 - there.directions[:, 2] ** 2
     edges = (
-        np.sin(optic_of({"optic": "ideal"}).theta_edges(size)[: 3 * magnifier.FINE + 1 : magnifier.FINE]) ** 2
+        np.sin(optic_of({"optic": "ideal lens"}).theta_edges(size)[: 3 * magnifier.FINE + 1 : magnifier.FINE])
+        ** 2
     )
     shares = [hits] + [
         hits & (low <= sines) & (sines < high) for low, high in zip(edges, edges[1:], strict=False)

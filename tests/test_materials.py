@@ -209,7 +209,7 @@ def test_parts_and_what_passes():
 
 
 def test_trapped_light_is_that_beyond_the_critical_angle():
-    """The refusal's edge: a ray across the radius at r meets the wall at sin = r/R; three cosines of 1/sqrt 3 in a cube."""
+    """A ray across the radius at r meets a ball's wall at sin = r/R; one along a cube's diagonal at cos = 1/sqrt 3."""
     edge = 1 / 1.5
     scene((BALL, GLASS), source=inside(position=(edge * (1 - 1e-9), 0, 0)))
     with pytest.raises(tp.SceneError, match="total reflection"):

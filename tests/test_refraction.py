@@ -31,6 +31,8 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import run_experiment
 from transport.theory import fresnel
 from transport.theory import refraction as theory
+from viz.lobes import lobes
+from viz.shares import shares
 
 FALSE_ALARM = 1e-5
 WHOLE = np.array([0, math.pi / 2])
@@ -308,3 +310,9 @@ def test_all_cases_are_drawn_alone_and_together(tmp_path):
         assert refraction.verdict([outcomes[k]]).endswith(".")
     assert refraction.verdict(outcomes).endswith(".")
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+
+
+@pytest.mark.parametrize("chart", [lobes, shares])
+def test_charts_of_nothing_are_refused(chart, tmp_path):
+    with pytest.raises(ValueError, match="got none"):
+        chart({}, tmp_path / "none.png", *([""] if chart is lobes else []))

@@ -70,7 +70,7 @@ REFUSALS = {
         lambda: Directions(8),
         ["Directions takes keywords only: write Directions(mu=...)", "8"],
     ),
-    "too many": (lambda: Mirror(0.5, 0.25, 0.125), ["Mirror", "0.125", "Mirror(reflectance=...)"]),
+    "too many": (lambda: Mirror(0.5, 0.25, 0.125), ["Mirror", "0.125", "Mirror(reflectance=..."]),
     "none wanted": (lambda: Black(1), ["Black", "got 1", "write Black()"]),
     "twice": (lambda: Diffuse(0.5, albedo=0.25), ["Diffuse", "albedo", "twice", "0.25"]),
     "missing": (lambda: Rectangle(width=1), ["Rectangle", "height missing", "height=..."]),

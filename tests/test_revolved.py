@@ -224,6 +224,14 @@ def test_distance_to_a_paraboloid_is_stationary_or_at_a_rim(focal_length, inner,
     assert found >= apart.min() - step
 
 
+@pytest.mark.parametrize("focal_length", [1e-6, 1.0, 1e6])
+def test_points_of_a_paraboloid_are_on_it_however_flat_or_deep(focal_length):
+    shape = Paraboloid(focal_length=focal_length, radius=1.0)
+    for r in (0.0, 1e-9, 0.3, 0.999, 1.0):
+        assert least_distance(shape, (r, 0.0, r * r / 4 / focal_length)) < 1e-15 * shape.extent
+    assert least_distance(shape, (0.3, 0.0, 0.09 / 4 / focal_length - 1e-3)) < 1e-3 + 1e-15 * shape.extent
+
+
 def test_the_focus_gathers_what_comes_along_the_axis():
     """Path length from a plane across the axis to the focus: equal for all rays."""
     shape = Paraboloid(**TILTED, focal_length=0.4, radius=1.0)

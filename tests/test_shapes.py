@@ -244,6 +244,24 @@ def test_a_zone_may_stand_where_a_closed_shape_would_shut_light_in():
         Scene(lamp, Surface(shape, Diffuse(0.9)))
 
 
+def test_a_source_about_a_mirror_ball_is_not_inside_of_it():
+    """Its middle is; a source within is refused, wherever its middle."""
+    around = [
+        Sphere(radius=3), Sphere(radius=3, mu_min=-0.5), TUBE, Box(size=4), Disk(radius=3, inner_radius=2)
+    ]  # fmt: skip
+    for shape in around:
+        Scene(Source(shape, Lambertian(power=1)), Surface(Sphere(radius=0.9), Mirror()))
+    within = [
+        Disk(radius=1),
+        Disk(radius=9),
+        Cylinder(radius=1, height=1),
+        Rectangle(width=1, height=1, hole=HOLE),
+    ]
+    for shape in (*within, Sphere(radius=1, mu_min=0.3), Box(size=1)):
+        with pytest.raises(SceneError, match="nothing absorbs inside"):
+            Scene(Source(shape, Lambertian(power=1)), Surface(Sphere(radius=2), Mirror()))
+
+
 def test_the_space_holds_what_ends_and_the_centers_of_what_does_not():
     lamp = Source(Disk(radius=1), Lambertian(power=1))
     walls = [Surface(FLOOR, Black()), Surface(Slab(center=(0, 0, -7), thickness=1), Black())]

@@ -198,6 +198,67 @@ def test_a_box_is_counted_from_outside(position):
     assert_agrees(counted(box, position), exact, FALSE_ALARM)
 
 
+def disk(radius, distance):
+    return solid_angles.disk_solid_angle(radius, distance)
+
+
+TUBE, CONE = tp.Cylinder(radius=1, height=2), tp.Cone(radius=1, top_radius=0.5, height=2)
+DISH, CAP = tp.Paraboloid(focal_length=0.5, radius=1, inner_radius=0.25), tp.Sphere(radius=2, mu_min=0.5)
+HOLLOW = {  # a shape, a position on its axis, and what it fills from there, by the disks of its rims
+    "tube from afar": (TUBE, 5, disk(1, 4) - disk(1, 6)),
+    "tube from within": (TUBE, 0.5, 4 * math.pi - disk(1, 0.5) - disk(1, 1.5)),
+    "cone from below": (CONE, -4, disk(1, 3) - disk(0.5, 5)),
+    "cone from above, its inside": (CONE, 2, disk(0.5, 1) - disk(1, 3)),
+    "cone from higher, its outside": (CONE, 4, disk(1, 5) - disk(0.5, 3)),
+    "whole cone from below": (tp.Cone(radius=1, height=2), -4, disk(1, 3)),
+    "dish": (DISH, 5, disk(1, 4.5) - disk(0.25, 5 - 0.03125)),
+    "cap from above": (CAP, 9, disk(math.sqrt(3), 8)),
+    "cap from below": (CAP, -3, disk(math.sqrt(3), 4)),
+    "zone from its center": (tp.Sphere(radius=2, mu_min=-0.3, mu_max=0.5), 0, 1.6 * math.pi),
+}
+
+
+@pytest.mark.parametrize(("shape", "height", "exact"), HOLLOW.values(), ids=HOLLOW)
+def test_a_hollow_shape_counts_once_in_each_direction(shape, height, exact):
+    found = counted(shape, (0, 0, height))
+    assert_agrees(found, exact, FALSE_ALARM)
+    assert found.relative_error < 0.01
+
+
+def test_a_tube_from_the_side_counts_once():
+    """The near wall hides the far one; planted: a meter that lets through counts both."""
+    away, radius, half = 3.0, TUBE.radius, TUBE.height / 2
+    with mp.workdps(20):
+
+        def height_seen(turn):
+            near = away * mp.cos(turn) - mp.sqrt(radius**2 - (away * mp.sin(turn)) ** 2)
+            return 2 * mp.sin(mp.atan2(half, near))
+
+        edge = mp.asin(radius / away)
+        exact = float(2 * mp.quad(height_seen, [0, edge * 0.9, edge]))
+    assert_agrees(counted(TUBE, (away, 0, 0)), exact, FALSE_ALARM)
+    lamp = tp.Source(tp.Point(position=(away, 0, 0)), tp.Isotropic(power=4 * math.pi))
+    meter = tp.simulate(tp.Scene(lamp, (), tp.Detector(TUBE, "m")), particles=100_000, seed=1)["m"]
+    assert (meter.flux_in + meter.flux_out).value > 1.5 * exact
+
+
+@pytest.mark.parametrize("position", [(3, 0, 0.2), (0.55, 0.1, 0.9), (0.1, 0.2, 0.3)])
+def test_a_mesh_fills_what_its_analytic_twin_fills(position):
+    found = counted(tp.Mesh.box(size=1), position, 200_000)
+    if max(position) < 0.5:
+        assert found.exact and found.value == pytest.approx(4 * math.pi, rel=1e-15)
+    else:
+        twin = counted(tp.Box(size=1), position, 200_000, seed=2)
+        assert abs(found.value - twin.value) < 4.5 * math.hypot(found.error, twin.error)
+
+
+def test_a_mesh_that_few_particles_miss_is_not_said_to_fill_nothing_exactly():
+    """Planted in effect: a position outside of a closed mesh, but within the ball about it, where nothing is aimed."""
+    needle = tp.Mesh.box(size=(1, 1e-4, 1e-4))
+    found = counted(needle, (0, 0.3, 0), particles=64)
+    assert found.value == 0 and not found.exact and math.isnan(found.error)
+
+
 @pytest.mark.parametrize("size", [1e-12, 1e12])
 def test_the_unit_of_length_does_not_matter(size):
     vertices = TRIANGLES["generic"]

@@ -86,6 +86,16 @@ def test_shapes_on_one_support_form_one_sheet(pair):
     assert [len(sheet.members) for sheet in sheets_of(tp.Scene(LAMP, (), looks))] == [2]
 
 
+def test_the_largest_band_gives_its_support_to_the_sheet():
+    """A narrow one knows the slope of its cone less well; but what acts comes first."""
+    narrow, wide = frustum(0.5, 0.5001), frustum(-2, 2)
+    looks = [tp.Detector(shape, name=name) for name, shape in (("narrow", narrow), ("wide", wide))]
+    [sheet] = sheets_of(tp.Scene(LAMP, (), looks))
+    assert sheet.support == wide
+    [sheet] = sheets_of(tp.Scene(LAMP, tp.Surface(narrow, tp.Black()), looks))
+    assert [member.shape for member in sheet.members] == [narrow, wide, narrow]
+
+
 @pytest.mark.parametrize("pair", UNLIKE.values(), ids=UNLIKE)
 def test_shapes_that_differ_by_more_than_rounding_do_not(pair):
     assert not any(are_on_one_support(*way) for way in (pair, pair[::-1]))
@@ -209,9 +219,7 @@ def test_acting_shapes_may_share_an_edge_only(one, other, expected):
     assert overlap(one, other) == overlap(other, one) == expected
     walls = [tp.Surface(shape, tp.Black(), name=name) for name, shape in (("one", one), ("other", other))]
     if expected:
-        with pytest.raises(
-            tp.SceneError, match=r"overlap on one \w+; make them share an edge"
-        ):
+        with pytest.raises(tp.SceneError, match=r"overlap on one \w+; make them share an edge"):
             tp.Scene(LAMP, walls)
     else:
         tp.Scene(LAMP, walls)

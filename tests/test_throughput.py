@@ -47,7 +47,6 @@ def rows(scene=None, particles=1_000_000, **parameters):
 def test_throughput_of_a_cone_is_that_of_a_hemisphere_at_its_widest():
     assert etendue.cone_etendue(2.0) == pytest.approx(2 * math.pi, rel=1e-15)
     assert etendue.cone_etendue(2.0, math.pi / 6, 1.5) == pytest.approx(2.25 * math.pi / 2, rel=1e-14)
-    assert etendue.response(100.0, etendue.cone_etendue(2.0)) == pytest.approx(200 * math.pi, rel=1e-15)
 
 
 @pytest.mark.parametrize("slits", [(1.0, 1.0, 1.0), (0.01, 0.02, 1.0), (1e-7, 3.0, 2.0)])

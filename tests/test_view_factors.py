@@ -1,7 +1,8 @@
-"""View factors: closed forms against references, mpmath and quadrature; the sim against them, planted faults rejected.
+"""View factors: closed forms against references, mpmath and quadrature; the sim against them, planted faults
+rejected.
 
-A comment such as `C.inside_cylinder` names the entry of the project's reference collection that a number comes from.  The
-statistical tests fail right code in one of 10^5 seeds each; the seed is 1.
+A comment such as `C.inside_cylinder` names the entry of the project's reference collection that a number
+comes from.  The statistical tests fail right code in one of 10^5 seeds each; the seed is 1.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def test_a_small_ball_sees_a_cap_and_far_ones_are_points():
 
 
 def test_coaxial_tubes_tend_to_their_limits():
-    """Long ones to crossed strings, r1/r2 and the rest; and what an inner thread leaves is an empty tube's."""
+    """Long ones to crossed strings, r1/r2; and what an inner thread leaves is an empty tube's."""
     assert close(of_round.outer_cylinder_to_inner(1.0, 2.0, 1e4), 0.5, 1e-4)
     assert close(of_round.outer_cylinder_to_itself(1.0, 2.0, 1e4), 0.5 + _endless_ring(2.0), 1e-3)
     empty = of_round.side_to_side(1.0, 1.0)
@@ -208,7 +209,9 @@ def test_disks_through_a_hole_are_reciprocal():
 
 
 def brute_rectangles(sides_1, sides_2, distance, hole, position):
-    """Midpoints over the places of the hole; what is seen through each is a rectangle, by Lambert's formula at its corners."""
+    """Midpoints over the places of the hole; what is seen through each is a rectangle, by Lambert's formula
+    at its corners.
+    """
     t = position / distance
     nodes, weights = (2 * np.arange(600) + 1) / 600 - 1, np.full(600, 2 / 600)
     axes = []
@@ -336,3 +339,25 @@ def test_a_single_case_and_all_of_a_kind_are_drawn(tmp_path):
     assert [path.stem for path in sim.draw(outcomes[:1], tmp_path / "one.png")] == ["one"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
     assert sim.verdict(outcomes).endswith(".")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_catalogue_says_what_does_not_fit(tmp_path):
+    """Places and bins are taken, linear and logarithmic, and estimates without an error."""
+    from viz.catalogue import Entry, catalogue
+
+    result = tp.simulate(sim.scene(ratio=3.0), particles=1_000, seed=1)
+    factor, zero = sim.measure(result)[sim.FACTOR], result.ledger["roulette"]
+    half = factor * 0.5
+    entries = {"places": Entry([1.0, 2.0], [factor, half], lambda x: 0.1 / x)}
+    entries["bins"] = Entry([1.0, 2.0, 3.0], [half, factor], lambda x: 0.1, expected=[0.05, 0.1])
+    for scale in (False, True):
+        path = tmp_path / f"{scale}.png"
+        assert catalogue(entries, path, "x", "y", log_x=scale, log_y=scale) == path
+        assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match="at least one entry"):
+        catalogue({}, tmp_path / "none.png", "x", "y")
+    with pytest.raises(ValueError, match="'odd' must have a place or a bin an estimate, got 4 x and 1"):
+        catalogue({"odd": Entry([1, 2, 3, 4], [factor], float)}, tmp_path / "odd.png", "x", "y")
+    with pytest.raises(ValueError, match="of one unit"):
+        catalogue({"units": Entry([1, 2], [factor, zero], float)}, tmp_path / "units.png", "x", "y")

@@ -1,4 +1,4 @@
-"""What two surfaces exchange: the view factor between them and the étendue of the beam that joins them, by counting."""
+"""What two surfaces exchange, by counting: the view factor, and the étendue of the beam that joins them."""
 
 from __future__ import annotations
 
@@ -34,16 +34,18 @@ def view_factor(
 ) -> Estimate:
     """View factor from a to b: the share of what leaves a diffusely that reaches b, an Estimate [1].
 
-    side_a, side_b: the side that emits and the one that receives; a ball's front is its outside, so that what looks
-    outwards at a sphere round it needs side_b="back".  a and b may be the same shape, which then sees itself.  All is
-    black, on both sides, `blockers` as well as a and b: what meets anything else first does not arrive.
+    side_a, side_b: the side that emits and the one that receives; a ball's front is its outside, so that what
+    looks outwards at a sphere round it needs side_b="back".  a and b may be the same shape, which then sees
+    itself.  All is black, on both sides, `blockers` as well as a and b: what meets anything else first does
+    not arrive.
 
-    Particles start on the smaller of the two areas, whose share is the larger one, and A_a F_ab = A_b F_ba gives the
-    factor asked for; they are aimed at the other one where that is far away.  It is exact, without an error, where a
-    flat side cannot see b at all.  For a single smooth factor with nothing in between this is not the method of choice:
-    closed forms (transport.theory.view_factors and its neighbours) or quadrature give ten digits in milliseconds, where
-    counting needs a hundred times the particles for one more.  Its worth is obstacles, meshes and shapes without a
-    formula, and an error bar.  Raises SceneError for what has no area, and for shapes that overlap.
+    Particles start on the smaller of the two areas, whose share is the larger one, and A_a F_ab = A_b F_ba
+    gives the factor asked for; they are aimed at the other one where that is far away.  It is exact, without
+    an error, where a flat side cannot see b at all.  For a single smooth factor with nothing in between this
+    is not the method of choice: closed forms (transport.theory.view_factors and its neighbours) or quadrature
+    give ten digits in milliseconds, where counting needs a hundred times the particles for one more.  Its
+    worth is obstacles, meshes and shapes without a formula, and an error bar.  Raises SceneError for what has
+    no area, and for shapes that overlap.
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")
     return counted_view_factor(simulate(scene, particles=particles, seed=seed))
@@ -60,8 +62,8 @@ def etendue(
 ) -> Estimate:
     """Étendue of the beam that joins two apertures, ∬ cosθ dω dA, an Estimate [m^2 sr]; refractive index 1.
 
-    It is pi A_a F_ab = pi A_b F_ba, all rays that lead from one to the other and meet nothing in between; parameters,
-    method and errors as for `view_factor`.
+    It is pi A_a F_ab = pi A_b F_ba, all rays that lead from one to the other and meet nothing in between;
+    parameters, method and errors as for `view_factor`.
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "etendue")
     share = counted_view_factor(simulate(scene, particles=particles, seed=seed))
@@ -76,7 +78,8 @@ def view_factor_scene(
     side_b: str = "front",
     caller: str = "view_factor_scene",
 ) -> Scene:
-    """Black surfaces "a", "b" and "blockers[0]" ..., a source of 1 W on one of the first two, a detector on the other.
+    """Black surfaces "a", "b" and "blockers[0]" ..., a source of 1 W on one of the first two, a detector on
+    the other.
 
     Where a is b there is one surface "a".  Raises SceneError for what `view_factor` refuses.
     """

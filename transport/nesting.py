@@ -1,13 +1,14 @@
 """Whether the boundaries of media in a scene agree on which medium is where.
 
-A Dielectric says which index of refraction is inside and which outside.  Two that overlap, a bubble whose outside is not
-the glass that it is in, normals that point the wrong way or a forgotten gap of air contradict one another: light would
-leave one boundary into 1.5 and come to the next one from 1.0.
+A Dielectric says which index of refraction is inside and which outside.  Two that overlap, a bubble whose
+outside is not the glass that it is in, normals that point the wrong way or a forgotten gap of air contradict
+one another: light would leave one boundary into 1.5 and come to the next one from 1.0.
 
-Balls and boxes that cut one another are told exactly.  The rest is looked for along some hundred straight lines, always
-the same ones, through the surfaces and from one to another: what is smaller than their spacing may be missed; rays that
-pass within 1e-9 of the scene's size of an edge, a rim or a tangent are not judged; an opaque surface ends what is known;
-what lies between a boundary and the end of the scene is not asked after.
+Balls and boxes that cut one another are told exactly.  The rest is looked for along some hundred straight
+lines, always the same ones, through the surfaces and from one to another: what is smaller than their spacing
+may be missed; rays that pass within 1e-9 of the scene's size of an edge, a rim or a tangent are not judged;
+an opaque surface ends what is known; what lies between a boundary and the end of the scene is not asked
+after.
 """
 
 from __future__ import annotations
@@ -23,11 +24,13 @@ from transport.shapes import Box, Mesh, Shape, Sphere
 from transport.shapes.crossings import crossings
 from transport.shapes.supports import rounding_of
 from transport.validation import SceneError
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.scene import Scene
 
 LINES = 256
+ROUND = 32  # lines about a position
 WORK = 200_000  # lines times boundaries, a quarter of a second
 FACETS = 1_000_000  # lines times triangles of meshes
 CLOSE = 1e-9  # of the size of the scene
@@ -62,6 +65,24 @@ def check_media(scene: Scene) -> None:
             cure = "move them apart, put one wholly into the other, or make one Mesh of both"
             raise SceneError(f"Scene: {one.title} and {other.title} are overlapping media; {cure}")
     _check_lines(boundaries, glass)
+
+
+def index_around(scene: Scene, position: Vector) -> float:
+    """The refractive index at a position, by what light on straight lines from there comes to; nan where they do not tell."""
+    boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
+    glass = [b for b in boundaries if b.glass is not None]
+    size = _size(boundaries)
+    ways = np.array([b.shape.middle for b in glass]) - np.array(position)
+    ways = np.concatenate([ways[np.linalg.norm(ways, axis=1) > CLOSE * size], _lines(glass, ROUND, size)[1]])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    met, places = _met(boundaries, np.tile(position, (len(ways), 1)), ways, CLOSE * size)
+    ahead = np.argmax((met >= 0) & (places > 0), axis=1)
+    first = np.where(
+        np.take_along_axis(places, ahead[:, None], axis=1)[:, 0] > 0, met[range(len(met)), ahead], -1
+    )
+    before = np.array([b.indices(way)[0] for b in boundaries for way in (-1.0, 1.0)] + [math.nan])[first]
+    found = set(before[~np.isnan(before)].tolist())
+    return found.pop() if len(found) == 1 else math.nan
 
 
 def _boundary(surface: Surface, number: int) -> Boundary | None:
@@ -177,8 +198,8 @@ def _box(shape: Shape, size: float) -> np.ndarray:
 def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
     """What each line meets in turn, 2 * boundary + (1: along its normal), -1 where nothing, and where [m].
 
-    A line whose three neighbours, `close` about it, do not meet the same, or that meets two within `close`, meets
-    nothing.
+    A line whose three neighbours, `close` about it, do not meet the same, or that meets two within `close`,
+    meets nothing.
     """
     e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     e_u /= np.linalg.norm(e_u, axis=1)[:, None]

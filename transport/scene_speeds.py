@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.materials import Diffuse, Material, Mixture
+from transport.materials import Diffuse, simple_parts
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -17,7 +17,7 @@ def scene_speeds(scene: Scene) -> set[float | SpeedDistribution]:
     return emitted | {
         part.speed
         for surface in scene.surfaces
-        for part in parts_of(surface.material)
+        for part in simple_parts(surface.material)
         if isinstance(part, Diffuse) and part.speed is not None
     }
 
@@ -32,11 +32,6 @@ def scene_has_speeds(scene: Scene) -> bool:
 def speeds_differ(speeds: set[float | SpeedDistribution]) -> bool:
     """Whether there is more than one speed."""
     return len(speeds) > 1 or not all(isinstance(speed, float) for speed in speeds)
-
-
-def parts_of(material: Material) -> tuple[Material, ...]:
-    """A mixture's materials, or the material itself."""
-    return tuple(part for part, _ in material.parts) if isinstance(material, Mixture) else (material,)
 
 
 def fastest_of(speed: float | SpeedDistribution) -> float:

@@ -18,6 +18,7 @@ from transport.materials import (
 )
 from transport.nesting import check_media
 from transport.shapes import FlatShape, Mesh, Shape, Slab, Sphere
+from transport.shapes.distances import least_distance
 from transport.shapes.overlaps import overlap
 from transport.shapes.supports import are_on_one_support
 from transport.sheets import sheets_of
@@ -27,6 +28,7 @@ from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.scene import Scene
+    from transport.sources import Source
 
 
 def check_scene(scene: Scene) -> None:
@@ -74,7 +76,7 @@ def check_endless(scene: Scene) -> None:
             continue
         for source in scene.sources:
             origin = scene.shape_of(source)
-            is_inside = source.is_back if origin == shape else _holds(shape, origin.middle)
+            is_inside = source.is_back if origin == shape else _starts_inside(shape, source, origin)
             if is_inside:
                 raise SceneError(
                     f"Scene: nothing absorbs inside {_title(scene, surface)} and nothing escapes from it; give it an"
@@ -108,6 +110,17 @@ def _meet(a: Shape, b: Shape) -> bool:
     """Whether the boxes about two shapes overlap."""
     (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
     return all(p <= s and r <= q for p, q, r, s in zip(low_a, high_a, low_b, high_b, strict=True))
+
+
+def _starts_inside(shape: Shape, source: Source, origin: Shape) -> bool:
+    """Whether some of a source's particles surely start inside a closed shape: in its middle, or all of them."""
+    middle, is_volume = origin.middle, not source.emission.has_side
+    if not _holds(shape, middle):
+        return False
+    is_there = (
+        least_distance(origin, middle, filled=is_volume) == 0
+    )  # it may lie about the closed shape instead
+    return is_there or least_distance(shape, middle) >= origin.extent
 
 
 def _holds(shape: Shape, point: Vector) -> bool:

@@ -1,7 +1,7 @@
 """Light that total reflection keeps in clear glass for ever, told for balls, boxes and slabs with a lamp inside.
 
-It comes to the walls at the same angles again and again (in a ball by symmetry, between planes by reflection), so that
-a history of it ends only when it is given up.
+It comes to the walls at the same angles again and again (in a ball by symmetry, between planes by
+reflection), so that a history of it ends only when it is given up.
 """
 
 from __future__ import annotations

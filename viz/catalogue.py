@@ -20,7 +20,8 @@ FINE = 300  # points of an exact curve
 class Entry(NamedTuple):
     """Estimates along x: places (n,), or edges (n + 1,) of bins, and the exact value as a function of one x.
 
-    expected: (n,) exact values for the residuals, where bins hold something else than the curve at their middles.
+    expected: (n,) exact values for the residuals, where bins hold something else than the curve at their
+    middles.
     """
 
     x: Sequence[float]
@@ -68,12 +69,20 @@ def catalogue(
             colour, marker = _look(place)
             main.plot(fine, [float(entry.exact(x)) for x in fine], lw=2.2, color=colour, zorder=2)
             _draw_points(main, entry, label, colour, marker)
+        _show_zero(main)
         _draw_residuals(lower, entries.values())
         main.set_ylabel(with_unit(ylabel, unit))
         lower.set_xlabel(xlabel)
         main.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handletextpad=0.5)
         figure.align_ylabels()
     return path
+
+
+def _show_zero(axes: Axes) -> None:
+    """A linear scale shows its zero unless the values lie far from it."""
+    low, high = axes.get_ylim()
+    if axes.get_yscale() == "linear" and 0 < low < 0.7 * high:
+        axes.set_ylim(bottom=0)
 
 
 def _look(place: int) -> tuple[str, str]:

@@ -78,6 +78,7 @@ def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, n
             optics["through"] = passed / (share + passed)
         case Dielectric(index_inside=inside, index_outside=outside):
             surface["material"] = layout.DIELECTRIC
+            optics["inside"], optics["outside"] = inside, outside
             optics["ratio"] = inside / outside
             optics["excess"] = (inside - outside) * (inside + outside) / outside / outside
         case Glossy(roughness=roughness, albedo=albedo):

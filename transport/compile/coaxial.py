@@ -43,11 +43,6 @@ class Turned:
         """rho drho/dw [m]."""
         return self.sign * (self.profile.beta / 2 + self.profile.gamma * self.height(w))
 
-    def is_at(self, w: float, tolerance: float) -> bool:
-        """Whether the endless profile has a ring at that height."""
-        own = self.height(w)
-        return self.profile.has_branch_at(own, tolerance) and self.profile.height_over(0.0, own) <= tolerance
-
     def holds(self, w: float, slack: float) -> bool:
         """Whether the ring there is of the shape when it is widened (shrunk) by a length along its profile."""
         own, rho, profile = self.height(w), self.radius(w), self.profile
@@ -130,11 +125,10 @@ def _in_common(base: Revolved, guest: Revolved, tolerance: float) -> Iterator[Ri
     one = Turned(base.profile)
     other = Turned(guest.profile, sign, place_about_axis(base, guest.profile.origin)[1])
     for w in _heights_of_crossing(one, other, tolerance):
-        if one.is_at(w, tolerance) and other.is_at(w, tolerance):
-            rho, slopes = one.radius(w), (one.slope(w), other.slope(w))
-            lengths = math.hypot(rho, slopes[0]) * math.hypot(rho, slopes[1])
-            sine = rho * abs(slopes[0] - slopes[1]) / lengths if lengths > 0 else 0.0
-            yield sine, tuple(_holder(turned, w) for turned in (one, other))
+        rho, slopes = one.radius(w), (one.slope(w), other.slope(w))
+        lengths = math.hypot(rho, slopes[0]) * math.hypot(rho, slopes[1])
+        sine = rho * abs(slopes[0] - slopes[1]) / lengths if lengths > 0 else 0.0
+        yield sine, tuple(_holder(turned, w) for turned in (one, other))
 
 
 def _holder(turned: Turned, w: float) -> Callable[[float], bool]:

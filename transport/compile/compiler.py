@@ -13,7 +13,7 @@ from transport.compile.emitters import emitters_of
 from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
 from transport.compile.meshes import mesh_table
-from transport.compile.pieces import SETBACK, outward_of, piece_row, quadric_columns, rim_row
+from transport.compile.pieces import outward_of, piece_row, quadric_columns, rim_row
 from transport.compile.plan import Plan
 from transport.compile.space import space_of
 from transport.scene import Scene
@@ -22,6 +22,7 @@ from transport.shapes import Mesh, Revolved, Shape, Sphere
 from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
 from transport.validation import SceneError, shown
 
+CLEARANCE = 2.0**-48  # [scene lengths] of a point from a surface that cuts or touches its own
 MOST_MARKS = 62  # bits of a history
 
 
@@ -172,7 +173,7 @@ def _fill_contacts(plan: Plan, acting: list[tuple[int, int, Member]]) -> None:
         if sheet_hit == sheet:
             continue
         shape, size = member.shape, plan.space.size
-        reach = SETBACK + 2.0**-50 * sum(map(abs, shape.center)) / size
+        reach = CLEARANCE + 2.0**-50 * sum(map(abs, shape.center)) / size
         values = layout.center_columns(plan.space.place(shape.center)) | {
             "reach": reach,
             "surface": first,

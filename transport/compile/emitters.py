@@ -14,6 +14,9 @@ from transport.compile.meshes import areas_row
 from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
 from transport.compile.velocities import Step
+from transport.materials import Dielectric, simple_parts
+from transport.nesting import index_around
+from transport.scene import Scene
 from transport.shapes import (
     Box,
     Cloud,
@@ -58,6 +61,7 @@ class Emitter:
     moment: Step | None  # when
     speed: tuple[Step, ...]  # how fast
     target: tuple[Step, ...] | None
+    medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
 
     @property
     def bound(self) -> float:
@@ -79,10 +83,31 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
             facing = _facing(source, piece)
+            medium = _medium(scene, source, piece)
             emitters.append(
-                Emitter(source, piece, amount, weight, birth, place, facing, law, moment, speed, target)
+                Emitter(
+                    source, piece, amount, weight, birth, place, facing, law, moment, speed, target, medium
+                )
             )
     return emitters
+
+
+def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
+    """A row of the index around a source: that of a boundary's side, or of the middle of what is flat or filled."""
+    glass = {
+        surface.shape: part
+        for surface in scene.surfaces
+        for part in simple_parts(surface.material)
+        if isinstance(part, Dielectric)
+    }
+    if not glass:
+        return None
+    boundary, index = glass.get(scene.shape_of(source)), math.nan
+    if boundary is not None and source.emission.has_side:
+        index = boundary.index_inside if source.is_back else boundary.index_outside
+    elif not (isinstance(piece, Revolved | Mesh) and source.emission.has_side):
+        index = index_around(scene, piece.middle)
+    return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 
 def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:

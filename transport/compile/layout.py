@@ -25,7 +25,7 @@ GRAZING_CUT = (
     1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
 )
 
-# The ledger's rows of four words (high, low, number where it is asked for, spare); the absorbed weight follows, a row for each surface.
+# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts); the absorbed weight follows, a row for each surface.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
@@ -96,8 +96,10 @@ SHEET = np.dtype(
 # back: rows from there to those of the other side, 0 where both sides are alike.
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
 # What light needs to know of a surface, by its row.  side: -1 where its normal is opposite to its sheet's;  ratio: index inside over
-# outside, excess: (ratio - 1)(ratio + 1);  through: share of what goes on that passes;  power: 1/focal length, of a lens at c.
-OPTICS = np.dtype(_floats("side ratio excess roughness through cx cy cz power") + _integers("lobe"))
+# outside (0 for what is no boundary of media), excess: (ratio - 1)(ratio + 1);  through: share of what goes on that passes;  power: 1/focal length, of a lens at c.
+OPTICS = np.dtype(
+    _floats("side inside outside ratio excess roughness through cx cy cz power") + _integers("lobe")
+)
 
 # Where a surface ends, by its row: points within rounding of that are drawn back from it (landings.py).
 RECTANGLE_RIM, DISK_RIM, TRIANGLE_RIM, QUADRIC_RIM = 1, 2, 3, 4
@@ -159,6 +161,7 @@ RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch sn
 
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
 BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
+MEDIUM = np.dtype(_floats("index"))  # 0 where it is not known
 MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
 VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))

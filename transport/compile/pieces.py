@@ -17,8 +17,9 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-# Within 32 roundings of a coordinate from an edge [scene lengths] a point is drawn back.
-SETBACK = 2.0**-48
+# So close to an edge [scene lengths] a point is drawn back: 2000 roundings of a coordinate, so that it is clear of what it
+# shares the edge with at an angle of a thousandth as well.
+SETBACK = 2.0**-42
 KINDS = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
 
 
@@ -171,7 +172,9 @@ def rim_row(plan: Plan, member: Member) -> np.ndarray:
             return layout.row(layout.RIM, **kept, form=layout.TRIANGLE_RIM)
         case Revolved() if not shape.is_closed:
             values = quadric_columns(shape, space, slack)
-            values |= {"low": values["inner_low"], "high": values["inner_high"]} | _vector("n", shape.axis)
+            values |= {"low": values["inner_low"], "high": values["inner_high"]} | layout.frame_columns(
+                shape.frame
+            )
             kept = {name: values[name] for name in layout.RIM.names if name in values}
             return layout.row(layout.RIM, **kept, form=layout.QUADRIC_RIM)
     return np.zeros((), layout.RIM)

@@ -7,7 +7,7 @@ import math
 
 from numba import int64
 
-from transport.compile.layout import BEAM, BIRTH, HOLED, NO_TABLE, PATCH
+from transport.compile.layout import BEAM, BIRTH, HOLED, MEDIUM, NO_TABLE, PATCH
 from transport.engine.flats import beyond_hole
 from transport.engine.passes import lane_pass
 from transport.physics.directions import sample_cosine_law, sample_isotropic
@@ -32,6 +32,15 @@ def begin_events(b, table, first, live):
     """No reflection yet; the count numbers the draws to come."""
     for k in range(first, live):
         b.event[k] = 0
+    return live
+
+
+@lane_pass(MEDIUM)
+def begin_in_medium(b, table, first, live):
+    """In the medium of its source."""
+    index = table.index
+    for k in range(first, live):
+        b.index[k] = index
     return live
 
 

@@ -56,6 +56,7 @@ CARRIED = (
     ("footing", "i8"),  # the facet that it stands on, where it stands on a mesh
     ("facet", "i8"),  # the facet that it meets next
     ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
+    ("index", "f8"),  # of the medium that it is in, 0 where that is not known
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
 )
@@ -68,6 +69,8 @@ SCRATCH = (
     ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
     ("albedo", "f8"),
     ("ratio", "f8"),  # refractive index behind the surface over that before it
+    ("before", "f8"),  # the indices themselves
+    ("behind", "f8"),
     ("excess", "f8"),  # (ratio - 1)(ratio + 1)
     ("roughness", "f8"),
     ("through", "f8"),  # the share of what goes on that goes through; 1 or 0 once that is settled

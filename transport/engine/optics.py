@@ -5,8 +5,10 @@ import numpy as np
 from transport.compile.layout import (
     CELL_TERMS,
     DIELECTRIC,
+    EDGE,
     GLOSSY,
     LENS,
+    LOST,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     NO_TABLE,
@@ -35,6 +37,8 @@ def look_up_optics(b, table, first, live):
     for k in range(first, live):
         row = rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
         enters = row.side * b.mu[k] < 0.0
+        b.before[k] = row.outside if enters else row.inside
+        b.behind[k] = row.inside if enters else row.outside
         b.ratio[k] = row.ratio if enters else 1.0 / row.ratio
         b.excess[k] = row.excess if enters else -row.excess / (row.ratio * row.ratio)
         b.roughness[k] = row.roughness
@@ -69,7 +73,12 @@ def let_pass(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def refract(b, table, first, live):
-    """Reflected with the probability that is Fresnel's reflectance, else refracted by Snell's law."""
+    """Reflected with the probability that is Fresnel's reflectance, else refracted by Snell's law.
+
+    At an edge rounding may bring a ray to the wrong side of a surface that ends there: from a medium that it is not in.  It
+    goes straight on then, so that no medium is ever taken for another; elsewhere that is the scene's fault, and counted.
+    """
+    astray = 0
     for k in range(first, live):
         ux, uy, uz, mu, ratio, excess = b.ux[k], b.uy[k], b.uz[k], b.mu[k], b.ratio[k], b.excess[k]
         flip = -1.0 if mu > 0.0 else 1.0
@@ -79,10 +88,16 @@ def refract(b, table, first, live):
         wx, wy, wz = mirrored(ux, uy, uz, nx, ny, nz, -cosine)
         back = b.u0[k] < reflectance
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIELECTRIC
+        is_wrong = here & (b.index[k] != 0.0) & (b.index[k] != b.before[k])
+        is_edge = (b.hit[k] & EDGE) != 0
+        here &= not (is_wrong & is_edge)
+        astray += 1 if is_wrong & (not is_edge) & (b.weight[k] != 0.0) else 0
         vx, vy, vz = wx if back else vx, wy if back else vy, wz if back else vz
         b.ux[k], b.uy[k], b.uz[k] = vx if here else ux, vy if here else uy, vz if here else uz
         left = flip * cosine if back else -flip * g / ratio
         b.mu[k] = left if here else mu
+        b.index[k] = (b.before[k] if back else b.behind[k]) if here else b.index[k]
+    view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 3] += astray
     return live
 
 

@@ -96,6 +96,8 @@ def _births(plan, emitter):
         yield _step(aims.account_born)
     if plan.reflects:
         yield _step(births.begin_events)
+    if emitter.medium is not None:
+        yield _step(births.begin_in_medium, emitter.medium)
     if plan.has_roulette:
         yield _step(births.remember_birth_weight)
     if plan.marks:

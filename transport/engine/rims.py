@@ -20,6 +20,7 @@ from transport.compile.layout import (
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.physics.device import device
+from transport.physics.quadrics import quadric_form
 
 
 @device
@@ -82,9 +83,17 @@ def draw_back_from_edge(b, table, first, live):
                 qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
                 w = min(max(w, rim.low), rim.high)
                 rho2, q2 = rim.alpha + w * (rim.beta + rim.gamma * w), qx * qx + qy * qy + qz * qz
-                s = math.sqrt(rho2 / q2) if (rho2 > 0.0) & (q2 > 0.0) else 0.0
-                b.x[k], b.y[k] = rim.cx + w * rim.nx + s * qx, rim.cy + w * rim.ny + s * qy
-                b.z[k] = rim.cz + w * rim.nz + s * qz
+                if q2 == 0.0:  # on the axis, at the apex of a cone
+                    qx, qy, qz, q2 = rim.eux, rim.euy, rim.euz, 1.0
+                s = math.sqrt(rho2 / q2) if rho2 > 0.0 else 0.0
+                px, py, pz = w * rim.nx + s * qx, w * rim.ny + s * qy, w * rim.nz + s * qz
+                b.x[k], b.y[k], b.z[k] = rim.cx + px, rim.cy + py, rim.cz + pz
+                _, gx, gy, gz, _ = quadric_form(
+                    px, py, pz, rim.nx, rim.ny, rim.nz, rim.alpha, rim.beta, rim.gamma
+                )
+                inverse = 1.0 / math.sqrt(gx * gx + gy * gy + gz * gz)
+                b.nx[k], b.ny[k], b.nz[k] = gx * inverse, gy * inverse, gz * inverse
+                b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
             else:
                 # Of a triangle a and b give the weights of two vertices, and e_u, e_v are the edges to them.
                 is_triangle = rim.form == TRIANGLE_RIM

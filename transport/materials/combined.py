@@ -16,8 +16,8 @@ class Mixture(Material):
     """Each particle that arrives meets one of the materials, with the probability of its share.
 
     parts: {material: share, ...}, shares that add up to 1, of any materials but Mixture and TwoSided; kept as
-    (material, share) pairs in an order that does not depend on how they were written, without those of share 0.
-    All that lets light through must agree on the indices of refraction on both sides.
+    (material, share) pairs in an order that does not depend on how they were written, without those of share
+    0. All that lets light through must agree on the indices of refraction on both sides.
     """
 
     parts: tuple[tuple[Material, float], ...]
@@ -67,8 +67,8 @@ class Mixture(Material):
 class TwoSided(Material):
     """Another material on each side: `front`, where the normal points, and `back`, by the side of arrival.
 
-    Any materials but TwoSided, Dielectric and ThinLens, which are not made of two sides.  Radiance is in equilibrium
-    where both sides let the same share through.
+    Any materials but TwoSided, Dielectric and ThinLens, which are not made of two sides.  Radiance is in
+    equilibrium where both sides let the same share through.
     """
 
     front: Material

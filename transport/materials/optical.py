@@ -18,9 +18,10 @@ from transport.validation import (
 class Dielectric(Material):
     """A smooth boundary between two clear media of refractive indices `index_inside` and `index_outside`.
 
-    Inside is where the shape's normal does not point: the inside of a closed shape, the back of a flat one.  Light
-    is reflected or refracted (Snell 1621) with the probabilities of Fresnel's formulas (1823) for unpolarised
-    light; beyond the critical angle all is reflected.  Nothing is absorbed, L/n^2 is the same on both sides.
+    Inside is where the shape's normal does not point: the inside of a closed shape, the back of a flat
+    one.  Light is reflected or refracted (Snell 1621) with the probabilities of Fresnel's formulas (1823) for
+    unpolarised light; beyond the critical angle all is reflected.  Nothing is absorbed, L/n^2 is the same on
+    both sides.
 
     Indices are positive and finite.  For watts and scenes without a `duration`: the speed of light in a medium
     comes with media.
@@ -37,9 +38,10 @@ class Dielectric(Material):
 class Glossy(Material):
     """A rough mirror of microfacets; opaque, and its `albedo` in [0, 1] is the same at every angle of incidence.
 
-    roughness: alpha of the distribution of normals of Trowbridge and Reitz (1975), "GGX", in (0, 1]: about the
-    tangent of the facets' typical slope; a smooth one is a Mirror.  With Smith's height-correlated shadowing
-    (Heitz 2014, JCGT 3(2), 48, eq. 99), E(mu) the share that single reflection returns and E_mean its mean,
+    roughness: alpha of the distribution of normals of Trowbridge and Reitz (1975), "GGX", in (0, 1]: about
+    the tangent of the facets' typical slope; a smooth one is a Mirror.  With Smith's height-correlated
+    shadowing (Heitz 2014, JCGT 3(2), 48, eq. 99), E(mu) the share that single reflection returns and E_mean
+    its mean,
 
         f = albedo [D G2 / (4 mu_i mu_o) + (1 - E(mu_i)) (1 - E(mu_o)) / (pi (1 - E_mean))]   [sr^-1]
 
@@ -62,11 +64,11 @@ class Glossy(Material):
 class ThinLens(Material):
     """An ideal lens of `focal_length` [m] on a Disk or Rectangle; negative: a diverging one.
 
-    The direction cosines p in the plane of the lens change by -x/f, x being the place from its center, on either
-    side alike.  The Jacobian of that is 1, so that radiance and etendue are conserved exactly: Abbe's sine
-    condition (1873), E = pi L sin^2(theta') behind an aplanatic lens.  Parallel light meets in the focus exactly
-    where it comes along the axis; images are sharp for small angles only.  A ray whose |p| would reach 1 is
-    sent back along itself: nothing is lost.  For watts; it takes no time.
+    The direction cosines p in the plane of the lens change by -x/f, x being the place from its center, on
+    either side alike.  The Jacobian of that is 1, so that radiance and etendue are conserved exactly: Abbe's
+    sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens.  Parallel light meets in the focus
+    exactly where it comes along the axis; images are sharp for small angles only.  A ray whose |p| would reach
+    1 is sent back along itself: nothing is lost.  For watts; it takes no time.
     """
 
     focal_length: float

@@ -17,8 +17,8 @@ class Diffuse(Material):
     """Reflects the share `albedo` with equal radiance in all directions, lets the share `transmission` through.
 
     What is let through leaves the other side with equal radiance in all directions too; the rest is absorbed.
-    Shares in [0, 1], and so is their sum.  Reciprocal: f = albedo/pi on the side of arrival, transmission/pi on
-    the other [sr^-1] (Lambert 1760).
+    Shares in [0, 1], and so is their sum.  Reciprocal: f = albedo/pi on the side of arrival, transmission/pi
+    on the other [sr^-1] (Lambert 1760).
 
     Particles keep their speed, or leave either side with `speed`, a number [m/s] or a distribution, of which
     they are drawn weighted by the speed, as from a gas of it behind the surface: thermal re-emission.

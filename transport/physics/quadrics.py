@@ -8,6 +8,10 @@ import math
 
 from transport.physics.device import device
 
+GRAZING = (
+    2.0**-50
+)  # relative rounding of the discriminant: a ray that misses by less touches, as through a cone's apex
+
 
 @device
 def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
@@ -35,8 +39,8 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     rx, ry, rz = px - v * ax, py - v * ay, pz - v * az
     b = rx * qx + ry * qy + rz * qz - (0.5 * beta + gamma * v) * pace
     c = rx * rx + ry * ry + rz * rz - (alpha + v * (beta + gamma * v))
-    d = b * b - a * c
-    s = math.sqrt(d) if d > 0.0 else math.nan
+    d, rounding = b * b - a * c, GRAZING * (b * b + abs(a * c))
+    s = math.sqrt(d if d > 0.0 else 0.0) if d > -rounding else math.nan
     q = -b - s if b > 0.0 else -b + s
     first, second = q / a - h, c / q - h
     ex, ey, ez = ox - w * ax, oy - w * ay, oz - w * az

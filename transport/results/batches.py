@@ -29,6 +29,7 @@ class Batch:
     ledger: dict[str, float]
     absorbed: np.ndarray  # (surfaces,)
     lost: int  # histories
+    astray: int  # crossings of a boundary of media from another medium than the particle was in
     crossings: int
     moments: np.ndarray  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
@@ -44,6 +45,7 @@ class Batch:
             {name: value + other.ledger[name] for name, value in self.ledger.items()},
             self.absorbed + other.absorbed,
             self.lost + other.lost,
+            self.astray + other.astray,
             self.crossings + other.crossings,
             self.moments + other.moments,
             merged_records(self.records, other.records, most_records),
@@ -77,6 +79,7 @@ def batch_of(plan: Plan, raw) -> Batch:
         {name: whole[row] * LOW for name, row in rows.items()},
         np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
+        int(ledger[layout.LOST, 3]),
         raw.crossings,
         raw.moments @ LIMBS,
         records_of(raw.records, raw.stride, raw.seed),

@@ -54,7 +54,10 @@ class Reading(Quantified):
         """Area of the shape [m^2].  Raises SceneError where it has no end."""
         shape = self.sums.shape
         if shape.is_infinite:
-            kind, cure = type(shape).__name__, "read flux_in, flux_out or intensity, or meter a Disk in its plane"
+            kind, cure = (
+                type(shape).__name__,
+                "read flux_in, flux_out or intensity, or meter a Disk in its plane",
+            )
             refuse(self.sums.detector, f"quantities per area need a finite one, got a {kind}; {cure}")
         return shape.area
 

@@ -112,6 +112,12 @@ class Result:
         found = list(self._warnings)
         if lost:
             found.append(f"{lost} histories were lost; their weight is in the ledger")
+        astray = sum(batch.astray for batch in self.batches)
+        if astray:
+            found.append(
+                f"{astray} times light came to a Dielectric from another index than it was in: close its gaps, or give"
+                " what lies next to one another the same index"
+            )
         carried = sum(batch.born for batch in self.batches)
         is_aimed = any(emitter.target is not None for emitter in self.plan.emitters)
         if is_aimed and carried == 0:

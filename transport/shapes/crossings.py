@@ -20,8 +20,8 @@ from transport.shapes.solid import Box
 class Crossings(NamedTuple):
     """Of each line, in the order of its direction; lines with fewer crossings than others are filled up with nan.
 
-    distances: (lines, most) [m], negative behind the origin;  sides: (lines, most), +1 where the line goes along
-    the normal there (out of a closed shape), -1 where against it.
+    distances: (lines, most) [m], negative behind the origin;  sides: (lines, most), +1 where the line goes
+    along the normal there (out of a closed shape), -1 where against it.
     """
 
     distances: np.ndarray
@@ -31,8 +31,8 @@ class Crossings(NamedTuple):
 def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Crossings:
     """All crossings of a shape with endless lines through `origins` (lines, 3) [m] along unit `directions` (lines, 3).
 
-    A line within a surface does not cross it; one that touches a surface, or meets a rim or an edge, may be told
-    either way, up to rounding.
+    A line within a surface does not cross it; one that touches a surface, or meets a rim or an edge, may be
+    told either way, up to rounding.
     """
     origins, directions = (
         np.atleast_2d(np.asarray(origins, float)),

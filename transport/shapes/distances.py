@@ -110,10 +110,6 @@ def _distance_to_parabola(shape: Paraboloid, rho: float, w: float) -> float:
     size, f = shape.radius, shape.focal_length / shape.radius
     rho, w = rho / size, w / size
     roots = np.roots([1.0, 0.0, 8 * f * f - 4 * f * w, -8 * f * f * rho]).real
-    for _ in range(2):  # Newton's steps
-        steep = 3 * roots * roots + 8 * f * f - 4 * f * w
-        error = roots * (roots * roots + 8 * f * f - 4 * f * w) - 8 * f * f * rho
-        roots = roots - np.divide(error, steep, out=np.zeros(3), where=steep != 0)
     radii = [*np.clip(roots, shape.inner_radius / size, 1.0).tolist(), shape.inner_radius / size, 1.0]
     return size * min(math.hypot(rho - r, w - r * r / (4 * f)) for r in radii)
 

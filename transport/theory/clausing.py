@@ -1,20 +1,20 @@
-"""Clausing's tube: what gets through a round tube whose wall sends back all, or a share, that it receives diffusely.
+"""Clausing's tube: what gets through a round tube with a diffuse wall, and what falls on the wall.
 
-Lengths are in radii of the tube.  The entrance sends in a uniform flux by the cosine law; H(x) is what falls on the
-wall at the depth x, per area, over what enters per area.  A ring of the wall sees the entrance by f and other rings by
-K = -f', so that with a wall of albedo a
+Lengths are in radii of the tube.  The entrance sends in a uniform flux by the cosine law; H(x) is what falls
+on the wall at the depth x, per area, over what enters per area.  A ring of the wall sees the entrance by f
+and other rings by K = -f', so that with a wall of albedo a
 
     H(x) = f(x) + a ∫ K(|x - y|) H(y) dy  over the tube,  0 ≤ x ≤ l,
 
-and what leaves at the far end, over what enters, is W = F + 2 a ∫ H(x) f(l - x) dx, F the view factor of the two ends
-(Clausing 1932, eq. 6; f and K by the view factors of coaxial disks).  If both ends send in the same, a wall of albedo 1
-receives the same everywhere: H(x) + H(l - x) = 1, so that a particle meets such a wall l times in the mean, l = length over
-radius, and what returns is 1 - W.
+and what leaves at the far end, over what enters, is W = F + 2 a ∫ H(x) f(l - x) dx, F the view factor of the
+two ends (Clausing 1932, eq. 6; f and K by the view factors of coaxial disks).  If both ends send in the same,
+a wall of albedo 1 receives the same everywhere: H(x) + H(l - x) = 1, so that a particle meets such a wall l
+times in the mean, l = length over radius, and what returns is 1 - W.
 
-Solution.  K has a kink at y = x and is analytic beside it, with its nearest singularities at x ± 2i, and H is smooth up to
-both ends.  So H is taken on panels no longer than PANEL by Legendre nodes (Nyström); a panel's integrals are Gauss's, but
-those of the panel that holds x, which is cut in two at x, H there being interpolated.  Both errors fall geometrically:
-from 10 nodes on W changes by rounding only.
+Solution.  K has a kink at y = x and is analytic beside it, with its nearest singularities at x ± 2i, and H is
+smooth up to both ends.  So H is taken on panels no longer than PANEL by Legendre nodes (Nyström); a panel's
+integrals are Gauss's, but those of the panel that holds x, which is cut in two at x, H there being
+interpolated.  Both errors fall geometrically: from 10 nodes on W changes by rounding only.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LONGEST = 200.0  # length over radius
 
 @dataclass(frozen=True)
 class Tube:
-    """A solved tube.  places, weights: nodes of a quadrature over its length [radii]; incident: H at them [1]."""
+    """A solved tube.  places, weights: of a quadrature over its length [radii]; incident: H there [1]."""
 
     length: float
     albedo: float
@@ -80,7 +80,8 @@ class Tube:
 
 
 def transmission(length_over_radius: float, albedo: float = 1.0) -> float:
-    """Clausing's factor W: share of what enters a diffuse-walled tube by the cosine law that leaves at its far end [1].
+    """Clausing's factor W: share of what enters a diffuse-walled tube by the cosine law that leaves at its
+    far end [1].
 
     length_over_radius: above 0, at most 200.  Good to 1e-12 (against 30 digits in the tests).
     """
@@ -96,15 +97,15 @@ def long_tube(length_over_radius: float) -> float:
 
 
 def dushman(length_over_radius: float) -> float:
-    """The short and the long tube's resistance added, 1 / (1 + 3 l / 8 R) (Dushman 1922): up to 12 % above W."""
+    """Both tubes' resistances added, 1 / (1 + 3 l / 8 R) [1] (Dushman 1922): up to 12 % above W."""
     return 1 / (1 + 0.375 * length_over_radius)
 
 
 def ring_density(distance: float) -> float:
     """View factor from a point of the wall to a ring of it, per length of the ring [1 per radius]: K(s).
 
-    K = (1/2) [1 - s (s^2 + 6) / (s^2 + 4)^(3/2)], as 2 (3 s^2 + 16) / (r^3 (r^3 + s (s^2 + 6))), r^2 = s^2 + 4, which does
-    not cancel.  Vectorised.
+    K = (1/2) [1 - s (s^2 + 6) / (s^2 + 4)^(3/2)], as 2 (3 s^2 + 16) / (r^3 (r^3 + s (s^2 + 6))), r^2 = s^2 +
+    4, which does not cancel.  Vectorised.
     """
     s = np.abs(distance)
     cube = np.hypot(s, 2.0) ** 3
@@ -114,7 +115,8 @@ def ring_density(distance: float) -> float:
 def to_end(distance: float) -> float:
     """View factor from a point of the wall to a disk that closes the tube at the distance s [1]: f(s).
 
-    f = (s^2 + 2) / (2 r) - s/2, as 2 / (r (s^2 + 2 + s r)), r^2 = s^2 + 4, which does not cancel.  Vectorised.
+    f = (s^2 + 2) / (2 r) - s/2, as 2 / (r (s^2 + 2 + s r)), r^2 = s^2 + 4, which does not cancel.
+    Vectorised.
     """
     s = np.asarray(distance, dtype=float)
     r = np.hypot(s, 2.0)
@@ -123,7 +125,7 @@ def to_end(distance: float) -> float:
 
 @lru_cache(maxsize=32)
 def solved_tube(length_over_radius: float, albedo: float = 1.0) -> Tube:
-    """Clausing's equation solved.  Raises ValueError for a length that is not above 0 or is beyond 200 radii."""
+    """Clausing's equation solved.  Raises ValueError for a length not in (0, 200] radii."""
     if not 0 < length_over_radius <= LONGEST:
         raise ValueError(f"solved_tube: length over radius must be in (0, 200], got {length_over_radius}")
     edges = np.linspace(0, length_over_radius, math.ceil(length_over_radius / PANEL) + 1)
@@ -155,6 +157,8 @@ def _across_kink(x: np.ndarray, w: np.ndarray, half: float) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
-    """From values at the Legendre nodes to coefficients of Legendre polynomials, exact for those of the nodes' number."""
+    """From values at the Legendre nodes to coefficients of Legendre polynomials, exact for those of the
+    nodes' number.
+    """
     x, w = legendre.leggauss(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -1,11 +1,13 @@
 """The lobe that returns what single reflection from microfacets does not (Kulla and Conty 2017, SIGGRAPH course).
 
-The share 1 - E(mu) that is lost at the angle of arrival comes back with a density of cosines that knows nothing of it,
+The share 1 - E(mu) that is lost at the angle of arrival comes back with a density of cosines that knows
+nothing of it,
 
     p(mu) = 2 (1 - E(mu)) mu / (1 - E_mean),    E_mean = 2 int_0^1 E mu dmu
 
-so that the whole is reciprocal and returns everything.  Kept as polynomials over panels which halve towards grazing,
-where 1 - E vanishes as x log x, and towards the normal down to the roughness: relative errors of 1e-13 in both tails.
+so that the whole is reciprocal and returns everything.  Kept as polynomials over panels which halve towards
+grazing, where 1 - E vanishes as x log x, and towards the normal down to the roughness: relative errors of
+1e-13 in both tails.
 """
 
 from __future__ import annotations

@@ -20,11 +20,6 @@ def cone_etendue(area: float, half_angle: float = math.pi / 2, index: float = 1.
     return np.square(index * np.sin(half_angle)) * math.pi * area
 
 
-def response(radiance: float, etendue: float) -> float:
-    """What a sensor of that throughput receives from a surface that fills it [W]: R = L T (Hanrahan 2001, "2nd law")."""
-    return radiance * etendue
-
-
 def meridional_etendue(half_1: float, half_2: float, distance: float) -> float:
     """∬ dx dp of the rays in one plane between two facing slits [m], by their half widths: 2 (crossed - uncrossed).
 

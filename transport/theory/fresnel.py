@@ -1,8 +1,9 @@
 """Smooth boundaries of clear media: Snell's law, Fresnel's formulas, and radiance over the square of the index.
 
-Everywhere `cosine` is that of incidence, in [0, 1], and `index_ratio` n = (index beyond the boundary) / (index on the
-side of arrival): glass seen from air is 1.5, air seen from glass 1/1.5.  With c the cosine of incidence and
-q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's amplitudes (1823; Born and Wolf 1999, 1.5.2) are written
+Everywhere `cosine` is that of incidence, in [0, 1], and `index_ratio` n = (index beyond the boundary) /
+(index on the side of arrival): glass seen from air is 1.5, air seen from glass 1/1.5.  With c the cosine of
+incidence and q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's amplitudes (1823; Born and Wolf 1999,
+1.5.2) are written
 
     r_s = -(n^2 - 1)/(c + q)^2,    r_p = (n^2 - 1) (c q - s^2)/((c + q)(n^2 c + q)),    s^2 = (1 - c)(1 + c)
 
@@ -24,7 +25,7 @@ EDGES = np.concatenate([[0.0], 2.0 ** np.arange(-64, 0), np.arange(1.0, 41.0)])
 
 
 class Polarised(NamedTuple):
-    """A share of light for each polarisation: s with the electric field across the plane of incidence, p within it."""
+    """A share of light for each polarisation: s with its field across the plane of incidence, p within it."""
 
     s: np.ndarray
     p: np.ndarray
@@ -72,16 +73,16 @@ def brewster_angle(index_ratio: float) -> float:
 
 
 def critical_angle(index_ratio: float) -> float:
-    """Angle of incidence beyond which all light is reflected [rad]: asin n; pi/2 where n >= 1: none is.  Vectorised."""
+    """Angle of incidence beyond which all light is reflected [rad]: asin n, at most pi/2.  Vectorised."""
     return np.arcsin(np.minimum(index_ratio, 1.0))
 
 
 def plate_transmittance(cosine: np.ndarray, index_ratio: np.ndarray, keeps_polarisation: bool = False):
     """Share of unpolarised light that passes a clear plate, all reflections between its faces added up [1].
 
-    Incoherent: T^2 (1 + R^2 + R^4 + ...) = (1 - R)/(1 + R) (Stokes 1862).  As it stands each face meets unpolarised
-    light, as the simulator's do; with `keeps_polarisation` the mean of that of s and that of p, as of a real plate,
-    which is larger.  Vectorised.
+    Incoherent: T^2 (1 + R^2 + R^4 + ...) = (1 - R)/(1 + R) (Stokes 1862).  As it stands each face meets
+    unpolarised light, as the simulator's do; with `keeps_polarisation` the mean of that of s and that of p,
+    as of a real plate, which is larger.  Vectorised.
     """
     if not keeps_polarisation:
         return transmittance(cosine, index_ratio) / (1 + reflectance(cosine, index_ratio))
@@ -92,9 +93,10 @@ def plate_transmittance(cosine: np.ndarray, index_ratio: np.ndarray, keeps_polar
 def diffuse_reflectance(index_ratio: np.ndarray) -> np.ndarray:
     """Share of diffuse unpolarised light (equal radiance from all directions) that is reflected [1].  Vectorised.
 
-    From the thinner side 2 int_0^1 R c dc, for which Walsh (1926) and Duntley (1942, J. Opt. Soc. Am. 32, 61) have a
-    closed form; it cancels near n = 1, so that it is integrated here, in t of c = sqrt(n^2 - 1) sinh t, where R_s is
-    exp(-4 t).  From the denser side, n < 1, total reflection included, by reciprocity 1 - (1 - R(1/n)) n^2.
+    From the thinner side 2 int_0^1 R c dc, for which Walsh (1926) and Duntley (1942, J. Opt. Soc. Am. 32, 61)
+    have a closed form; it cancels near n = 1, so that it is integrated here, in t of c = sqrt(n^2 - 1) sinh
+    t, where R_s is exp(-4 t).  From the denser side, n < 1, total reflection included, by reciprocity 1 - (1 -
+    R(1/n)) n^2.
     """
     ratio = np.asarray(index_ratio, float)
     n = np.where(ratio < 1, 1 / ratio, ratio)
@@ -112,7 +114,7 @@ def escape_share(index_ratio: np.ndarray) -> np.ndarray:
 
 
 def escape_cone_share(index_ratio: np.ndarray) -> np.ndarray:
-    """Share of the hemisphere's solid angle within the critical angle [1]: 1 - sqrt(1 - n^2), 1 for n >= 1.  Vectorised."""
+    """Share of the hemisphere's solid angle within the critical angle [1]: 1 - sqrt(1 - n^2).  Vectorised."""
     n = np.minimum(index_ratio, 1.0)
     return n * n / (1 + np.sqrt((1 - n) * (1 + n)))
 
@@ -120,7 +122,8 @@ def escape_cone_share(index_ratio: np.ndarray) -> np.ndarray:
 def refracted_radiance(radiance: float, cosine: np.ndarray, index_ratio: np.ndarray) -> np.ndarray:
     """Radiance beyond the boundary [unit of `radiance`] of light that arrives at that cosine: T n^2 L.  Vectorised.
 
-    L/n^2 is the same on both sides but for what is reflected (Kirchhoff 1860; Clausius 1864): etendue n^2 cos dA dw is.
+    L/n^2 is the same on both sides but for what is reflected (Kirchhoff 1860; Clausius 1864): etendue n^2 cos
+    dA dw is.
     """
     return transmittance(cosine, index_ratio) * np.square(index_ratio) * radiance
 

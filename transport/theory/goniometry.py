@@ -15,8 +15,8 @@ import numpy as np
 
 Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
-NODES = 24  # a side of a bin; those of the sims are at most as wide as the laws' lobes
-SHARED = np.polynomial.legendre.leggauss(NODES)
+NODES = 24  # of a polar angle; bins of the sims are at most as wide as the laws' lobes
+SHARED, AZIMUTHAL = np.polynomial.legendre.leggauss(NODES), np.polynomial.legendre.leggauss(2 * NODES)
 
 
 def bin_means(law: Law, angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:
@@ -88,11 +88,11 @@ def cone(angle: float, azimuth: float, half_angle: float) -> tuple[np.ndarray, n
 
 def _over_bins(field: Law, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:
     """Means of a field of (mu, phi) over bins, weighted by mu dmu dphi."""
-    x, w = SHARED
+    (x, w), (y, v) = SHARED, AZIMUTHAL
     theta_edges, phi_edges = np.asarray(theta_edges, dtype=float), np.asarray(phi_edges, dtype=float)
     theta = theta_edges[:-1, None] + np.diff(theta_edges)[:, None] * (1 + x) / 2
-    phi = phi_edges[:-1, None] + np.diff(phi_edges)[:, None] * (1 + x) / 2
+    phi = phi_edges[:-1, None] + np.diff(phi_edges)[:, None] * (1 + y) / 2
     values = field(np.cos(theta)[:, :, None, None], phi)
     weight = w * np.sin(theta) * np.cos(theta)
-    means = np.einsum("ti,tipj,j->tp", weight, np.broadcast_to(values, theta.shape + phi.shape), w / 2)
+    means = np.einsum("ti,tipj,j->tp", weight, np.broadcast_to(values, theta.shape + phi.shape), v / 2)
     return means / weight.sum(axis=1)[:, None]

@@ -1,10 +1,11 @@
 """A rough mirror of microfacets: density of its normals, shadowing, albedo and reflectance distribution.
 
-Normals follow Trowbridge and Reitz (1975), "GGX" (Walter et al. 2007, EGSR, eq. 33), with the roughness alpha in
-(0, 1]; shadowing is Smith's with correlated heights (Heitz 2014, JCGT 3(2), 48); what one reflection does not return,
-a second lobe does (Kulla and Conty 2017).  Cosines mu are measured from the surface's normal and are positive on the
-side of the light; the azimuth phi between arrival and departure is that between the direction *towards* the light and
-the direction of departure: phi = pi is the specular side, phi = 0 straight back.
+Normals follow Trowbridge and Reitz (1975), "GGX" (Walter et al. 2007, EGSR, eq. 33), with the roughness alpha
+in (0, 1]; shadowing is Smith's with correlated heights (Heitz 2014, JCGT 3(2), 48); what one reflection does
+not return, a second lobe does (Kulla and Conty 2017).  Cosines mu are measured from the surface's normal and
+are positive on the side of the light; the azimuth phi between arrival and departure is that between the
+direction *towards* the light and the direction of departure: phi = pi is the specular side, phi = 0 straight
+back.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ def visible_density(
 ) -> np.ndarray:
     """Density of normals that are seen from a direction [sr^-1]: G1 max(cosine, 0) D / mu.  Vectorised.
 
-    mu, mu_normal: cosines of the direction and the microfacet's normal;  cosine: between the two.  Its integral is 1.
+    mu, mu_normal: cosines of the direction and the microfacet's normal;  cosine: between the two.  Its
+    integral is 1.
     """
     mu, h = _lifted(mu, roughness)
     return (2 / (mu + h) * np.maximum(cosine, 0.0) * normal_density(mu_normal, roughness))[()]
@@ -69,8 +71,8 @@ def single_reflection(mu_in, mu_out, phi, roughness: float) -> np.ndarray:
 def brdf(mu_in, mu_out, phi, roughness: float, albedo: float = 1.0) -> np.ndarray:
     """Bidirectional reflectance distribution of `Glossy(roughness, albedo)` [sr^-1].  Vectorised.
 
-    mu_in, mu_out: cosines in (0, 1], towards the light and of departure;  phi: azimuth between them [rad], pi on the
-    specular side.  Its integral with mu_out over the hemisphere is the albedo at every angle.
+    mu_in, mu_out: cosines in (0, 1], towards the light and of departure;  phi: azimuth between them [rad], pi
+    on the specular side.  Its integral with mu_out over the hemisphere is the albedo at every angle.
     """
     table = _lobe(roughness)
     lost = table.lost(mu_in) * table.lost(mu_out)

@@ -1,11 +1,12 @@
 """View factors past an obstacle: coaxial disks and parallel rectangles with a third one between them [1].
 
-What leaves 1 and meets a plane between 1 and 2 does so either within the third shape or beside it: with an opaque shape
-there the rays beside it arrive, with a screen that has such a hole the others, and both together are the factor without
-either.  So it is the rays through a hole that are worked out; sizes in metres.
+What leaves 1 and meets a plane between 1 and 2 does so either within the third shape or beside it: with an
+opaque shape there the rays beside it arrive, with a screen that has such a hole the others, and both together
+are the factor without either.  So it is the rays through a hole that are worked out; sizes in metres.
 
-A ray that leaves 1 at x1 for x2, parallel planes h apart, crosses the plane z = t h at p = (1 - t) x1 + t x2; with
-s = x2 - x1, dx1 dx2 = dp ds, and A1 F12 = ∬ h^2 / (pi (h^2 + s^2)^2) dp ds over what lies in all three shapes:
+A ray that leaves 1 at x1 for x2, parallel planes h apart, crosses the plane z = t h at p = (1 - t) x1 + t x2;
+with s = x2 - x1, dx1 dx2 = dp ds, and A1 F12 = ∬ h^2 / (pi (h^2 + s^2)^2) dp ds over what lies in all three
+shapes:
 
     x1 = p - t s in shape 1,   x2 = p + (1 - t) s in shape 2,   p in shape 3.
 """
@@ -26,10 +27,11 @@ def disks_through_hole(
 ) -> float:
     """F12 of coaxial disks through a round hole in a screen between them [1].
 
-    hole: its radius; position: its distance from disk 1.  For a place p of the hole the s lie in two circles, the one of
-    disk 1 of radius r1/t about p/t and that of disk 2 of radius r2/(1 - t) about -p/(1 - t); over what they share
-    the integral is one along the rim (Lambert 1760), in closed form on each arc.  That over p is Gauss-Legendre on panels
-    that shrink towards the rims' shadows and the places where the circles begin to cross.  Good to 1e-12.
+    hole: its radius; position: its distance from disk 1.  For a place p of the hole the s lie in two circles,
+    the one of disk 1 of radius r1/t about p/t and that of disk 2 of radius r2/(1 - t) about -p/(1 - t); over
+    what they share the integral is one along the rim (Lambert 1760), in closed form on each arc.  That over p
+    is Gauss-Legendre on panels that shrink towards the rims' shadows and the places where the circles begin
+    to cross.  Good to 1e-12.
     """
     t = _checked(position / distance)
     ratios = np.array([radius_1 / t, radius_2 / (1 - t)]) / distance
@@ -56,11 +58,13 @@ def disks_past_disk(
 def rectangles_through_hole(
     sides_1: tuple, sides_2: tuple, distance: float, hole: tuple, position: float
 ) -> float:
-    """F12 of parallel rectangles with one axis and parallel sides through such a hole in a screen between them [1].
+    """F12 of parallel rectangles with one axis and parallel sides through such a hole in a screen between
+    them [1].
 
-    Sides (width, height).  Along each axis the places p that a step s leaves free are an interval, whose length falls
-    with |s| in straight pieces: a sum of tents (w - |s|)+.  Each pair of tents gives the known w h F of equal opposed
-    rectangles w x h (Howell, C-11).  The sum cancels where the shapes are small beside the distance.
+    Sides (width, height).  Along each axis the places p that a step s leaves free are an interval, whose
+    length falls with |s| in straight pieces: a sum of tents (w - |s|)+.  Each pair of tents gives the known w
+    h F of equal opposed rectangles w x h (Howell, C-11).  The sum cancels where the shapes are small beside
+    the distance.
     """
     t, total = _checked(position / distance), 0.0
     tents = [_tents(a, b, c, t) for a, b, c in zip(sides_1, sides_2, hole, strict=True)]
@@ -85,7 +89,9 @@ def _checked(share: float) -> float:
 
 
 def _graded(cuts: np.ndarray, finest: float) -> np.ndarray:
-    """The cuts, and between each two more of them, that halve the way to both ends until they are `finest` apart."""
+    """The cuts, and between each two more of them, that halve the way to both ends until they are `finest`
+    apart.
+    """
     parts = [cuts]
     for low, high in zip(cuts[:-1], cuts[1:], strict=True):
         steps = math.ceil(math.log2(max((high - low) / finest, 1.0)))
@@ -95,7 +101,9 @@ def _graded(cuts: np.ndarray, finest: float) -> np.ndarray:
 
 
 def _seen(radius_1: float, radius_2: float, shift_1: float, shift_2: float) -> float:
-    """View factor of what two circles share, in the plane at unit distance: about (shift_1, 0) and (-shift_2, 0)."""
+    """View factor of what two circles share, in the plane at unit distance: about (shift_1, 0) and (-shift_2,
+    0).
+    """
     apart = shift_1 + shift_2
     if apart >= radius_1 + radius_2:
         return 0.0
@@ -112,7 +120,8 @@ def _half_arc(own: float, other: float, apart: float) -> float:
 
 
 def _arc(radius: float, ahead: float, half: float) -> float:
-    """(1/4pi) ∮ [1 + (r^2 - c^2 - 1) / (1 + c^2 + r^2 + 2 c r cos a)] da over |a| < half, c = `ahead` of the arc's middle.
+    """(1/4pi) ∮ [1 + (r^2 - c^2 - 1) / (1 + c^2 + r^2 + 2 c r cos a)] da over |a| < half, c = `ahead` of the
+    arc's middle.
 
     c > 0: the arc bulges away from the axis.
     """

@@ -55,6 +55,12 @@ def to_plane(rays: Rays, height: float) -> Rays:
     return rays._replace(points=rays.points + lengths[..., None] * rays.directions)
 
 
+def reach_at(rays: Rays, height: float) -> float:
+    """How far from the axis the outermost of them are in the plane z = height [m]; nan where one is nowhere."""
+    points = to_plane(rays, height).points
+    return float(np.hypot(points[..., 0], points[..., 1]).max())
+
+
 def refract(rays: Rays, center: float, radius: float, index: float, far: bool = False) -> Rays:
     """Through a sphere about (0, 0, center) [m] by Snell's law; nan where the ray misses it or is totally reflected.
 

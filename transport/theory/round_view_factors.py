@@ -1,7 +1,7 @@
 """View factors F12 of round surfaces: spheres, the insides of tubes and cones, coaxial cylinders [1].
 
-Numbers such as C-136 are those of Howell's catalogue (Howell, A Catalog of Radiation Heat Transfer Configuration
-Factors).  A1 F12 = A2 F21; the factors from a side into a closed enclosure add up to 1.
+Numbers such as C-136 are those of Howell's catalogue (Howell, A Catalog of Radiation Heat Transfer
+Configuration Factors).  A1 F12 = A2 F21; the factors from a side into a closed enclosure add up to 1.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ NODES = 40  # of the spheres' integral
 def sphere_to_disk(radius: float, distance: float) -> float:
     """F12 from a sphere to a coaxial disk of `radius` at `distance` from its centre [1] (Howell, C-136).
 
-    (1/2) [1 - 1/sqrt(1 + (R/h)^2)], whatever the sphere's radius: a diffuse sphere sends the same to all sides.
-    Written as (R/h)^2 / (2 k (1 + k)), k = sqrt(1 + (R/h)^2).  Vectorised.
+    (1/2) [1 - 1/sqrt(1 + (R/h)^2)], whatever the sphere's radius: a diffuse sphere sends the same to all
+    sides. Written as (R/h)^2 / (2 k (1 + k)), k = sqrt(1 + (R/h)^2).  Vectorised.
     """
     ratio = np.divide(radius, distance)
     k = np.hypot(1.0, ratio)
@@ -29,9 +29,9 @@ def sphere_to_disk(radius: float, distance: float) -> float:
 def spheres(radius_1: float, radius_2: float, distance: float) -> float:
     """F12 between two spheres whose centres are `distance` apart [1]; there is no closed form.
 
-    The mean over the smaller sphere of an element's view factor to the other, (r/D)^2 cos where it sees all of it, less
-    where its horizon cuts it (Juul 1976), by Gauss-Legendre on both sides of where that begins.  Good to 1e-11 from
-    touching on.
+    The mean over the smaller sphere of an element's view factor to the other, (r/D)^2 cos where it sees all
+    of it, less where its horizon cuts it (Juul 1976), by Gauss-Legendre on both sides of where that begins.
+    Good to 1e-11 from touching on.
     """
     small, large = sorted((radius_1, radius_2))
     low, high = (small - large) / distance, (small + large) / distance
@@ -43,12 +43,16 @@ def spheres(radius_1: float, radius_2: float, distance: float) -> float:
 
 
 def base_to_base(radius: float, height: float) -> float:
-    """F12 from one end of a tube to the other [1], (2 R / (p + h))^2, p^2 = h^2 + 4 R^2 (Howell, C-41).  Vectorised."""
+    """F12 from one end of a tube to the other [1], (2 R / (p + h))^2, p^2 = h^2 + 4 R^2 (Howell, C-41).
+    Vectorised.
+    """
     return coaxial_disks(radius, radius, height)
 
 
 def base_to_side(radius: float, height: float) -> float:
-    """F12 from one end of a tube to its wall [1], 2 h / (p + h): 1 - base_to_base without its difference.  Vectorised."""
+    """F12 from one end of a tube to its wall [1], 2 h / (p + h): 1 - base_to_base without its difference.
+    Vectorised.
+    """
     return 2 * np.divide(height, np.hypot(height, 2 * np.asarray(radius, dtype=float)) + height)
 
 
@@ -60,25 +64,31 @@ def side_to_base(radius: float, height: float) -> float:
 def side_to_side(radius: float, height: float) -> float:
     """F11 from the inside of a tube's wall to itself [1].
 
-    1 - 2 side_to_base = (h/R) (1 + h/(p + 2 R)) / ((p + h)/R), which does not cancel in short tubes.  Vectorised.
+    1 - 2 side_to_base = (h/R) (1 + h/(p + 2 R)) / ((p + h)/R), which does not cancel in short tubes.
+    Vectorised.
     """
     p = np.hypot(height, 2 * np.asarray(radius, dtype=float))
     return height * (1 + height / (p + 2 * radius)) / (p + height)
 
 
 def cone_to_base(radius: float, height: float) -> float:
-    """F12 from the inside of a cone to its base [1]: R over the slant height, the sine of half its angle.  Vectorised."""
+    """F12 from the inside of a cone to its base [1]: R over the slant height, the sine of half its angle.
+    Vectorised.
+    """
     return np.divide(radius, np.hypot(radius, height))
 
 
 def cone_to_itself(radius: float, height: float) -> float:
-    """F11 from the inside of a cone to itself [1], 1 - cone_to_base: h^2 / (l (l + R)), l the slant height.  Vectorised."""
+    """F11 from the inside of a cone to itself [1], 1 - cone_to_base: h^2 / (l (l + R)), l the slant height.
+    Vectorised.
+    """
     slant = np.hypot(radius, height)
     return height / slant * (height / (slant + radius))
 
 
 def sphere_to_patch(area_share: float) -> float:
-    """F12 from the inside of a sphere, or any part of it, to any part of it [1]: that part's share of the sphere's area.
+    """F12 from the inside of a sphere, or any part of it, to any part of it [1]: that part's share of the
+    sphere's area.
 
     A hemisphere sees half of what it sends out itself, its base the other half.
     """
@@ -86,15 +96,18 @@ def sphere_to_patch(area_share: float) -> float:
 
 
 def outer_sphere_to_inner(inner: float, outer: float) -> float:
-    """F21 from the inside of a sphere to a sphere within, concentric or not [1]: (r1/r2)^2; the rest falls on itself."""
+    """F21 from the inside of a sphere to a sphere within, concentric or not [1]: (r1/r2)^2; the rest falls on
+    itself.
+    """
     return np.divide(inner, outer) ** 2
 
 
 def outer_cylinder_to_inner(inner: float, outer: float, height: float) -> float:
     """F21 from the inside of a cylinder to a coaxial one of the same height within [1].
 
-    With X = r2/r1, Y = h/r1, A = Y^2 + X^2 - 1, B = Y^2 - X^2 + 1 (Hamilton and Morgan 1952; Howell's catalogue).
-    Its terms cancel where h or r2 - r1 is small or large beside r1: good to 1e-10 from 0.1 to 10 of it.
+    With X = r2/r1, Y = h/r1, A = Y^2 + X^2 - 1, B = Y^2 - X^2 + 1 (Hamilton and Morgan 1952; Howell's
+    catalogue). Its terms cancel where h or r2 - r1 is small or large beside r1: good to 1e-10 from 0.1 to 10
+    of it.
     """
     x, y = outer / inner, height / inner
     a, b = y * y + x * x - 1, y * y - x * x + 1
@@ -105,7 +118,9 @@ def outer_cylinder_to_inner(inner: float, outer: float, height: float) -> float:
 
 
 def outer_cylinder_to_itself(inner: float, outer: float, height: float) -> float:
-    """F22 from the inside of a cylinder to itself past a coaxial one of the same height within [1] (same source)."""
+    """F22 from the inside of a cylinder to itself past a coaxial one of the same height within [1] (same
+    source).
+    """
     x, y = outer / inner, height / inner
     x2, y2 = x * x, y * y
     gap = 4 * (x2 - 1)
@@ -116,7 +131,9 @@ def outer_cylinder_to_itself(inner: float, outer: float, height: float) -> float
 
 
 def _over_sphere(radius_1: float, radius_2: float, distance: float, low: float, high: float) -> float:
-    """Half the integral over mu from low to high; mu = low + (high - low) sin^2, for half-odd powers at the ends."""
+    """Half the integral over mu from low to high; mu = low + (high - low) sin^2, for half-odd powers at the
+    ends.
+    """
     from transport.theory.emitters import sphere_irradiance
 
     if not low < high:

@@ -1,12 +1,13 @@
 """Smith's shadowing of a rough surface of microfacets, and the light that a single reflection does not return.
 
-Normals follow Trowbridge and Reitz (1975, J. Opt. Soc. Am. 65, 531), "GGX", with the roughness alpha; heights are
-correlated (Heitz 2014, JCGT 3(2), 48, eq. 99).  With m = mu and h = sqrt(mu^2 + alpha^2 (1 - mu^2)) of each direction
+Normals follow Trowbridge and Reitz (1975, J. Opt. Soc. Am. 65, 531), "GGX", with the roughness alpha; heights
+are correlated (Heitz 2014, JCGT 3(2), 48, eq. 99).  With m = mu and h = sqrt(mu^2 + alpha^2 (1 - mu^2)) of
+each direction
 
     Lambda = (h - m)/(2 m),    G1 = 1/(1 + Lambda),    G2 = 1/(1 + Lambda_i + Lambda_o)
 
-so that no shadowing function is ever infinite over zero.  Directions are given by their elevation above the surface
-[rad]: near grazing it is exact, where 1 - mu is not.
+so that no shadowing function is ever infinite over zero.  Directions are given by their elevation above the
+surface [rad]: near grazing it is exact, where 1 - mu is not.
 """
 
 from __future__ import annotations
@@ -16,9 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 
-LEAST = (
-    2.0**-60
-)  # elevation [rad] below which a direction counts as that high: no share changes by a rounding
+TERMS, STEP = 24, 3.0  # nodes of a panel, and its length in t, where poles are pi/2 away
+LEAST = 2.0**-60  # rad: what is lower counts as that high; no share changes by a rounding
 
 
 def lifted(elevation: np.ndarray, roughness: float) -> tuple[np.ndarray, np.ndarray]:
@@ -28,11 +28,11 @@ def lifted(elevation: np.ndarray, roughness: float) -> tuple[np.ndarray, np.ndar
 
 
 def turned_normals(elevation_in: np.ndarray, elevation_out: np.ndarray, roughness: float) -> np.ndarray:
-    """The density D of microfacets that reflect the one direction into the other, over all azimuths between them [sr^-1 rad].
+    """Density D of facets that reflect one direction into another, over all azimuths between them [sr^-1 rad].
 
     elevation_out may be below the surface, down to -elevation_in.  D = alpha^2/pi (1 + K/(P + B cos phi))^2 is
-    integrated in closed form, K = (1 - alpha^2)(mu_i + mu_o)^2; P^2 - B^2 is a product of two sums of squares in half
-    the sum and half the difference of the elevations, so that nothing cancels.
+    integrated in closed form, K = (1 - alpha^2)(mu_i + mu_o)^2; P^2 - B^2 is a product of two sums of squares
+    in half the sum and half the difference of the elevations, so that nothing cancels.
     """
     half_sum, half_way = (elevation_in + elevation_out) / 2, (elevation_out - elevation_in) / 2
     c, d = np.sin(half_sum), np.cos(half_way)
@@ -47,8 +47,9 @@ def turned_normals(elevation_in: np.ndarray, elevation_out: np.ndarray, roughnes
 def lost_share(elevation: np.ndarray, roughness: float) -> np.ndarray:
     """Share 1 - E of light at that elevation [rad] that a single reflection does not return [1].  Vectorised.
 
-    The mean over visible normals of 1 - G2/G1 = Lambda_o/(1 + Lambda_i + Lambda_o), which is 1 below the horizon: an
-    integral of positive terms over the outgoing elevation, good to rounding however little is lost.
+    The mean over visible normals of 1 - G2/G1 = Lambda_o/(1 + Lambda_i + Lambda_o), which is 1 below the
+    horizon: an integral of positive terms over the outgoing elevation, good to rounding however little is
+    lost.
     """
     e = np.maximum(np.asarray(elevation, float), LEAST)[..., None]
     mu, h = lifted(e, roughness)
@@ -77,11 +78,13 @@ def _integral(
     So that what varies within `scale` of the middle, and on ever longer lengths away from it, is smooth in t.
     """
     start, end = np.arcsinh((low - middle) / scale), np.arcsinh((high - middle) / scale)
-    length = float(np.max(end - start))
-    nodes, weights = gauss(32 + 16 * math.ceil(length / 2))
-    t = start + (end - start) * nodes
+    panels = max(1, math.ceil(float(np.max(end - start)) / STEP))
+    places, weights = gauss(TERMS)
+    share = (np.arange(panels)[:, None] + places).ravel() / panels
+    t = start + (end - start) * share
     x = middle + scale * np.sinh(t)
-    return (density(x) * np.cos(x) * scale * np.cosh(t) * (end - start)) @ weights
+    values = density(x) * np.cos(x) * scale * np.cosh(t) * (end - start)
+    return values @ np.tile(weights / panels, panels)
 
 
 @lru_cache(maxsize=64)

@@ -83,7 +83,8 @@ def perpendicular_rectangles(width_1: float, width_2: float, edge: float = 1.0) 
 
 
 def infinite_strips(width: float, distance: float) -> float:
-    """F12 between equal opposed strips without ends [1]: sqrt(1 + (h/w)^2) - h/w, by crossed strings (Hottel 1954).
+    """F12 between equal opposed strips without ends [1]: sqrt(1 + (h/w)^2) - h/w, by crossed strings (Hottel
+    1954).
 
     Written as w / (sqrt(h^2 + w^2) + h).  Vectorised.
     """
@@ -101,7 +102,8 @@ def infinite_wedge(angle: float) -> float:
 def infinite_cylinders(radius: float, gap: float) -> float:
     """F12 between equal parallel cylinders without ends [1] (Hottel 1954, by crossed strings).
 
-    (sqrt(X^2 - 1) + asin(1/X) - X) / pi, X = 1 + gap/2r, from its square root and without the difference.  Vectorised.
+    (sqrt(X^2 - 1) + asin(1/X) - X) / pi, X = 1 + gap/2r, from its square root and without the difference.
+    Vectorised.
     """
     over = np.divide(gap, 2 * np.asarray(radius, dtype=float))
     root = np.sqrt(over * (2 + over))
