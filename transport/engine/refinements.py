@@ -26,6 +26,8 @@ from transport.engine.passes import lane_pass
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
+PARALLEL = 1e-12  # squared sine of the angle within which a normal counts as along an axis (vectors.PARALLEL)
+
 
 @device
 def cell(value, cells, edges):
@@ -52,6 +54,13 @@ def sine_squared(ux, uy, uz, ax, ay, az):
     """Squared sine of the angle between two unit vectors, without cancellation; 2 where it exceeds a right angle."""
     x, y, z = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
     return x * x + y * y + z * z if ux * ax + uy * ay + uz * az > 0.0 else 2.0
+
+
+@device
+def along_surface(ax, ay, az, nx, ny, nz):
+    """The part of a vector across a unit normal."""
+    a = ax * nx + ay * ny + az * nz
+    return ax - a * nx, ay - a * ny, az - a * nz
 
 
 @lane_pass(LAYERS)
@@ -129,8 +138,9 @@ def refine_by_azimuth(b, table, first, live):
                     m.turn_kind == SPHERE_AZIMUTH
                 ):  # e_v = axis projected; e_u = e_v x n; lengths do not matter
                     nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
-                    a = m.axis_x * nx + m.axis_y * ny + m.axis_z * nz
-                    evx, evy, evz = m.axis_x - a * nx, m.axis_y - a * ny, m.axis_z - a * nz
+                    evx, evy, evz = along_surface(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
+                    if evx * evx + evy * evy + evz * evz < PARALLEL:  # the face of a mesh across the axis
+                        evx, evy, evz = along_surface(m.evx, m.evy, m.evz, nx, ny, nz)
                     eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
                 if m.turn_kind == WORLD_AZIMUTH:
                     turn = azimuth_turn(ux, uy)
