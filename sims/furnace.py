@@ -70,6 +70,7 @@ KINDS = {  # meters, by what they are on
 PAIRS = (("plug", "right"), ("near", "far"), ("lamp", "near"))
 UNNAMED = ("floor", "lamp", "bubble", "dense")  # on the map of the floor
 FLOOR = tp.Rectangle(center=(0, 0, -HEIGHT / 2), width=LENGTH, height=WIDTH)
+ENOUGH = 100  # counts
 BOTH = ("radiance", "radiance_out")
 CHI_SQUARE = "χ² of all bins / expectation"
 LOSSLESS, OWN = "Φ_out − Φ_in, lossless things", "Φ_out − ρ Φ_in, glowing things"
@@ -175,7 +176,7 @@ def _meter(what, shape, title: str, side: str = "front", surface: tp.Surface | N
     is_whole = isinstance(shape, tp.Box | tp.Triangle | tp.Mesh) or getattr(shape, "hole", None)
     mu = _cone_edges(surface.material) if title in EMPTY else 6
     places = None if is_whole or title in EMPTY else tp.Positions(u=2, v=3)
-    return tp.Detector(what, title, side, tp.Directions(mu=mu, phi=10), places)
+    return tp.Detector(what, title, side, tp.Directions(mu=mu, phi=16), places)
 
 
 def _cone_edges(glass: tp.Dielectric) -> tuple[float, ...]:
@@ -259,8 +260,10 @@ def mean_level(result: tp.Result, names: tuple[str, ...]) -> tp.Estimate:
 
 
 def scores(result: tp.Result) -> np.ndarray:
-    """z of all bins in which light is expected."""
-    found, _ = deviations(result, levels(result.scene))
+    """z of the bins in which at least ENOUGH counts are expected: those of fewer follow no normal law."""
+    found, weights = deviations(result, levels(result.scene))
+    rate = result.particles * result.scene.sources[0].emission.radiance / result.ledger["emitted"].value
+    found = found[:, rate * weights >= ENOUGH]
     number = {"x": np.arange(found.shape[1] + 1.0)}
     return tp.EstimateArray(found, result.run, "1", ("x",), number).z(0.0)
 
@@ -311,9 +314,10 @@ def exact(index: float = 1.5, radiance: float = 1.0) -> dict[str, float]:
 def verdict(outcomes: list[Outcome]) -> str:
     outcome = outcomes[0]
     kinds = [row for row in outcome.rows if row.name.startswith("L/n²")]
+    bins = deviations(outcome.result, levels(outcome.result.scene))[1].size
     off = max(kinds, key=lambda row: abs(row.estimate.value - 1))
     return (
-        f"Nothing from anything: in {scores(outcome.result).size} bins of direction and place χ² is"
+        f"Nothing from anything: in {bins} bins of direction and place χ² is"
         f" {outcome[CHI_SQUARE].estimate} of what chance makes it; by kind of thing farthest off is"
         f" {off.name} = {off.estimate}; and as much goes from A to B as from B to A."
     )
@@ -329,20 +333,14 @@ def draw(outcomes: list[Outcome], path: str) -> Path:
     labels = {"plug to floor": "Light on the floor from the plug alone …", "all to floor": "… and from all"}
     floor = {label: result[name].irradiance / whole for name, label in labels.items()}
     low = [s for s in result.scene.surfaces if s.shape.middle[2] < -0.1 and s.name not in UNNAMED]
+    places = {surface.name: surface.shape.middle[:2] for surface in low}
+    kinds = {kind: outcomes[0][f"L/n²L₀, {kind}"].estimate for kind in KINDS}
     angles, bright = {}, levels(result.scene)
     for name, place in zip(EMPTY, ("air", "the block"), strict=True):
         label = f"n = {bright[name].max() ** 0.5:g} in {place}"
         angles[label] = result[name].radiance.mean("phi") / shine, bright[name][:, 0]
-    equilibrium(
-        floor,
-        {surface.name: surface.shape.middle[:2] for surface in low},
-        {kind: outcomes[0][f"L/n²L₀, {kind}"].estimate for kind in KINDS},
-        angles,
-        scores(result),
-        path,
-        title="In a furnace all things look alike",
-        note=provenance(outcomes),
-    )
+    words = {"title": "In a furnace all things look alike", "note": provenance(outcomes)}
+    equilibrium(floor, places, kinds, angles, scores(result), ENOUGH, path, **words)
     return Path(path)
 
 

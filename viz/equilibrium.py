@@ -22,6 +22,7 @@ def equilibrium(
     kinds: Mapping[str, Estimate],
     angles: Mapping[str, tuple[EstimateArray, np.ndarray]],
     scores: np.ndarray,
+    least: int,
     path: str | os.PathLike,
     title: str | None = None,
     note: str | None = None,
@@ -29,7 +30,7 @@ def equilibrium(
     """Draw maps over (u, v) from 0 up, and below them three tests of equilibrium; returns the path.
 
     maps: relative to what is expected of all light;  places: names of what stands there, at (u, v) [m].
-    kinds: estimates of 1.  angles: label -> radiance by mu, and its exact values.  scores: normal ones, of all bins.
+    kinds: estimates of 1.  angles: label -> radiance by mu, and its exact values.  scores: normal ones, of bins of `least` counts or more.
     """
     with figure_at(path, (23, 7.2 + 7.4), title, note) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1, 1.2))
@@ -37,7 +38,7 @@ def equilibrium(
         left, middle, right = below.subplots(1, 3, width_ratios=(1.25, 1, 1))
         _draw_kinds(left, kinds)
         _draw_angles(middle, angles)
-        _draw_scores(right, scores)
+        _draw_scores(right, scores, least)
     return path
 
 
@@ -92,7 +93,7 @@ def _draw_angles(axes: Axes, angles: Mapping[str, tuple[EstimateArray, np.ndarra
     axes.legend(loc="upper right")
 
 
-def _draw_scores(axes: Axes, scores: np.ndarray) -> None:
+def _draw_scores(axes: Axes, scores: np.ndarray, least: int) -> None:
     edges = np.arange(-REACH, REACH + CELL / 2, CELL)
     beyond = np.count_nonzero(np.abs(scores) > REACH)
     axes.axvspan(-2, 2, color=WITHIN_TWO, lw=0)
@@ -115,6 +116,6 @@ def _draw_scores(axes: Axes, scores: np.ndarray) -> None:
         xlim=(-REACH, REACH),
         xlabel="z  [standard errors]",
         ylabel="bins",
-        title="All bins of direction and place",
+        title=f"Bins of {least} counts and more",
     )
     axes.legend(loc="upper right", fontsize=15)
