@@ -1,29 +1,29 @@
 """Furnace: in a closed enclosure of one temperature radiance is the same everywhere, whatever stands in it.
 
-Derivation.  Let every surface glow with what it fails to return: a black one with L₀, one that absorbs the share a with
-a L₀ (Kirchhoff 1860, Ann. Phys. 185, 275).  If L₀ comes to it from everywhere, it gives off a L₀ + ∫ f L₀ cosθ dω in each
-direction, and ∫ f cosθ dω = 1 − a, as f is the same both ways: L₀ again.  Through a boundary of media it is L/n² that stays,
-so that in glass L = n² L₀ (Clausius 1864, Ann. Phys. 197, 1).  So L₀ everywhere is in balance at each surface by itself,
+Derivation.  Let every surface glow with what it fails to return: a black one with L₀, one that absorbs the share a
+with a L₀ (Kirchhoff 1860, Ann. Phys. 185, 275).  If L₀ comes to it from everywhere, it gives off a L₀ + ∫ f L₀ cosθ dω
+in each direction, and ∫ f cosθ dω = 1 − a, as f is the same both ways: L₀ again.  Through a boundary of media L/n²
+stays, so that in glass L = n² L₀ (Clausius 1864, Ann. Phys. 197, 1).  So L₀ is in balance at each surface by itself,
 and nothing is left by which one thing could be told from another.
 
 Glass in which nothing scatters, absorbs or glows is filled by refraction alone.  In an empty ball a ray comes to the
 boundary at one angle for ever: what came in has sinθ < 1/n, and beyond that escape cone it is dark, in equilibrium
 with nothing.  A black lamp of n² L₀ in the block and a diffuse ball in the tank fill all directions there.
 
-Detailed balance.  A path is as likely as its reverse (Helmholtz 1867, Handbuch der physiologischen Optik, § 16): of two
-black bodies each sends the other the same power, Φ(A → B) = Φ(B → A), through all that is between them.
+Detailed balance.  A path is as likely as its reverse (Helmholtz 1867, Physiologische Optik, § 16): of two black
+bodies each sends the other the same power, Φ(A → B) = Φ(B → A), through all that is between them.
 
-What a furnace cannot see.  A boundary with a wrong share R of reflection is in balance all the same, if R is the same for
-both ways along a ray.  Sines for the tangents in Fresnel's formula pass here; `refraction` finds them.  On one side only they
-do not pass.
+What a furnace cannot see.  A boundary with a wrong share R of reflection is in balance all the same, if R is the same
+both ways along a ray.  Sines for the tangents in Fresnel's formula pass here (`refraction` finds them); on one side
+only they do not.
 
-Chi-square.  Deviations d = L/(n² L₀) − 1 of all bins together: X² = Σ w (mean of d)², w a bin's throughput, over its
-expectation, which the spread of the batches tells; the bins are correlated, as one history crosses many of them.
+Chi-square.  With d = L/(n² L₀) − 1 and w a bin's throughput, X² = Σ w (mean of d)² over all bins, over its
+expectation, which the spread of the batches tells.  Bins are correlated, as one history crosses many of them;
 `transport.theory.equilibrium` says how the error follows all the same.
 
-Scene.  A box 2.8 m long whose floor is a mirror and whose ceiling is white, both without end; four black walls glow, and
-a black disk plugs the hole in one of them.  In it stand all shapes and all materials, on a grid of 0.7 m.  There are
-two sorts of meters: on both sides of every thing, and free ones in between.
+Scene.  A box 2.8 m long, whose floor is a mirror and whose ceiling is white, both without end; four black walls glow,
+and a black disk plugs the hole in one.  In it stand all shapes and all materials, on a grid of 0.7 m, with meters on
+both sides of every thing and free ones in between.  3e7 particles make 1e8 crossings.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from transport.experiment import Outcome
 from transport.theory.equilibrium import chi_square_values, escape_cosine
 from transport.theory.solid_angles import bin_projected_solid_angles
 
-law = "L/n² = L₀ everywhere in all directions; Φ(A → B) = Φ(B → A) (Kirchhoff 1860; Clausius 1864; Helmholtz 1867)"
+law = "L/n² = L₀ in all directions; Φ(A → B) = Φ(B → A) (Kirchhoff 1860; Clausius 1864; Helmholtz 1867)"
 question = "What can be told from what in an enclosure of one temperature?"
 particles = 2_000_000
 
@@ -215,7 +215,7 @@ def _exchanges() -> list[tp.Detector]:
 
 
 def levels(scene: tp.Scene) -> dict[str, np.ndarray]:
-    """Radiance over L₀ that each meter of directions should have, (mu, 1): n² of the medium, and 0 where none gets to."""
+    """Radiance over L₀ that meters of directions should have, (mu, 1): n² of the medium, 0 where none gets to."""
     found, hosts = {}, {name: body for body, names in BODIES.items() for name in names}
     for meter in (meter for meter in scene.meters if meter.directions is not None):
         name = meter.name
@@ -230,7 +230,7 @@ def deviations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(L/expected − 1) of all bins in which light is expected, (B, K), and their throughputs, (K,).
 
-    expected: over L₀, by meter; broadcasts to its bins.  what: the radiances taken, those that arrive and that leave.
+    expected: over L₀, by meter; broadcasts to its bins.  what: the radiances taken, that arrive and that leave.
     """
     found, weights, shine = [], [], result.scene.sources[0].emission.radiance
     for name, share in expected.items():
@@ -324,7 +324,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> Path:
-    """What one lamp and all light bring to the floor; below, equilibrium by kind, in empty glass, and in all bins."""
+    """What the plug and what all bring to the floor; below, L by kind of thing, in empty glass, and in all bins."""
     from viz.equilibrium import equilibrium
 
     result = outcomes[0].result

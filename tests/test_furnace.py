@@ -162,13 +162,10 @@ def with_sines_on_one_side(name, index):
 
 
 def behind_tangents(name="lens front"):
-    """Behind a lens that maps tangents L is ((1 + t'²)/(1 + t²))² L₀, t = t' + x/f in front of it: (u, v, mu, phi)."""
-    meter, lens = (
-        next(x for x in found if x.name == n) for found, n in ((SCENE.meters, name), (SCENE.surfaces, "lens"))
-    )
-    (u, v), (mu, phi) = (
-        edges.values() for edges in (meter.positions.edges(lens.shape), meter.directions.edges())
-    )
+    """L/L₀ in the bins of (u, v, mu, phi) behind a lens that maps tangents, t' = t − x/f: ((1 + t'²)/(1 + t²))²."""
+    meter, lens = next(meter for meter in SCENE.meters if meter.name == name), SCENE.surface("lens")
+    u, v = meter.positions.edges(lens.shape).values()
+    mu, phi = meter.directions.edges().values()
     rho, psi = np.sqrt(within(u**2, 8)), within(v, 8)  # evenly over the area
     cosine, azimuth = np.sqrt(within(mu**2, 24)), within(phi, 12)  # evenly over the projected solid angle
     rho, psi, cosine, azimuth = np.ix_(*map(np.ravel, (rho, psi, cosine, azimuth)))
@@ -199,7 +196,8 @@ WRONG = {
 @pytest.mark.parametrize("law", WRONG.values(), ids=WRONG)
 def test_a_wrong_law_is_rejected(result, law):
     """By chi-square of what leaves the thing of which it is the law."""
-    assert_agrees(furnace.chi_square(result, {name: LEVELS[name] for name in law}, LEAVING), 1.0, FALSE_ALARM)
+    right = {name: LEVELS[name] for name in law}
+    assert_agrees(furnace.chi_square(result, right, LEAVING), 1.0, FALSE_ALARM)
     assert_rejected(furnace.chi_square(result, law, LEAVING), 1.0)
 
 
@@ -220,7 +218,7 @@ def rows_with(materials=None, emissions=None):
 
 @pytest.mark.parametrize("name", ["tube", "seed", "ceiling"])
 def test_an_albedo_of_a_hundredth_less_is_rejected(name):
-    """Planted: 0.99 for 1.  However little it takes, it is seen: what lossless things return is known by history."""
+    """Planted: 0.99 for 1.  However little that is, it shows: what lossless things return is known by history."""
     found = rows_with({name: tp.Diffuse(0.99)})[LOSSLESS]
     assert found.value < 0
     assert not found.exact
@@ -248,7 +246,7 @@ BATCHES, BINS = 32, 400
 
 
 def drawn(seed, bias=0.0, sizes=None):
-    """Deviations of bins that count few, and each history in seven neighbours; weights are inverse variances."""
+    """Deviations of bins that count few, each history in seven neighbours; and inverse variances."""
     sizes = np.full(BATCHES, 1.0) if sizes is None else sizes
     rates = np.linspace(0.3, 3.0, BINS)
     counts = np.random.default_rng(seed).poisson(rates * sizes[:, None])

@@ -79,7 +79,8 @@ def test_energies_have_no_mass():
     with pytest.raises(tp.SceneError) as refused:
         _ = plate_of(tp.Lambertian(radiance=1.0)).mean_energy_in
     assert str(refused.value) == (
-        "Detector 'plate': mean_energy_in needs particles of one mass, got energies in watts; emit a Gas or Effusive"
+        "Detector 'plate': mean_energy_in needs particles of one mass, got energies in watts;"
+        " emit a Gas or Effusive"
     )
 
 
@@ -105,7 +106,8 @@ def test_particles_of_unknown_mass_are_told_how_to_get_one():
     with pytest.raises(tp.SceneError) as refused:
         _ = plate_of(tp.Effusive(1e15, 300.0)).pressure
     assert str(refused.value) == (
-        "Detector 'plate': pressure needs particles of known mass, got none; write mass=... in kg in the source's emission"
+        "Detector 'plate': pressure needs particles of known mass, got none;"
+        " write mass=... in kg in the source's emission"
     )
 
 
@@ -161,8 +163,8 @@ def told(*warnings):
 @pytest.mark.parametrize(
     ("warned", "cases", "whose"),
     [
-        ("b", 5, "b"), ("ab", 5, "a; b"), ("ace", 5, "a; c; e"), ("abce", 5, "4 of 5 cases"), ("abcde", 5, "all cases"),
-        ("abc", 3, "all cases"), ("abcd", 8, "4 of 8 cases"),
+        ("b", 5, "b"), ("ab", 5, "a; b"), ("ace", 5, "a; c; e"), ("abce", 5, "4 of 5 cases"),
+        ("abcde", 5, "all cases"), ("abc", 3, "all cases"), ("abcd", 8, "4 of 8 cases"),
     ],
 )  # fmt: skip
 def test_a_warning_names_its_cases_or_counts_them(warned, cases, whose):

@@ -1,4 +1,4 @@
-"""Equilibrium: light from one lamp and from all, radiance by kind of thing and by direction, and the scores of all bins."""
+"""Equilibrium: light from one lamp and from all, radiance by kind of thing and by direction, the scores of bins."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def equilibrium(
     """Draw maps over (u, v) from 0 up, and below them three tests of equilibrium; returns the path.
 
     maps: relative to what is expected of all light;  places: names of what stands there, at (u, v) [m].
-    kinds: estimates of 1.  angles: label -> radiance by mu, and its exact values.  scores: normal ones, of bins of `least` counts or more.
+    kinds: estimates of 1.  angles: label -> radiance by mu, and its exact values.
+    scores: normal ones, of bins of `least` counts or more.
     """
     with figure_at(path, (23, 7.2 + 7.4), title, note) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1, 1.2))
