@@ -28,8 +28,6 @@ both sides of every thing and free ones in between.  3e7 particles make 1e8 cros
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 import transport as tp
@@ -323,7 +321,7 @@ def verdict(outcomes: list[Outcome]) -> str:
     )
 
 
-def draw(outcomes: list[Outcome], path: str) -> Path:
+def draw(outcomes: list[Outcome], path: str) -> None:
     """What the plug and what all bring to the floor; below, L by kind of thing, in empty glass, and in all bins."""
     from viz.equilibrium import equilibrium
 
@@ -341,7 +339,6 @@ def draw(outcomes: list[Outcome], path: str) -> Path:
         angles[label] = result[name].radiance.mean("phi") / shine, bright[name][:, 0]
     words = {"title": "In a furnace all things look alike", "note": provenance(outcomes)}
     equilibrium(floor, places, kinds, angles, scores(result), ENOUGH, path, **words)
-    return Path(path)
 
 
 if __name__ == "__main__":

@@ -314,5 +314,5 @@ def test_the_escape_cone_is_bounded_by_the_critical_angle():
 def test_the_verdict_and_the_figure(tmp_path):
     [outcome] = run_experiment(furnace, particles=100_000, seed=1, threads=2)
     assert furnace.verdict([outcome]).endswith("as much goes from A to B as from B to A.")
-    path = furnace.draw([outcome], tmp_path / "furnace.png")
-    assert path.read_bytes().startswith(b"\x89PNG")
+    furnace.draw([outcome], tmp_path / "furnace.png")
+    assert (tmp_path / "furnace.png").read_bytes().startswith(b"\x89PNG")

@@ -18,7 +18,7 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "diffuse_box", "directions", "effusion", "flows", "gonioreflectometer", "integrating_sphere", "inverse_square",
+    "diffuse_box", "directions", "effusion", "flows", "furnace", "gonioreflectometer", "integrating_sphere", "inverse_square",
     "lambert_disk", "limits", "magnifier", "penumbra", "phase_space", "photon_gas", "pressure", "refraction", "sun",
     "throughput", "tube", "two_elements", "view_factors", "wall_distance",
 )  # fmt: skip
@@ -106,6 +106,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "directions": {"power": 3.0, "size": 1e-6},
         "effusion": {"temperature": 77.0, "loss": 0.2},
         "flows": {"speed": 3.0, "density": 1e12, "power": 2.0},
+        "furnace": {"radiance": 7.0, "index": 1.3},
         "gonioreflectometer": {"angle": 0.6},
         "integrating_sphere": {"radius": 2.0},
         "inverse_square": {"power": 3.0},

@@ -4,6 +4,7 @@ Bodies are turned and shifted, so that no coordinate is round, but where rays ar
 ways leak: facets that do not quite share their vertices, edge functions without the decision at 0 (planted below).
 """
 
+import functools
 import itertools
 import json
 import math
@@ -55,8 +56,9 @@ BODIES = {
 bodies = pytest.mark.parametrize("make", BODIES.values(), ids=BODIES)
 
 
-def run(sources, surfaces=(), detectors=(), particles=2000):
-    result = tp.simulate(tp.Scene(sources, surfaces, detectors), particles=particles, seed=1, progress=False)
+def run(sources, surfaces=(), detectors=(), particles=2000, batches=32):
+    scene = tp.Scene(sources, surfaces, detectors)
+    result = tp.simulate(scene, particles=particles, seed=1, batches=batches, progress=False)
     assert result.ledger["lost"].value == 0
     return result
 
@@ -299,36 +301,69 @@ def edge_points(random):
         yield np.roll([sign, along, along], axis)
 
 
-# ---- planted in the engine ----
+# ---- planted in the engine, as plain Python ----
 
-PLANTS = {
-    "none": "",
-    "no decision at 0": "facets.edge_function = lambda px, py, qx, qy: px * qy - py * qx",
+PLAIN = """
+import json
+from transport.engine import meshes
+from transport.physics import facets
+{plant}
+import transport as tp
+from tests.hard import test_meshes as hard
+print(json.dumps(hard.{case}))
+"""
+PLANTS = {  # what is left out, and the case that shows it
+    "the decision at 0": (
+        "facets.edge_function = lambda px, py, qx, qy: px * qy - py * qx",
+        "missed_by_rays()",
+    ),
+    "facets that join ahead": ("meshes.joins_ahead = lambda *them: False", "leaks('box')"),
+    "distances by the plane": ("meshes.plane_distance = lambda t, *them: t", "leaks('plate')"),
+    "places put back onto their facet": (
+        "meshes.within_facet = lambda x, y, z, *them: (x, y, z)",
+        "leaks('plate')",
+    ),
+    "the order by the fold": ("meshes.folds_back = lambda *them: False", "leaks_in('box')"),
 }
 
 
-@pytest.mark.parametrize("plant", PLANTS)
-def test_edge_functions_without_their_decision_miss_edges(plant):
-    """Planted, in plain Python: a ray through an edge or a vertex belongs to none of its facets."""
-    code = f"""
-import json, sys
-from transport.physics import facets
-{PLANTS[plant]}
-import transport as tp
-from tests.hard.test_meshes import PLACES, beam, lattice
-lamps = [beam((x, y, 9), (x, y, 8)) for x, y in PLACES]
-scene = tp.Scene(lamps, (), tp.Detector(lattice(4), name="meter"))
-meter = tp.simulate(scene, particles=98, seed=1, batches=2, progress=False, threads=1)["meter"]
-print(json.dumps([float(meter.flux_in.value), float(meter.flux_out.value)]))
-"""
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
+@pytest.mark.parametrize("left_out", PLANTS)
+def test_what_keeps_meshes_shut_is_needed(left_out):
+    plant, case = PLANTS[left_out]
+    assert plainly("", case) == 0
+    assert plainly(plant, case) > 0
+
+
+@functools.cache
+def plainly(plant, case):
+    """What a case gives in plain Python, with a fault planted before."""
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code],
+        [sys.executable, "-W", "ignore", "-c", PLAIN.format(plant=plant, case=case)],
         capture_output=True,
         text=True,
         cwd=ROOT,
-        env=environment,
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)},
     )
     assert done.returncode == 0, done.stderr
-    went_in, went_out = json.loads(done.stdout)
-    assert (went_in == went_out == 49) == (plant == "none")
+    return json.loads(done.stdout)
+
+
+def missed_by_rays():
+    """Crossings that rays from above through vertices and edges of a lattice lack."""
+    lamps = [beam((x, y, 9), (x, y, 8)) for x, y in PLACES]
+    meter = run(lamps, (), tp.Detector(lattice(4), name="meter"), particles=98, batches=2)["meter"]
+    return 98 - float(meter.flux_in.value) - float(meter.flux_out.value)
+
+
+def leaks(name):
+    """What beams into edges from inside lose [W]."""
+    mesh = turned(BODIES[name]())
+    return escaped(beams_from_inside(mesh), tp.Surface(mesh, tp.Diffuse(0.7)), particles=240, batches=2)
+
+
+def leaks_in(name):
+    """How many crossings of the inside beams into edges from outside make."""
+    mesh = turned(BODIES[name]())
+    wall = tp.Surface(mesh, tp.Black(), name="body")
+    looks = tp.Detector("body", name="in", side="inside")
+    return float(run(beams_from_outside(mesh), wall, looks, particles=120, batches=2)["in"].counts.value)

@@ -86,7 +86,9 @@ NODE = np.dtype(
     [(f"{side}_{x}{n}", "f4") for n in (0, 1) for side in ("low", "high") for x in "xyz"]
     + [(f"{what}{n}", "i4") for n in (0, 1) for what in ("first", "count")]
 )
-MESHED_SHEET = np.dtype(_integers("normals facet_count"))  # by sheet, 0 for what is no mesh
+MESHED_SHEET = np.dtype(
+    _integers("vertices vertex_count faces normals facet_count")
+)  # by sheet, 0 for what is no mesh
 
 SHEET = np.dtype(
     _floats("nx ny nz cx cy cz radius curvature outward")

@@ -1,8 +1,9 @@
 """Meshes: a ray through their hierarchy of boxes to the first facet, the facet's normal, births on facets.
 
-The acting mesh.  A ray that begins on a facet lies within rounding of those that join it.  Which of them it meets is told by
-their sides: what leaves a front comes to a front next, what leaves a back to a back.  So rounding where facets join neither leads
-through a closed mesh nor turns inside into outside.
+The acting mesh.  A ray that begins on a facet lies within rounding of those that join it, on either side of them, and may pass
+beside them by rounding.  So which of them it meets is told by its direction and the fold: at once those that it heads out
+through and that rise on its side of its own facet, else none.  Two facets that a ray crosses in one place, one in and one out,
+are ordered by their fold too.  So rounding where facets join neither leads through a closed mesh nor turns inside into outside.
 The meter.  All crossings of a ray are told from one origin and taken in the order of distance, then of number: each once.
 """
 
@@ -26,12 +27,12 @@ from transport.compile.layout import (
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.physics.device import EXACT, device
-from transport.physics.facets import facet_crossing
+from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
 NEVER = 1 << 62
 HUGE = 1e300  # one over a direction's component that is 0: times 0 it is 0
-SLACK = 8.0 * ROUNDING  # [scene lengths] about the origin of a ray within which facets join its own
+SLACK = 16.0 * ROUNDING  # [scene lengths] about a place on a mesh within which facets join there
 FORGIVEN = 2.0**-48  # relative rounding of a box's crossings
 
 
@@ -57,6 +58,33 @@ def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, i
 
 
 @device
+def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
+    """Whether a facet joins a ray's own at its origin and rises on the ray's side of it."""
+    nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
+    ax, ay, az = places[a] - ox, places[a + 1] - oy, places[a + 2] - oz
+    if abs(ax * nx + ay * ny + az * nz) > SLACK:
+        return False
+    bx, by, bz = places[b] - ox, places[b + 1] - oy, places[b + 2] - oz
+    cx, cy, cz = places[c] - ox, places[c + 1] - oy, places[c + 2] - oz
+    beside = lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, SLACK)
+    beside |= lies_beside_edge(bx, by, bz, cx, cy, cz, nx, ny, nz, SLACK)
+    beside |= lies_beside_edge(cx, cy, cz, ax, ay, az, nx, ny, nz, SLACK)
+    rise = (ax + bx + cx) * normals[3 * own] + (ay + by + cy) * normals[3 * own + 1]
+    rise += (az + bz + cz) * normals[3 * own + 2]
+    return (not beside) & (side * rise > 0.0)
+
+
+@device
+def folds_back(places, normals, a, b, c, at, f):
+    """Whether a facet lies behind the plane of facet f, whose first vertex is at `at`: a convex fold where the two join."""
+    nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
+    px = places[a] + places[b] + places[c] - 3.0 * places[at]
+    py = places[a + 1] + places[b + 1] + places[c + 1] - 3.0 * places[at + 1]
+    pz = places[a + 2] + places[b + 2] + places[c + 2] - 3.0 * places[at + 2]
+    return px * nx + py * ny + pz * nz < 0.0
+
+
+@device
 def next_facet(
     mesh,
     nodes,
@@ -73,6 +101,7 @@ def next_facet(
     uz,
     own,
     side,
+    acts,
     start,
     last,
     furthest,
@@ -97,7 +126,7 @@ def next_facet(
     sz = 1.0 / uk
     cx, cy, cz = ox - mesh.cx, oy - mesh.cy, oz - mesh.cz
     ix, iy, iz = reciprocal(ux), reciprocal(uy), reciprocal(uz)
-    best, found, top, here = furthest, -1, 0, 0
+    best, found, slope, top, here = furthest, -1, 0.0, 0, 0
     while here >= 0:
         n = nodes[here]
         left = box_entry(
@@ -118,7 +147,7 @@ def next_facet(
             top -= 1
             if entries[top] > best:
                 continue
-            first, count = stack[top] >> 3, stack[top] & 7
+            first, count, begins_here = stack[top] >> 3, stack[top] & 7, entries[top] <= start
             if count == 0:
                 here = first
             for f in range(first, first + count):
@@ -139,17 +168,34 @@ def next_facet(
                     (places[c + ky] - o_y) - u_y * cz_,
                     cz_,
                 )
-                if (area == 0.0) | (f == own):
+                if f == own:
                     continue
+                cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
+                heads_out = cosine * side < 0.0
+                if (
+                    heads_out
+                    and begins_here
+                    and joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz)
+                ):
+                    best, found, slope = start, f, cosine
+                    continue
+                if area == 0.0:
+                    continue
+                height = (places[a] - ox) * normals[3 * f] + (places[a + 1] - oy) * normals[3 * f + 1]
+                height += (places[a + 2] - oz) * normals[3 * f + 2]
+                t = plane_distance(t, az, bz, cz_, height, cosine)
                 is_next = (t > start) | ((t == start) & (f > last))
-                if side != 0.0:
-                    cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
-                    if (
-                        abs((t - start) * cosine) <= SLACK
-                    ):  # the ray begins on it; area > 0 comes to its front
-                        is_next, t = area * side > 0.0, (t if t > start else start)
-                if is_next & ((t < best) | ((t == best) & (found >= 0) & (f < found))):
-                    best, found = t, f
+                if (side != 0.0) & (abs(height) <= SLACK):  # the ray begins on its plane
+                    is_next, t = heads_out, (t if t > start else start)
+                if is_next:
+                    comes_first = (t < best) | ((t == best) & (found >= 0) & (f < found))
+                    if acts & (found >= 0):
+                        same_place = abs(t - best) * min(abs(cosine), abs(slope)) <= SLACK
+                        if same_place & (cosine * slope < 0.0):
+                            is_convex = folds_back(places, normals, a, b, c, 3 * faces[3 * found], found)
+                            comes_first = (cosine < 0.0) == is_convex
+                    if comes_first:
+                        best, found, slope = min(t, best), f, cosine
     return found, best
 
 
@@ -174,7 +220,7 @@ def meet_mesh(b, table, first, live):
                     side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
-                own, side, start, NEVER, b.distance[k],
+                own, side, True, start, NEVER, b.distance[k],
             )  # fmt: skip
             if (found >= 0) & (t < b.distance[k]):
                 b.distance[k], b.hit[k], b.facet[k] = t, code, found
@@ -203,7 +249,7 @@ def cover_mesh(b, table, first, live):
             start = b.start[k]
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k],
-                own, 0.0, start, last, b.distance[k],
+                own, 0.0, False, start, last, b.distance[k],
             )  # fmt: skip
             if (found >= 0) & (t < b.distance[k]):
                 b.distance[k], b.hit[k], b.facet[k] = t, code, found
@@ -217,8 +263,16 @@ def stand_on_facet(b, table, first, live):
     for k in range(first, live):
         row = sheets[b.sheet[k]]
         if (row.facet_count != 0) & (b.weight[k] != 0.0):
+            places = view(row.vertices, 3 * row.vertex_count, np.float64)
+            faces = view(row.faces, 3 * row.facet_count, np.int32)
             normals, at = view(row.normals, 3 * row.facet_count, np.float64), 3 * b.facet[k]
-            b.nx[k], b.ny[k], b.nz[k] = normals[at], normals[at + 1], normals[at + 2]
+            nx, ny, nz = normals[at], normals[at + 1], normals[at + 2]
+            i, j, m = 3 * faces[at], 3 * faces[at + 1], 3 * faces[at + 2]
+            b.x[k], b.y[k], b.z[k] = within_facet(
+                b.x[k], b.y[k], b.z[k], places[i], places[i + 1], places[i + 2], places[j], places[j + 1],
+                places[j + 2], places[m], places[m + 1], places[m + 2], nx, ny, nz,
+            )  # fmt: skip
+            b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
             acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
             if acts:
                 b.footing[k] = b.facet[k]

@@ -174,7 +174,7 @@ def refine_by_place(b, table, first, live):
                     u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
                 else:
                     w = px * m.nx + py * m.ny + pz * m.nz
-                    polar = math.atan2(math.sqrt(u * u + v * v), w)
+                    polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
                     u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
                 found = cell(u, m.u_cells, m.u_edges)
                 b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)

@@ -48,3 +48,39 @@ def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
     is_in = ((u > 0.0) & (v > 0.0) & (w > 0.0)) | ((u < 0.0) & (v < 0.0) & (w < 0.0))
     area = u + v + w if is_in else 0.0
     return (u * az + v * bz + w * cz) / area if is_in else math.nan, area
+
+
+@device
+def plane_distance(t, az, bz, cz, height, cosine):
+    """Distance at which a ray meets the plane of a facet that it crosses, no nearer and no farther than the facet's vertices.
+
+    t: the distance as the vertices' weighted mean, which for slivers is off the plane by as much as their narrowness magnifies
+    rounding; taken where the ray lies in the plane.  height: of the facet's plane over the ray's origin, along its normal.
+    """
+    nearest, farthest = min(az, min(bz, cz)), max(az, max(bz, cz))
+    t = height / cosine if cosine != 0.0 else t
+    return min(max(t, nearest), farthest)
+
+
+@device
+def lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, reach):
+    """Whether the origin lies farther than `reach` outside the edge from a to b of a facet with the normal n."""
+    ex, ey, ez = bx - ax, by - ay, bz - az
+    inward = ax * (ny * ez - nz * ey) + ay * (nz * ex - nx * ez) + az * (nx * ey - ny * ex)
+    return inward > reach * math.sqrt(ex * ex + ey * ey + ez * ez)
+
+
+@device
+def within_facet(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz):
+    """A place on a facet's plane; one beside the facet, by the rounding of a grazing ray, goes to the facet's edge."""
+    ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    px, py, pz = x - ax, y - ay, z - az
+    twice = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+    p = (nx * (py * vz - pz * vy) + ny * (pz * vx - px * vz) + nz * (px * vy - py * vx)) / twice
+    q = (nx * (uy * pz - uz * py) + ny * (uz * px - ux * pz) + nz * (ux * py - uy * px)) / twice
+    is_in = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
+    p, q = max(p, 0.0), max(q, 0.0)
+    share = 1.0 / max(p + q, 1.0)
+    p, q = p * share, q * share
+    x, y, z = (x, y, z) if is_in else (ax + p * ux + q * vx, ay + p * uy + q * vy, az + p * uz + q * vz)
+    return x, y, z
