@@ -21,6 +21,7 @@ import transport as tp
 from tests.agreement import assert_follows
 from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES, empty_bundle
+from transport.engine.driver import Sums
 from transport.engine.program import program_of
 from transport.theory import microfacets
 
@@ -178,6 +179,8 @@ def met_by(material, into: np.ndarray, seed: int = 1, normal=(0.3, -0.5, 0.8), p
     steps = [_ready(p, table) for p, table in program.steps if p.name in ACTS]
     frame, bundle = np.array(shape.frame), empty_bundle()
     where = plan.space.place(tuple(np.array(shape.center) + np.array(place) @ frame[:2]))
+    sums = Sums(plan, len(into))
+    sums.enter(bundle)
     bundle["seed_low"], bundle["batch"] = seed, 0
     for name, value in zip(("x", "y", "z", "nx", "ny", "nz"), (*where, *frame[2]), strict=True):
         bundle[name] = value
