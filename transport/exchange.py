@@ -44,7 +44,8 @@ def view_factor(
     an error, where a flat side cannot see b at all.  For a single smooth factor with nothing in between this
     is not the method of choice: closed forms (transport.theory.view_factors and its neighbours) or quadrature
     give ten digits in milliseconds, where counting needs a hundred times the particles for one more.  Its
-    worth is obstacles, meshes and shapes without a formula, and an error bar.  Raises SceneError for what has
+    worth is obstacles, meshes and shapes without a formula, and an error bar.  Calls with the same `seed` share their
+    random numbers: give each its own where you add factors up, lest their errors be correlated.  Raises SceneError for what has
     no area, and for shapes that overlap.
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")

@@ -53,7 +53,8 @@ def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tup
     path = folder / f"{name_of(module)}.png"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        paths = module.draw(outcomes, path) or [path]
+        drawn = module.draw(outcomes, path)
+        paths = list(drawn) if isinstance(drawn, list | tuple) and drawn else [path]
     except OSError as error:
         return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
     except Exception as error:

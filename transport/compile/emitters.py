@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,13 +35,14 @@ from transport.shapes.distances import least_distance
 from transport.sheets import pieces
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.validation import refuse, shown
-from transport.vectors import dot
+from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
 FAINTEST = 1e-200  # [sr] that a target may fill
+NEARBY = 1e-6  # of a source's extent, before its surface
 BEYOND = 1.0 + 2.0**-40  # of the radius of a ball that holds a shape
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
@@ -93,7 +94,7 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
 
 
 def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
-    """A row of the index around a source: that of a boundary's side, or of the middle of what is flat or filled."""
+    """A row of the index that a source emits into: that of a boundary's side, or the one around a place of it."""
     glass = {
         surface.shape: part
         for surface in scene.surfaces
@@ -105,9 +106,26 @@ def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     boundary, index = glass.get(scene.shape_of(source)), math.nan
     if boundary is not None and source.emission.has_side:
         index = boundary.index_inside if source.is_back else boundary.index_outside
-    elif not (isinstance(piece, Revolved | Mesh) and source.emission.has_side):
-        index = index_around(scene, piece.middle)
+    else:
+        index = index_around(scene, _emitting_place(source, piece))
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
+
+
+def _emitting_place(source: Source, piece: Shape) -> Vector:
+    """A place of the source, just before its emitting side where it has one."""
+    place, normal = np.array(piece.middle), np.zeros(3)
+    if source.emission.has_side and isinstance(piece, Mesh):
+        place, normal = piece.vertices[piece.faces[0]].mean(axis=0), piece.normals[0]
+    elif source.emission.has_side and isinstance(piece, Revolved):
+        profile, (e_u, _, axis) = piece.profile, (np.array(e) for e in piece.frame)
+        w = 0.5 * (profile.low + profile.high)
+        rho, slope = profile.radius_at(w), 0.5 * profile.beta + profile.gamma * w
+        place = np.array(profile.origin) + w * axis + rho * e_u
+        normal = (rho * e_u - slope * axis) / math.hypot(rho, slope)
+    elif isinstance(piece, FlatShape):
+        normal = np.array(piece.normal)
+    side = -1.0 if source.is_back else 1.0
+    return tuple(place + side * NEARBY * piece.extent * normal)
 
 
 def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:
@@ -253,7 +271,10 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
         weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
-    area, gap = aim.area / space.size / space.size, distance - aim.extent / space.size
+    whole = (
+        replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
+    )  # directions go to its hole as well
+    area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
     far = weight < CLOSE
     weight = _seen(source, weight if far else CLOSE)

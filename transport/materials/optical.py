@@ -66,8 +66,9 @@ class ThinLens(Material):
 
     The direction cosines p in the plane of the lens change by -x/f, x being the place from its center, on
     either side alike.  The Jacobian of that is 1, so that radiance and etendue are conserved exactly: Abbe's
-    sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens.  Parallel light meets in the focus
-    exactly where it comes along the axis; images are sharp for small angles only.  A ray whose |p| would reach
+    sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens.  No flat lens does that and focuses
+    sharply: light along the axis at x from it meets the axis at f sqrt(1 - (x/f)^2), so that images are sharp
+    for x much smaller than f and for small angles only.  A ray whose |p| would reach
     1 is sent back along itself: nothing is lost.  For watts; it takes no time.
     """
 

@@ -47,7 +47,7 @@ def arrays_of_polydata(polydata: Any) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) and triangles (m, 3) of the polygons of a PolyData; its lines and points are left out."""
     kind = type(polydata).__name__
     if not all(hasattr(polydata, name) for name in ("triangulate", "points", "faces")):
-        cure = "write Mesh.from_pyvista(grid.extract_surface())"
+        cure = "write Mesh.from_file(path) for a file, Mesh.from_pyvista(grid.extract_surface()) for a grid"
         raise SceneError(f"Mesh.from_pyvista: polydata must be a pyvista.PolyData, got {kind}; {cure}")
     arrays = _triangles_of(polydata)
     if arrays is None:

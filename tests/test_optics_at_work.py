@@ -1,0 +1,71 @@
+"""Shapes and materials put to work: aims at holes, glass with gaps, what is told of them."""
+
+import warnings
+
+import pytest
+
+import transport as tp
+from tests.agreement import assert_agrees
+
+SQUARE = {"width": 2.0, "height": 2.0}
+
+
+def test_an_aim_at_a_rectangle_with_a_hole_weighs_directions_by_the_whole_rectangle():
+    """Directions go to the hole as well; taken for the area that is left, the weights would be 38 % too small."""
+    holed = tp.Rectangle(**SQUARE, hole=tp.Disk(radius=0.7))
+    whole, hole = (
+        tp.solid_angle(tp.Rectangle(**SQUARE), (0, 0, 1), seed=1),
+        tp.solid_angle(tp.Disk(radius=0.7), (0, 0, 1), seed=2),
+    )
+    assert_agrees(tp.solid_angle(holed, (0, 0, 1), seed=3) - (whole - hole), 0.0)
+
+
+def test_a_view_factor_to_a_rectangle_with_a_hole_is_the_difference():
+    at = {"center": (0, 0, 5), "normal": (0, 0, -1)}
+    disk, hole = tp.Disk(radius=0.5), tp.Disk(radius=0.3, **at)
+    holed, whole = (tp.Rectangle(width=1, height=1, hole=part, **at) for part in (hole, None))
+    difference = tp.view_factor(disk, whole, seed=1) - tp.view_factor(disk, hole, seed=2)
+    assert_agrees(tp.view_factor(disk, holed, seed=3) - difference, 0.0)
+
+
+def glass(mesh):
+    far = tp.Sphere(radius=3.0)
+    lamp = tp.Source(far, tp.Lambertian(radiance=1.0), side="back", aim=tp.Sphere(radius=0.5))
+    scene = tp.Scene(lamp, [tp.Surface(mesh, tp.Dielectric(1.5)), tp.Surface(far, tp.Black())])
+    return tp.simulate(scene, particles=100_000, seed=1)
+
+
+def test_glass_with_a_gap_is_warned_of():
+    """Light gets in by the gap, and comes to the glass from within at the index of the air."""
+    whole = tp.Mesh.sphere(radius=0.5, triangles=720)
+    assert glass(whole).warnings == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", tp.MeshWarning)
+        gap = tp.Mesh(vertices=whole.vertices, faces=whole.faces[5:])
+    [warning] = glass(gap).warnings
+    assert "times light came to a Dielectric from another index than it was in" in warning
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        tp.Cylinder(radius=0.2, height=0.5),
+        tp.Cone(radius=0.3, height=0.5),
+        tp.Paraboloid(focal_length=0.1, radius=0.2),
+        tp.Sphere(radius=0.3, mu_max=0.1),
+        tp.Mesh.box(size=0.3),
+        tp.Disk(radius=0.2),
+    ],
+    ids=lambda shape: type(shape).__name__,
+)
+def test_a_lamp_within_glass_knows_the_index_that_it_emits_into(shape):
+    from transport.compile import compile_scene
+
+    ball = tp.Surface(tp.Sphere(radius=1.0), tp.Dielectric(1.5))
+    walls = tp.Surface(tp.Box(size=4.0), tp.Black())
+    for side in ("front", "back"):
+        source = tp.Source("lamp", tp.Lambertian(power=1.0), side=side)
+        scene = tp.Scene(source, [ball, walls, tp.Surface(shape, tp.Black(), "lamp")])
+        [emitter] = compile_scene(scene).emitters
+        is_shut = isinstance(shape, tp.Mesh) and side == "back"
+        assert emitter.medium["index"] == (0.0 if is_shut else 1.5)
