@@ -67,9 +67,9 @@ def test_nothing_escapes_through_an_edge_or_a_corner():
     assert escaped() == 0
 
 
-def test_walls_without_a_bound_on_rounding_leak(monkeypatch):
-    """Planted: a wall ends at its exact half width, as if a crossing's place were known exactly."""
-    monkeypatch.setattr(pieces, "slack_of", lambda member, space: 0.0)
+def test_walls_that_end_a_few_roundings_short_leak(monkeypatch):
+    """Planted: a wall gives way by 2^-47 of the scene at its edges instead of bearing the rounding of what arrives there."""
+    monkeypatch.setattr(pieces, "slack_of", lambda member, space: -(2.0**-47))
     assert escaped() > 0
 
 
