@@ -49,7 +49,7 @@ INSTEAD = {  # of bins of position on shapes without coordinates
     Slab: "meter Rectangles on its planes() instead",
     Plane: "meter a Rectangle or Disk in it instead",
     Triangle: "meter a Rectangle or Disk in its plane instead",
-    Mesh: "meter some of its triangles as a Mesh of their own instead",
+    Mesh: "bin its directions, or put together what several meshes read",
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from transport.flush import check_flush
 from transport.materials import (
     Black,
     Diffuse,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 def check_scene(scene: Scene) -> None:
     """Refuse a scene whose parts do not go together.  Raises SceneError."""
     check_supports(scene)
+    check_flush(scene)
     check_aims(scene)
     check_endless(scene)
     check_trapped(scene)
@@ -50,7 +52,7 @@ def check_supports(scene: Scene) -> None:
                     raise SceneError(
                         f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
                         f" {_support_of(one.shape)}; make them share an edge at most,"
-                        " or leave one out"
+                        " leave a gap of a billionth between them, or leave one out"
                     )
 
 
