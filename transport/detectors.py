@@ -108,7 +108,7 @@ class Detector(Sided):
         )
         if is_world and not is_plain:
             kind = "zone of a Sphere" if isinstance(shape, Sphere) else type(shape).__name__
-            cure = "write Directions(mu=...) in the local frame, or meter a flat shape or a whole Sphere"
+            cure = "write Directions(mu=..., frame='local'), or meter a flat shape or a whole Sphere"
             refuse(
                 self, f"directions must be in the local frame on a {kind}, got {shown(directions)}; {cure}"
             )
