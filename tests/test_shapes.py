@@ -200,7 +200,7 @@ REFUSED = {
     **{
         f"{what} on {names(shape)}": (
             lambda shape=shape, directions=directions: Detector(shape, "m", directions=directions),
-            "directions must be in the local frame on a .*; write frame='local'",
+            r"directions must be in the local frame on a .*; write Directions\(mu=..., frame='local'\)",
         )
         for shape in (TUBE, CONE, DISH, CAP, CUBE)
         for what, directions in (
