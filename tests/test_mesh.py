@@ -345,7 +345,7 @@ REFUSALS = {
     "tolerance": (lambda: CUBE.merged(-1e-3), ["tolerance must be a length in metres", "-0.001"]),
     "sphere of none": (
         lambda: Mesh.sphere(radius=1, triangles=0),
-        ["triangles must be a number above 0, got 0"],
+        ["Mesh.sphere: triangles must be a whole number from 1 to 20000000, got 0"],
     ),
     "sphere of a fraction": (lambda: Mesh.sphere(radius=1, triangles=1e3), ["triangles", "1000.0"]),
     "sphere without radius": (lambda: Mesh.sphere(radius=-1), ["radius must be positive", "-1"]),

@@ -30,8 +30,10 @@ from transport.shapes.mesh_solids import box_arrays, sphere_arrays
 from transport.shapes.mesh_topology import Edges, edges_of, without_unused
 from transport.shapes.mesh_weld import weld
 from transport.shapes.solid import Box, Sphere
-from transport.validation import as_floats, is_count, refuse, scene_object, shown, store
+from transport.validation import SceneError, as_float, as_floats, refuse, scene_object, shown, store
 from transport.vectors import Frame, Vector, local_frame
+
+MOST_TRIANGLES = 20_000_000  # of a sphere: some 2 GB
 
 __all__ = ["Mesh", "MeshWarning"]
 
@@ -84,9 +86,11 @@ class Mesh(Shape):
     def sphere(cls, *, center: Vector = (0.0, 0.0, 0.0), radius: float, triangles: int = 1280) -> Mesh:
         """A closed mesh of at least so many triangles, 20 f^2, whose vertices lie on a sphere of `radius` [m]."""
         shape = Sphere(center=center, radius=radius)
-        if not is_count(triangles) or triangles < 1:
-            refuse(shape, f"triangles must be a number above 0, got {shown(triangles)}; write triangles=1280")
-        vertices, faces = sphere_arrays(shape.center, shape.radius, int(triangles))
+        number = as_float(triangles)
+        if number is None or number != int(number) or not 1 <= number <= MOST_TRIANGLES:
+            must = f"triangles must be a whole number from 1 to {MOST_TRIANGLES}"
+            raise SceneError(f"Mesh.sphere: {must}, got {shown(triangles)}; write triangles=1280")
+        vertices, faces = sphere_arrays(shape.center, shape.radius, int(number))
         return cls(vertices=vertices, faces=faces)
 
     @classmethod
