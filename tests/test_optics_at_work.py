@@ -69,3 +69,38 @@ def test_a_lamp_within_glass_knows_the_index_that_it_emits_into(shape):
         [emitter] = compile_scene(scene).emitters
         is_shut = isinstance(shape, tp.Mesh) and side == "back"
         assert emitter.medium["index"] == (0.0 if is_shut else 1.5)
+
+
+@pytest.mark.parametrize(
+    "aim",
+    [tp.Sphere(center=(5, 0, 0), radius=10.0), tp.Cylinder(center=(2, 0, 1), radius=6.0, height=9.0)],
+    ids=["sphere", "cylinder"],
+)
+def test_an_aim_that_holds_its_source_changes_nothing(aim):
+    """Rays born within the ball of an aim may have passed its middle: their start lies behind it."""
+    ball = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "ball")
+    lamp = tp.Source("ball", tp.Lambertian(power=1.0), side="back", aim=aim)
+    meter = tp.Detector("ball", side="back", positions=tp.Positions(u=4, v=4), name="meter")
+    result = tp.simulate(tp.Scene(lamp, ball, meter), particles=400_000, seed=1)
+    assert result.ledger["escaped"].value == 0
+    assert_agrees(result["meter"].irradiance, 1 / ball.shape.area)
+
+
+@pytest.mark.parametrize("focal_length", [0.2, 1.0, 1e6, 1e8])
+def test_births_are_uniform_over_paraboloids_however_shallow(focal_length):
+    dish = tp.Paraboloid(focal_length=focal_length, radius=1.0)
+    heights = tuple(dish.profile.high * k / 5 for k in range(6))
+    meter = tp.Detector(dish, "meter", positions=tp.Positions(u=heights))
+    lamp = tp.Source(dish, tp.Lambertian(power=1.0))
+    result = tp.simulate(tp.Scene(lamp, (), meter), particles=400_000, seed=1)
+    assert_agrees(result["meter"].exitance, 1 / dish.area)
+
+
+@pytest.mark.parametrize("focal_length", [0.5, 10.0, 1e6])
+def test_a_beam_into_the_vertex_of_a_parabolic_mirror_comes_straight_back(focal_length):
+    """The vertex is no rim: what lands there stays where it landed."""
+    dish = tp.Surface(tp.Paraboloid(focal_length=focal_length, radius=1.0), tp.Mirror())
+    beam = tp.Source(tp.Point(position=(0, 0, 1e-3 * focal_length)), tp.Beam((0, 0, -1), power=1.0))
+    meter = tp.Detector(tp.Disk(center=(0, 0, 2e-3 * focal_length), radius=1e-9), "meter")
+    result = tp.simulate(tp.Scene(beam, dish, meter), particles=100, seed=1)
+    assert result["meter"].flux_out.value == pytest.approx(1.0, rel=1e-12)

@@ -210,7 +210,8 @@ def _band(shape: Revolved, space: Space, side: float) -> tuple[str, np.ndarray]:
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
     values |= {"low": profile.low / size, "high": profile.high / size, "side": side}
     if isinstance(shape, Paraboloid):
-        first, last = ((w / size + 0.25 * values["beta"]) ** 1.5 for w in (profile.low, profile.high))
+        heights = (4 * w / profile.beta for w in (profile.low, profile.high))  # over the focal length
+        first, last = (math.expm1(1.5 * math.log1p(w)) for w in heights)
         return "born_on_paraboloid", layout.row(layout.BAND, **values, first=first, last=last)
     ends = [profile.area_per_height(w, w) for w in (profile.low, profile.high)]
     first, last = (end / max(ends) for end in ends)

@@ -10,7 +10,7 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.meshes import mesh_row
 from transport.compile.space import Space
-from transport.shapes import Box, Disk, Mesh, Plane, Rectangle, Revolved, Shape, Sphere, Triangle
+from transport.shapes import Box, Disk, Mesh, Paraboloid, Plane, Rectangle, Revolved, Shape, Sphere, Triangle
 from transport.sheets import Member, Sheet
 from transport.vectors import dot
 
@@ -129,7 +129,7 @@ def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[s
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
     margin = min(SETBACK + slack, (profile.high - profile.low) / size / 1024)
     for name, end, outwards in (("low", profile.low, -1.0), ("high", profile.high, 1.0)):
-        is_pole = isinstance(shape, Sphere) and profile.radius_at(end) == 0
+        is_pole = isinstance(shape, Sphere | Paraboloid) and profile.radius_at(end) == 0
         values[name] = outwards * math.inf if is_pole else end / size + outwards * slack
         values[f"inner_{name}"] = outwards * math.inf if is_pole else end / size - outwards * margin
     return values

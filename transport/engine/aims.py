@@ -128,11 +128,14 @@ def aim_at_sphere(b, table, first, live):
         ux, uy, uz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
         mu = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (mu if mu > 0.0 else 0.0)
-        depth = d * sine  # the ray's closest point to the centre, relative to it
-        b.x[k] = cx + depth * (cosine * ex - sine * axis_x)
-        b.y[k] = cy + depth * (cosine * ey - sine * axis_y)
-        b.z[k] = cz + depth * (cosine * ez - sine * axis_z)
-        b.start[k] = -d * cosine
+        depth = (
+            d * sine
+        )  # the ray's closest point to the centre, relative to it; it may lie behind what is born within
+        ahead = (cosine > 0.0) & (d2 > radius * radius)
+        b.x[k] = cx + depth * (cosine * ex - sine * axis_x) if ahead else b.x[k]
+        b.y[k] = cy + depth * (cosine * ey - sine * axis_y) if ahead else b.y[k]
+        b.z[k] = cz + depth * (cosine * ez - sine * axis_z) if ahead else b.z[k]
+        b.start[k] = -d * cosine if ahead else 0.0
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz
         b.weight[k] *= f * TWO_PI * cone * scale
     return live

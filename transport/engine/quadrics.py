@@ -125,14 +125,14 @@ def born_on_band(b, table, first, live):
 
 @lane_pass(BAND)
 def born_on_paraboloid(b, table, first, live):
-    """Uniform over a paraboloid of focal length f: (w + f)^(3/2) is uniform; first, last: that at both ends."""
+    """Uniform over a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform; first, last: that at both ends."""
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     beta, one, other, low, high, side = table.beta, table.first, table.last, table.low, table.high, table.side
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
-        w = (one + uniform(w0, w1) * (other - one)) ** (2.0 / 3.0) - 0.25 * beta
+        w = 0.25 * beta * math.expm1(math.log1p(one + uniform(w0, w1) * (other - one)) / 1.5)
         w = min(max(w, low), high)
         c, s = cos_sin_turn(uniform(w2, w3))
         rho = math.sqrt(beta * w)
