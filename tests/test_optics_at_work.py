@@ -104,3 +104,17 @@ def test_a_beam_into_the_vertex_of_a_parabolic_mirror_comes_straight_back(focal_
     meter = tp.Detector(tp.Disk(center=(0, 0, 2e-3 * focal_length), radius=1e-9), "meter")
     result = tp.simulate(tp.Scene(beam, dish, meter), particles=100, seed=1)
     assert result["meter"].flux_out.value == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("height", [1e-6, 1e-8, 1e-9])
+def test_a_flat_cone_on_its_disk_holds_what_glows_inside(height):
+    """Its discriminant is the small difference of two large products, unless it is told by Lagrange's identity."""
+    cone = tp.Cone(center=(0, 0, height / 2), radius=1.0, height=height)
+    parts = {"cone": cone, "disk": tp.Disk(normal=(0, 0, -1), radius=1.0)}
+    walls = [tp.Surface(part, tp.Black(), name) for name, part in parts.items()]
+    lamps = [tp.Source(name, tp.Lambertian(radiance=1.0), side="back") for name in parts]
+    meters = [tp.Detector(name, side="back", directions=tp.Directions(mu=4)) for name in parts]
+    result = tp.simulate(tp.Scene(lamps, walls, meters), particles=200_000, seed=1)
+    assert result.ledger["escaped"].value == 0
+    for name in parts:
+        assert_agrees(result[name].radiance, 1.0)

@@ -39,7 +39,13 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     rx, ry, rz = px - v * ax, py - v * ay, pz - v * az
     b = rx * qx + ry * qy + rz * qz - (0.5 * beta + gamma * v) * pace
     c = rx * rx + ry * ry + rz * rz - (alpha + v * (beta + gamma * v))
-    d, rounding = b * b - a * c, GRAZING * (b * b + abs(a * c))
+    # b² - a c by Lagrange's identity: for a flat cone the two are far larger than their difference.
+    kx, ky, kz = pace * rx - v * qx, pace * ry - v * qy, pace * rz - v * qz
+    m = ax * (ry * qz - rz * qy) + ay * (rz * qx - rx * qz) + az * (rx * qy - ry * qx)
+    bent, tilted = gamma * (kx * kx + ky * ky + kz * kz), beta * (qx * kx + qy * ky + qz * kz)
+    half_beta = 0.5 * beta * pace
+    d = bent - m * m - tilted + half_beta * half_beta + alpha * a
+    rounding = GRAZING * (abs(bent) + m * m + abs(tilted) + half_beta * half_beta + abs(alpha * a))
     s = math.sqrt(d if d > 0.0 else 0.0) if d > -rounding else math.nan
     q = -b - s if b > 0.0 else -b + s
     first, second = q / a - h, c / q - h
