@@ -16,6 +16,7 @@ from transport.materials import (
     Transparent,
     TwoSided,
 )
+from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
@@ -40,6 +41,7 @@ from transport.shapes import (
 from transport.simulate import simulate
 from transport.sources import Source
 from transport.speeds import InverseCDF, Maxwellian, SpeedTable
+from transport.tracking import Splitting, Tracking
 from transport.units import (
     Unit,
     UnitError,
@@ -64,9 +66,11 @@ __version__ = "0.1.0"
 __all__ = [
     "Beam", "Black", "Box", "BoxPulse", "Cloud", "Cone", "Cylinder", "Detector", "Dielectric", "Diffuse",
     "Directions", "Disk", "Effusive", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
-    "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Mesh", "MeshWarning", "Mirror",
-    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "Positions", "Rectangle", "Result", "Scene", "SceneError", "Slab",
-    "Snapshot", "Source", "SpeedTable", "Sphere", "Surface", "ThinLens", "Transparent", "Triangle",
-    "TwoSided", "Unit", "UnitError", "arcmin", "arcsec", "au", "cm", "deg", "etendue", "km", "mm", "mrad",
-    "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us", "view_factor",
+    "Grid", "HenyeyGreenstein", "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian",
+    "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
+    "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
+    "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Transparent",
+    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "arcmin", "arcsec", "au", "cm", "deg",
+    "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us",
+    "view_factor",
 ]  # fmt: skip

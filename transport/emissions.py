@@ -8,6 +8,9 @@ that of light.
 import math
 from dataclasses import field
 
+import numpy as np
+
+from transport.media.base import Phase
 from transport.pulses import Pulse
 from transport.shapes import (
     Box,
@@ -136,10 +139,11 @@ class Lambertian(Emission):
 
 
 @scene_object(kw_only=True)
-class Isotropic(Emission):
+class Isotropic(Emission, Phase):
     """Equal intensity in all directions, from a Point or uniformly from the volume of a Box or Sphere.
 
-    One of `power` [W], `intensity` [W/sr] and `energy` [J] (of the whole source) is given.
+    One of `power` [W], `intensity` [W/sr] and `energy` [J] (of the whole source) is given.  Without any it is the
+    phase function of a medium that scatters into all directions alike, and no Source has it.
     """
 
     power: float | None = None
@@ -151,14 +155,36 @@ class Isotropic(Emission):
     shapes = (Point, Box, Sphere)
     cure = "a surface emits Lambertian"
     can_aim = needs_whole = True
+    g = 0.0
 
     def __post_init__(self) -> None:
-        self._settle_amount()
-        self._settle_speed()
+        if not self.is_phase:
+            self._settle_amount()
+            self._settle_speed()
+
+    def __repr__(self) -> str:
+        names = () if self.is_phase else ("power", "intensity", "energy", "speed")
+        return f"Isotropic({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+    @property
+    def is_phase(self) -> bool:
+        """Whether it has no amount, and so is a phase function."""
+        return all(getattr(self, name) is None for name in (*self.rates, self.whole, "speed"))
+
+    @property
+    def given(self) -> str:
+        """Name of the parameter that says how much leaves; SceneError for a phase function."""
+        if self.is_phase:
+            self._settle_amount()
+        return super().given
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
         """power, or 4 pi intensity [W]."""
         return 4 * math.pi * self.intensity if self.power is None else self.power
+
+    def density(self, mu: np.ndarray | float) -> np.ndarray | float:
+        """As a phase function: 1/(4 pi) [sr^-1] at all cosines mu."""
+        return np.full(np.shape(mu), 1 / (4 * math.pi))[()]
 
 
 @scene_object

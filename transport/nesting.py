@@ -72,7 +72,9 @@ def index_around(scene: Scene, position: Vector) -> float:
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
     size = _size(boundaries)
-    places, ways = _lines(glass, ROUND, size)  # towards places in the boxes about boundaries, and any way
+    places, ways = lines_through(
+        [b.shape for b in glass], ROUND, size
+    )  # towards places in the boxes about boundaries, and any way
     ways = np.concatenate([places - np.array(position), ways])
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     met, places = _met(boundaries, np.tile(position, (len(ways), 1)), ways, CLOSE * size)
@@ -135,7 +137,7 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     """Refuse what a line finds between one boundary and the next."""
     size, facets = _size(boundaries), sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh))
     count = max(4, min(max(LINES, len(glass)), WORK // len(boundaries), FACETS // max(facets, 1)))
-    origins, directions = _lines(glass, count, size)
+    origins, directions = lines_through([b.shape for b in glass], count, size)
     met, places = _met(boundaries, origins, directions, CLOSE * size)
     before, behind = np.array(
         [b.indices(way) for b in boundaries for way in (-1.0, 1.0)] + [(math.nan,) * 2]
@@ -157,23 +159,27 @@ def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: 
 
 
 def _size(boundaries: list[Boundary]) -> float:
-    """A length [m] of the scene: the diagonal about all that is finite, and about the middles of what is not."""
-    corners = np.array([c for b in boundaries for c in (*b.shape.bounds, b.shape.middle)])
+    return size_of([b.shape for b in boundaries])
+
+
+def size_of(shapes: list[Shape]) -> float:
+    """A length [m] of a scene: the diagonal about all that is finite, and about the middles of what is not."""
+    corners = np.array([c for shape in shapes for c in (*shape.bounds, shape.middle)])
     corners = corners[np.isfinite(corners).all(axis=1)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
 
 
-def _lines(glass: list[Boundary], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lines through places in the box about each boundary: each other one towards a place in another's box."""
-    boxes = np.array([_box(b.shape, size) for b in glass])
+def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Lines through places in the box about each shape: each other one towards a place in another's box."""
+    boxes = np.array([_box(shape, size) for shape in shapes])
     number = np.arange(count)
-    owner = number * len(glass) // count
+    owner = number * len(shapes) // count
     u = np.modf((number[:, None] + 1) * STEPS)[0]
     origins = _within(boxes[owner], u[:, :3])
     rise, turn = 2 * u[:, 3] - 1, 2 * math.pi * u[:, 4]
     across = np.sqrt((1 - rise) * (1 + rise))
     directions = np.stack([across * np.cos(turn), across * np.sin(turn), rise], axis=1)
-    target = (owner + 1 + number // 2 % max(len(glass) - 1, 1)) % len(glass)
+    target = (owner + 1 + number // 2 % max(len(shapes) - 1, 1)) % len(shapes)
     ways = _within(boxes[target], u[:, 2:]) - origins
     lengths = np.linalg.norm(ways, axis=1)
     is_aimed = (number % 2 == 1) & (lengths > 0)
@@ -201,12 +207,7 @@ def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.
     A line whose three neighbours, `close` about it, do not meet the same, or that meets two within `close`,
     meets nothing.
     """
-    e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
-    e_u /= np.linalg.norm(e_u, axis=1)[:, None]
-    e_v = np.cross(directions, e_u)
-    turns = [2 * math.pi * k / 3 for k in range(3)]
-    shifts = [0 * e_u, *(close * (math.cos(turn) * e_u + math.sin(turn) * e_v) for turn in turns)]
-    starts, ways = np.concatenate([origins + shift for shift in shifts]), np.tile(directions, (4, 1))
+    starts, ways = along_lines(origins, directions, close)
     found = [crossings(b.shape, starts, ways) for b in boundaries]
     places = np.concatenate([f.distances for f in found], axis=1)
     met = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
@@ -215,3 +216,13 @@ def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.
     places, met = (np.take_along_axis(a, order, axis=1).reshape(4, len(origins), -1) for a in (places, met))
     is_clear = (met == met[0]).all(axis=(0, 2)) & ~(np.diff(places[0], axis=1) <= close).any(axis=1)
     return np.where(is_clear[:, None], met[0], -1), places[0]
+
+
+def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and directions (4 n, 3) of n lines, and then of three neighbours of each, `close` [m] about it."""
+    e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
+    e_u /= np.linalg.norm(e_u, axis=1)[:, None]
+    e_v = np.cross(directions, e_u)
+    turns = [2 * math.pi * k / 3 for k in range(3)]
+    shifts = [0 * e_u, *(close * (math.cos(turn) * e_u + math.sin(turn) * e_v) for turn in turns)]
+    return np.concatenate([origins + shift for shift in shifts]), np.tile(directions, (4, 1))

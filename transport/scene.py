@@ -3,13 +3,26 @@
 from collections import Counter
 from collections.abc import Iterable
 
+from transport.bodies import AnyMedium, medium_at
 from transport.detectors import Detector
+from transport.filling import names_media
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
+from transport.materials.surface import settled_medium
+from transport.media import Grid, Medium, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.shapes import Shape
 from transport.soundness import check_scene
 from transport.sources import Source
-from transport.validation import refuse, scene_object, settle_positive, shown, store, suggestion
+from transport.validation import (
+    as_floats,
+    refuse,
+    scene_object,
+    settle_positive,
+    shown,
+    store,
+    suggestion,
+)
+from transport.vectors import Vector
 
 Looking = Detector | PhaseSpace | Snapshot
 
@@ -20,6 +33,7 @@ class Scene:
 
     Among the detectors are those at a place, the `meters`, and `phase_spaces` and `snapshots` of a time.
 
+    `medium` fills all space that no body of the surfaces' media claims; left out, nothing does.
     With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
     Raises SceneError for names that are unknown or not unique and for parts that do not go together.
     """
@@ -27,6 +41,7 @@ class Scene:
     sources: tuple[Source, ...]
     surfaces: tuple[Surface, ...] = ()
     detectors: tuple[Looking, ...] = ()
+    medium: Medium | Vacuum | None = None
     duration: float | None = None
 
     def __post_init__(self) -> None:
@@ -35,6 +50,7 @@ class Scene:
         _settle_parts(self, "detectors", Detector, PhaseSpace, Snapshot)
         if self.duration is not None:
             settle_positive(self, "duration")
+        self._check_medium()
         self._check_names()
         self._check_via()
         self._check_emissions()
@@ -69,6 +85,13 @@ class Scene:
         """The names of detectors and surfaces that a `via` asks for, each once."""
         return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
 
+    def medium_at(self, position: Vector) -> AnyMedium:
+        """What fills the place [m]: the medium of the innermost body that holds it, else the surrounding one."""
+        place = as_floats(position)
+        if place is None or len(place) != 3:
+            refuse(self, f"position must be three finite numbers, got {shown(position)}")
+        return medium_at(self, place)
+
     def surface(self, name: str) -> Surface:
         """The surface of that name."""
         return self._surface_for(self, "name", name)
@@ -86,6 +109,15 @@ class Scene:
         if name not in named:
             refuse(user, f"{parameter} must name a surface, got {shown(name)}; {suggestion(name, named)}")
         return named[name]
+
+    def _check_medium(self) -> None:
+        """The surrounding medium is one that fills all space."""
+        if self.medium is None:
+            return
+        settled_medium(self, "medium", self.medium)
+        if isinstance(self.medium, Grid):
+            cure = "write Surface(grid.box, Transparent(), inside=grid)"
+            refuse(self, f"medium must fill all space, got {shown(self.medium)}, which ends; {cure}")
 
     def _check_names(self) -> None:
         for parts in (self.surfaces, self.detectors):
@@ -138,14 +170,15 @@ class Scene:
             refuse(surface, f"its Maxwellian is of particles of {mass} kg, got {got} from a source; {cure}")
 
     def _check_optics(self, surface: Surface, part: Dielectric | ThinLens) -> None:
-        """Refuse a boundary of media or a lens for particles, and glass with a clock."""
+        """Refuse a boundary of media or a lens for particles, and glass of unknown media with a clock."""
         kind = type(part).__name__
         if self.measured_in == "particles":
             cure = "emit watts, or leave it out"
             refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
-        if isinstance(part, Dielectric) and self.duration is not None:
+        if isinstance(part, Dielectric) and self.duration is not None and not names_media(self):
             must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
-            refuse(surface, f"{must}; leave out duration: the speed of light in a medium comes with media")
+            cure = f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is there"
+            refuse(surface, f"{must} and no media; {cure}, or leave out duration")
 
 
 def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from transport.bodies import sides_of
 from transport.detectors import Detector
 from transport.materials import Surface, Transparent
 from transport.shapes import Box, Point, Revolved, Shape, Slab, Sphere, Triangle
@@ -30,6 +31,7 @@ class Member:
     orientation: float = 1.0  # of its normal against the sheet's
     mark: str | None = None  # the surface's name, where a detector's `via` asks for it
     whole: Shape | None = None  # the shape of which it is a piece
+    bodies: tuple[int, int] = (0, 0)  # bits of the bodies just in front of it, and just behind
 
 
 @dataclass
@@ -77,13 +79,15 @@ def _precedence(member: Member) -> tuple[bool, float]:
 
 
 def _members(scene: Scene) -> Iterator[Member]:
-    for surface in scene.surfaces:
+    for surface, sides in zip(scene.surfaces, sides_of(scene), strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
         acts = not isinstance(surface.material, Transparent)
         mark = surface.name if surface.name in scene.visited else None
-        if acts or looking or mark is not None:
+        front, back = (sum(1 << body for body in side) for side in sides)
+        if acts or looking or mark is not None or front != back:
             for piece in pieces(surface.shape):
-                yield Member(piece, surface if acts else None, list(looking), mark=mark, whole=surface.shape)
+                whole, bodies = surface.shape, (front, back)
+                yield Member(piece, surface if acts else None, list(looking), 1.0, mark, whole, bodies)
     for detector in scene.meters:
         if isinstance(detector.shape, Shape):
             for piece in pieces(detector.shape):

@@ -16,6 +16,7 @@ from transport.progress import Progress, progress_on
 from transport.results import Cost, Result
 from transport.results.batches import Batch, batch_of
 from transport.scene import Scene
+from transport.tracking import Tracking
 from transport.validation import SceneError, shown
 
 LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
@@ -34,6 +35,7 @@ def simulate(
     batches: int = 32,
     threads: int | None = None,
     estimator: str = "analog",
+    tracking: Tracking | str | None = None,
     progress: bool | None = None,
 ) -> Result:
     """Run a scene and return what its detectors counted, every number with its standard error.
@@ -41,7 +43,8 @@ def simulate(
     particles: histories to emit, exactly as many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
     seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
     done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
-    threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
+    says which).  threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """
     if not isinstance(scene, Scene):
@@ -52,9 +55,10 @@ def simulate(
     seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
     if estimator != "analog":
         raise SceneError(f"simulate: estimator must be 'analog', got {estimator!r}; others are not there yet")
+    tracking = checked_tracking(tracking)
     with progress_on(progress) as bar:
         begun = time.perf_counter()
-        machine = _machine(scene, bar)
+        machine = _machine(scene, tracking, bar)
         ready = time.perf_counter()
         run = _Run(scene, machine, seed, limits, threads, bar)
         run.go()
@@ -66,23 +70,36 @@ def simulate(
         preparation=ready - begun,
         particles=sum(batch.histories for batch in run.batches),
         crossings=sum(batch.crossings for batch in run.batches),
+        collisions=sum(batch.collisions for batch in run.batches),
         threads=threads,
     )
-    return Result(compile_scene(scene), run.batches, seed, cost, run.is_complete, run.warnings)
+    return Result(machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings)
+
+
+def checked_tracking(tracking: Tracking | str | None) -> Tracking | None:
+    """How to follow histories through media; None where that is left to the scene."""
+    if tracking is None or isinstance(tracking, Tracking):
+        return tracking
+    if tracking in ("analog", "weighted"):
+        return Tracking(absorption=tracking)
+    raise SceneError(
+        f"simulate: tracking must be 'analog', 'weighted' or a Tracking, got {shown(tracking)}; leave it out for what"
+        " suits the scene"
+    )
 
 
 @lru_cache(maxsize=32)
-def _program(scene: Scene):
+def _program(scene: Scene, tracking: Tracking | None):
     from transport.engine.program import program_of
 
-    return program_of(compile_scene(scene))
+    return program_of(compile_scene(scene, tracking))
 
 
-def _machine(scene: Scene, bar: Progress):
+def _machine(scene: Scene, tracking: Tracking | None, bar: Progress):
     """Passes compiled or loaded, and wired; kept for scenes that are run again."""
     from transport.engine.driver import machine_of
 
-    program = _program(scene)
+    program = _program(scene, tracking)
     if program.machine is None:
         program.machine = machine_of(program, bar.compiling)
     return program.machine
@@ -250,7 +267,7 @@ class _Run:
 
     def _error_ratios(self) -> list[float]:
         """Each relative error asked for, as it is over as it should be; infinite while it is not known."""
-        result = Result(compile_scene(self.scene), self.batches, self.seed, None, True, [])
+        result = Result(self.machine.program.plan, self.batches, self.seed, None, True, [])
         ratios = []
         for name, target in self.limits.error.items():
             quantity = result.quantity(name)

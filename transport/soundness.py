@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from transport.filling import absorbs, check_filling
 from transport.flush import check_flush
 from transport.materials import (
     Black,
@@ -40,6 +41,7 @@ def check_scene(scene: Scene) -> None:
     check_endless(scene)
     check_trapped(scene)
     check_media(scene)
+    check_filling(scene)
 
 
 def check_supports(scene: Scene) -> None:
@@ -76,6 +78,10 @@ def check_endless(scene: Scene) -> None:
         others = (other for other in scene.surfaces if other is not surface)
         if any(_absorbs(other.material) and _meet(other.shape, shape) for other in others):
             continue
+        if absorbs(scene.medium) or any(
+            _fills_with_absorber(s) and _meet(s.shape, shape) for s in scene.surfaces
+        ):
+            continue
         for source in scene.sources:
             origin = scene.shape_of(source)
             is_inside = source.is_back if origin == shape else _starts_inside(shape, source, origin)
@@ -89,6 +95,10 @@ def check_endless(scene: Scene) -> None:
 def _back_of(material: Material) -> Material:
     """What acts on the inside of a closed shape."""
     return material.back if isinstance(material, TwoSided) else material
+
+
+def _fills_with_absorber(surface: Surface) -> bool:
+    return absorbs(surface.front) or absorbs(surface.back)
 
 
 def _absorbs(material: Material) -> bool:

@@ -1,7 +1,7 @@
 """Light that total reflection keeps in clear glass for ever, told for balls, boxes and slabs with a lamp inside.
 
 It comes to the walls at the same angles again and again (in a ball by symmetry, between planes by
-reflection), so that a history of it ends only when it is given up.
+reflection), so that a history of it ends only when it is given up.  A medium that absorbs or scatters keeps none.
 """
 
 from __future__ import annotations
@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from transport.emissions import Beam
 from transport.materials import Dielectric, Material, Mirror, Transparent, simple_parts
+from transport.materials.surface import AnyMedium
 from transport.shapes import Box, Shape, Slab, Sphere
 from transport.validation import SceneError
 from transport.vectors import dot
@@ -28,6 +31,8 @@ def check_trapped(scene: Scene) -> None:
     for number, surface in enumerate(scene.surfaces):
         sine = _escape_sine(surface.material)
         if sine == 1 or not surface.shape.is_closed or _has_company(scene, number):
+            continue
+        if _acts(scene.medium if surface.back is None else surface.back):
             continue
         for place, source in enumerate(scene.sources):
             if _is_wide(source) and _traps(surface.shape, sine, source, scene.shape_of(source)):
@@ -48,12 +53,18 @@ def _escape_sine(material: Material) -> float:
     return min(1.0, glass[0].index_outside / glass[0].index_inside)
 
 
+def _acts(medium: AnyMedium | None) -> bool:
+    """Whether a medium turns light round or ends it."""
+    return medium is not None and bool(np.max(medium.extinction) > 0)
+
+
 def _has_company(scene: Scene, number: int) -> bool:
     """Whether another surface that acts may be within, as far as their boxes tell."""
     low, high = scene.surfaces[number].shape.bounds
     for k, other in enumerate(scene.surfaces):
         sides = zip(low, high, *other.shape.bounds, strict=True)
-        if k != number and other.material != Transparent() and all(p <= s and r <= q for p, q, r, s in sides):
+        is_inert = other.material == Transparent() and not (_acts(other.front) or _acts(other.back))
+        if k != number and not is_inert and all(p <= s and r <= q for p, q, r, s in sides):
             return True
     return False
 

@@ -12,14 +12,16 @@ from transport.compile.contacts import contacts_of
 from transport.compile.emitters import emitters_of
 from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
+from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
-from transport.compile.pieces import outward_of, piece_row, quadric_columns, rim_row
+from transport.compile.pieces import covers_alike, outward_of, piece_row, quadric_columns, rim_row
 from transport.compile.plan import Plan
 from transport.compile.space import space_of
 from transport.scene import Scene
 from transport.scene_speeds import scene_speeds
 from transport.shapes import Mesh, Revolved, Shape, Sphere
 from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
+from transport.tracking import Tracking
 from transport.validation import SceneError, shown
 
 CLEARANCE = 2.0**-48  # [scene lengths] of a point from a surface that cuts or touches its own
@@ -27,11 +29,12 @@ MOST_MARKS = 62  # bits of a history
 
 
 @lru_cache(maxsize=32)
-def compile_scene(scene: Scene) -> Plan:
-    """The plan of a scene."""
+def compile_scene(scene: Scene, tracking: Tracking | None = None) -> Plan:
+    """The plan of a scene; tracking: how absorption is treated, None for what suits the scene."""
     sheets = sheets_of(scene)
     space = space_of(scene)
-    plan = Plan(scene, space)
+    plan = Plan(scene, space, tracking or default_tracking(scene))
+    fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
     plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
     if not 0 < sum(emitter.bound for emitter in plan.emitters) < math.inf:
@@ -109,7 +112,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     coats, rims, meters, layers = [nothing()], [np.zeros((), layout.RIM)], [], []
     ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
-        layer = 0
+        layer, covered = 0, []
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT
             first = len(coats)
@@ -131,7 +134,12 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 code |= 1 << layer
                 layers[layer][number] = look
                 layer += 1
+            twin = next((row for other, row in covered if covers_alike(other, member)), None)
+            if twin is not None:
+                twin["code"] |= code
+                continue
             name, row = piece_row(plan, member, sheet, code, number)
+            covered.append((member, row))
             if "tie" in row.dtype.names:
                 row["tie"] = ties[number]
             verb = "cover" if member.surface is None else "meet"
@@ -158,12 +166,15 @@ def _ties(sheets: list[Sheet]) -> dict[int, int]:
 
 
 def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
-    """The layers that a member takes up: its detectors, whose rows `meters` learns, and a mark alone."""
+    """The layers that a member takes up: its detectors, whose rows `meters` learns, a mark alone, the bodies it bounds."""
     for detector in member.detectors:
         yield layer_row(plan, member, detector, len(meters))
         meters.append(meter_row(plan, member, detector))
     if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
+    if member.bodies[0] != member.bodies[1]:
+        front, back = member.bodies if member.orientation > 0 else member.bodies[::-1]
+        yield layout.row(layout.LAYER, front=front, back=back)
 
 
 def _fill_contacts(plan: Plan, acting: list[tuple[int, int, Member]]) -> None:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout, velocities
+from transport.compile.birthplaces import places_of
+from transport.compile.media import glowing_sources, row_inside
 from transport.compile.meshes import areas_row
 from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
@@ -35,14 +37,13 @@ from transport.shapes.distances import least_distance
 from transport.sheets import pieces
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.validation import refuse, shown
-from transport.vectors import Vector, dot
+from transport.vectors import dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
 FAINTEST = 1e-200  # [sr] that a target may fill
-NEARBY = 1e-6  # of a source's extent, before its surface
 BEYOND = 1.0 + 2.0**-40  # of the radius of a ball that holds a shape
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
 
@@ -63,6 +64,7 @@ class Emitter:
     speed: tuple[Step, ...]  # how fast
     target: tuple[Step, ...] | None
     medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
+    inside: np.ndarray | None  # the bodies and the medium that it emits into, where the scene has any
 
     @property
     def bound(self) -> float:
@@ -73,7 +75,7 @@ class Emitter:
 def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
     """The emitters of all sources; `sheets_of` gives the numbers of the sheets on which a piece lies, `acting` those of walls."""
     scene, space, emitters = plan.scene, plan.space, []
-    for source in scene.sources:
+    for source in (*scene.sources, *glowing_sources(scene)):
         shape = scene.shape_of(source)
         for piece, share in _shares(source, shape):
             place = _place(plan, source, piece)
@@ -84,10 +86,22 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
             facing = _facing(source, piece)
-            medium = _medium(scene, source, piece)
+            medium, inside = _medium(scene, source, piece), _inside(plan, source, piece)
             emitters.append(
                 Emitter(
-                    source, piece, amount, weight, birth, place, facing, law, moment, speed, target, medium
+                    source,
+                    piece,
+                    amount,
+                    weight,
+                    birth,
+                    place,
+                    facing,
+                    law,
+                    moment,
+                    speed,
+                    target,
+                    medium,
+                    inside,
                 )
             )
     return emitters
@@ -107,25 +121,18 @@ def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     if boundary is not None and source.emission.has_side:
         index = boundary.index_inside if source.is_back else boundary.index_outside
     else:
-        index = index_around(scene, _emitting_place(source, piece))
+        index = index_around(scene, tuple(places_of(source, piece, 1.0)[0]))
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 
-def _emitting_place(source: Source, piece: Shape) -> Vector:
-    """A place of the source, just before its emitting side where it has one."""
-    place, normal = np.array(piece.middle), np.zeros(3)
-    if source.emission.has_side and isinstance(piece, Mesh):
-        place, normal = piece.vertices[piece.faces[0]].mean(axis=0), piece.normals[0]
-    elif source.emission.has_side and isinstance(piece, Revolved):
-        profile, (e_u, _, axis) = piece.profile, (np.array(e) for e in piece.frame)
-        w = 0.5 * (profile.low + profile.high)
-        rho, slope = profile.radius_at(w), 0.5 * profile.beta + profile.gamma * w
-        place = np.array(profile.origin) + w * axis + rho * e_u
-        normal = (rho * e_u - slope * axis) / math.hypot(rho, slope)
-    elif isinstance(piece, FlatShape):
-        normal = np.array(piece.normal)
-    side = -1.0 if source.is_back else 1.0
-    return tuple(place + side * NEARBY * piece.extent * normal)
+def _inside(plan: Plan, source: Source, piece: Shape) -> np.ndarray | None:
+    """The row of the bodies that a source emits into; refused where it lies in several."""
+    if not plan.has_media:
+        return None
+    row = row_inside(plan, places_of(source, piece, plan.space.size))
+    if row is None:
+        refuse(source, f"shape must lie in one medium, got {shown(piece)}, which lies in several; divide it")
+    return row
 
 
 def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:

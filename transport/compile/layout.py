@@ -25,7 +25,7 @@ GRAZING_CUT = (
     1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
 )
 
-# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts); the absorbed weight follows, a row for each surface.
+# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts); the absorbed weight follows, a row for each surface, then one for each row of MEDIA.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
@@ -36,7 +36,9 @@ NO_TABLE = np.dtype([("unused", "f8")])
 ROWS = np.dtype(
     [("rows", "i8"), ("count", "i8")]
 )  # address and length of an array of one of the row types below
-TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8")])  # and that of a second one as long
+TWO_ROWS = np.dtype(
+    [("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")]
+)  # and that of a second one
 MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address of the numbers of the fields to move
 CODE = np.dtype([("code", "i8")])
 
@@ -114,7 +116,8 @@ RIM = np.dtype(
 # The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
 #   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
 # mark: the bits that a visit sets, where a detector asks `via`.
-LAYER = np.dtype(_integers("look meter mark"))
+# front, back: the bits of bodies that a particle is in which leaves to the front or to the back.
+LAYER = np.dtype(_integers("look meter mark front back"))
 LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
 LAYERS = np.dtype(
     _integers("rows count layer half meters meter_count")
@@ -136,11 +139,21 @@ METER = np.dtype(
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
 
+# Media by body: row 0 is what surrounds all bodies, row 1 + k the medium of body k.  sigma, sigma_a, survival as in the bundle;
+# phase: number of its phase function (the first of a mixture's), from 1.
+MEDIA = np.dtype(_floats("sigma sigma_a survival index") + _integers("phase"))
+INSIDE = np.dtype(_integers("inside medium") + _floats("sigma sigma_a survival"))  # of a birth
+WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
+ROULETTE_LAW = np.dtype(_floats("threshold"))  # share of the birth weight
+PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
+SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ahead and behind
+
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")
 )  # n: the normal of a plane, the axis of a surface of revolution
 
 CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all fly alike
+MEDIA_CLOCK = np.dtype(_floats("slowness") + _integers("rows count has_speeds"))
 MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the extreme speeds of the scene
 
 # Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS coefficients each.

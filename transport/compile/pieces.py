@@ -187,6 +187,15 @@ def outward_of(member: Member, flat: Shape) -> float:
     return math.copysign(1.0, dot(member.shape.normal, flat.normal))
 
 
+def covers_alike(one: Member, other: Member) -> bool:
+    """Whether two members of a sheet cover the same points, so that one pass finds both; of two that act none does."""
+    if other.surface is not None:
+        return False
+    if isinstance(one.shape, Plane) and isinstance(other.shape, Plane):
+        return True
+    return one.surface is None and one.shape == other.shape and one.whole == other.whole
+
+
 def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
     """The one point and normal by which all flat meters of a sheet are met: those of its smallest member.
 

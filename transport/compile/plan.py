@@ -13,6 +13,7 @@ from transport.compile.space import Space
 from transport.scene import Scene
 from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
 from transport.shapes import Mesh, Shape
+from transport.tracking import Tracking
 
 
 @dataclass
@@ -21,6 +22,7 @@ class Plan:
 
     scene: Scene
     space: Space
+    tracking: Tracking
     emitters: list[Emitter] = field(default_factory=list)
     members: list[tuple[str, np.ndarray, Shape]] = field(
         default_factory=list
@@ -52,6 +54,14 @@ class Plan:
     snapshots: list[np.ndarray] = field(default_factory=list)
     long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
     long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
+    has_media: bool = False
+    bodies: tuple = ()  # of scene.bodies, innermost first
+    distinct_media: tuple = ()
+    media: np.ndarray | None = None  # by body (layout.MEDIA)
+    phase_laws: list[tuple[str, np.ndarray]] = field(default_factory=list)  # ("scatter_...", its row)
+    phase_numbers: dict[object, int] = field(
+        default_factory=dict
+    )  # of a phase function, or the first of a mixture's
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
     @property
@@ -87,6 +97,46 @@ class Plan:
     def fastest(self) -> float:
         """A bound of all speeds [m/s]."""
         return max(fastest_of(speed) for speed in scene_speeds(self.scene))
+
+    @property
+    def scatters(self) -> bool:
+        """Whether anything happens in a medium that has to be drawn: scattering, or absorption by chance."""
+        return self.has_media and bool((self.media["sigma"] > 0).any())
+
+    @property
+    def attenuates(self) -> bool:
+        """Whether media lessen weights along the way."""
+        return self.has_media and bool((self.media["sigma_a"] > 0).any())
+
+    @property
+    def absorbs_by_chance(self) -> bool:
+        return self.scatters and bool((self.media["survival"] < 1).any())
+
+    @property
+    def has_roulette_in_flight(self) -> bool:
+        return self.scatters and self.attenuates
+
+    @property
+    def has_bodies(self) -> bool:
+        """Whether particles must know where they are."""
+        return self.has_media and len(self.media) > 1
+
+    @property
+    def bounds_bodies(self) -> bool:
+        return any((rows["front"] != rows["back"]).any() for rows in self.layers)
+
+    @property
+    def media_rows(self) -> int:
+        """Rows of the ledger for what media absorb, behind those of the surfaces."""
+        return len(self.media) if self.has_media else 0
+
+    @property
+    def absorbing_media(self) -> list[int]:
+        """The rows of `media` that absorb."""
+        if not self.has_media:
+            return []
+        absorbs = (self.media["sigma_a"] > 0) | ((self.media["sigma"] > 0) & (self.media["survival"] < 1))
+        return np.flatnonzero(absorbs).tolist()
 
     @property
     def counts_reflections(self) -> bool:
@@ -156,7 +206,12 @@ class Plan:
     @property
     def has_roulette(self) -> bool:
         """Whether a particle can go on at a fraction of its weight."""
-        return bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
+        is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
+        return is_grey or (self.attenuates and self.reflects)
+
+    @property
+    def plays_roulette(self) -> bool:
+        return self.has_roulette or self.has_roulette_in_flight
 
     @property
     def draws(self) -> bool:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.bodies import media_of
 from transport.scene import Scene
-from transport.shapes import Point, Shape
+from transport.shapes import Point, Shape, Slab
 from transport.validation import SceneError
 from transport.vectors import Vector
 
@@ -32,7 +33,7 @@ class Space:
 
 def space_of(scene: Scene) -> Space:
     """The coordinates in which a scene is simulated."""
-    shapes = [surface.shape for surface in scene.surfaces]
+    shapes = [piece for surface in scene.surfaces for piece in _pieces(surface.shape)]
     shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
@@ -41,7 +42,14 @@ def space_of(scene: Scene) -> Space:
         raise SceneError(
             f"Scene: its size must be between {SMALLEST:g} and {LARGEST:g} m, got {largest:.3g}; use another unit of length"
         )
-    return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]) if largest > 0 else 1.0)
+    if largest == 0:  # all in one place: a mean free path is what there is to measure by
+        thickest = max((float(np.max(medium.extinction)) for medium in media_of(scene)), default=0.0)
+        largest = 1.0 / thickest if SMALLEST < thickest < LARGEST else 1.0
+    return Space(origin, math.ldexp(1.0, math.frexp(largest)[1]))
+
+
+def _pieces(shape: Shape) -> tuple[Shape, ...]:
+    return shape.planes() if isinstance(shape, Slab) else (shape,)
 
 
 def _corners(shape: Shape) -> tuple[Vector, Vector]:

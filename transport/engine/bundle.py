@@ -31,6 +31,8 @@ HEADER = (
     "next_history",  # number of the history that the next newborn lane begins
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",
+    "collisions",
+    "colliding",  # lanes that fly on in a medium, of those that flew last
     "stop",  # set by another thread: end before the batch is complete
 )
 HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one
@@ -57,6 +59,14 @@ CARRIED = (
     ("facet", "i8"),  # the facet that it meets next
     ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
     ("index", "f8"),  # of the medium that it is in, 0 where that is not known
+    ("inside", "i8"),  # bits of the bodies that it is in
+    ("medium", "i8"),  # row of the medium that it is in (layout.MEDIA)
+    (
+        "sigma",
+        "f8",
+    ),  # by which its free paths are drawn there [1/scene lengths]: extinction, or scattering alone ...
+    ("sigma_a", "f8"),  # ... where absorption lessens weights along the way by this
+    ("survival", "f8"),  # the chance that it is scattered where it collides, else absorbed
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
 )
@@ -89,6 +99,8 @@ SCRATCH = (
     ("u3", "f8"),  # 52 bits each, where mixtures or thermal walls need more
     ("u4", "f8"),
     ("arrival", "f8"),  # when it meets what is ahead [durations]
+    ("flies", "i8"),  # 1 where it flies in this round, 0 where it waits for the others
+    ("collides", "i8"),  # 0 where it does not, else one more than the number of its phase function
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
     ("home", "i8"),  # first row of the meter on the side that is scored
     ("meter", "i8"),  # index of the meter's row

@@ -6,7 +6,7 @@ belongs to one flight of each history, and what is counted at an instant is coun
 
 import numpy as np
 
-from transport.compile.layout import CLOCK, IN_FLIGHT, MOMENT, NO_TABLE
+from transport.compile.layout import CLOCK, IN_FLIGHT, MEDIA, MEDIA_CLOCK, MOMENT, NO_TABLE
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
@@ -72,6 +72,18 @@ def time_arrival_by_speed(b, table, first, live):
     """The same at its own speed; one at rest never arrives."""
     for k in range(first, live):
         b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) / b.speed[k]
+    return live
+
+
+@lane_pass(MEDIA_CLOCK)
+def time_arrival_in_media(b, table, first, live):
+    """The same in media, where light is slower by their index; what waits for the others has arrived."""
+    rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
+    for k in range(first, live):
+        pace = rows[b.medium[k]].index * slowness
+        pace = 1.0 / b.speed[k] if has_speeds else pace
+        way = b.distance[k] - b.start[k]
+        b.arrival[k] = b.time[k] + (way * pace if b.flies[k] != 0 else 0.0)
     return live
 
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import config, int64, njit
+from numba import config, float64, int64, njit
 
 from transport.compile.layout import ABSORBED, RECORD
 from transport.compile.plan import Plan
@@ -17,6 +17,7 @@ from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
 from transport.physics.streams import SHARES, random_words, uniform
 
+MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 
 
@@ -32,6 +33,7 @@ class RawSums:
     stride: int
     seed: int
     crossings: int
+    collisions: int
 
 
 class Sums:
@@ -39,7 +41,7 @@ class Sums:
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
         self.tallies = np.zeros((plan.rows, 4), np.int64)
-        self.ledger = np.zeros((ABSORBED + len(plan.surfaces), 4), np.int64)
+        self.ledger = np.zeros((ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // wanted)
@@ -56,8 +58,9 @@ class Stopped(Exception):
     """The batch was told to stop before it was complete; its sums are void."""
 
 
-def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitters, shares, histories):
-    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative.
+def _drive(bundle, handle, entries, tables, inner, birth_entries, birth_tables, emitters, shares, histories):
+    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative; inner: how
+    many of the entries after the first are done again for what collides in a medium.
 
     Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
     offset makes every history's chance right.
@@ -84,11 +87,33 @@ def _drive(bundle, handle, entries, tables, birth_entries, birth_tables, emitter
         b.started = history
         if live == 0:
             return
-        for p in range(len(entries)):
+        if inner > 0:
+            _fly_on(b, handle, entries, tables, inner, live)
+        for p in range(1 + inner if inner > 0 else 0, len(entries)):
             live = call_pass(entries[p], handle, tables[p], 0, live)
             if live == 0:
                 break
         if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
+            return
+
+
+@njit(inline="always")
+def _fly_on(b, handle, entries, tables, inner, live):
+    """Fly and collide, again and again, while the lanes that met a surface wait.
+
+    A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
+    serves those that wait.  The flights for the cost are most when a round's are no more than the mean so far (the
+    marginal value theorem of Charnov 1976): then it is time to stop.
+    """
+    call_pass(entries[0], handle, tables[0], 0, live)
+    others = float64(len(entries) - inner) / float64(inner)
+    flights, rounds = 0.0, 0.0
+    while True:
+        for p in range(1, 1 + inner):
+            call_pass(entries[p], handle, tables[p], 0, live)
+        flights += float64(b.colliding)
+        rounds += 1.0
+        if b.colliding * (rounds + others) <= flights or rounds >= MOST_ROUNDS:
             return
 
 
@@ -118,6 +143,7 @@ class Machine:
     program: Program
     entries: object
     tables: object
+    inner: int
     birth_entries: object
     birth_tables: object
     emitters: np.ndarray
@@ -132,11 +158,16 @@ def machine_of(program: Program, progress=None) -> Machine:
             progress(done, len(passes), lane_pass.name)
         _ = lane_pass.entry
     births = [step for steps in program.births for step in steps]
+    entries, tables = _wired(program.steps)
+    birth_entries, birth_tables = _wired(births)
     bounds = np.array([e.bound for e in program.plan.emitters])
     return Machine(
         program,
-        *_wired(program.steps),
-        *_wired(births),
+        entries,
+        tables,
+        program.inner,
+        birth_entries,
+        birth_tables,
         emitters=np.cumsum([0, *map(len, program.births)]),
         shares=np.cumsum(bounds) / bounds.sum(),
     )
@@ -174,12 +205,13 @@ def run_batch(
         "batch": batch,
         "started": 0,
         "crossings": 0,
+        "collisions": 0,
     }
     for name, value in header.items():
         bundle[name] = value
     lanes = bundle.view(np.recarray) if config.DISABLE_JIT else bundle
     handle = lanes[0] if config.DISABLE_JIT else int(bundle["address"][0])
-    wiring = machine.entries, machine.tables, machine.birth_entries, machine.birth_tables
+    wiring = machine.entries, machine.tables, machine.inner, machine.birth_entries, machine.birth_tables
     drive(lanes, handle, *wiring, machine.emitters, machine.shares, histories)
     if bundle["stop"][0]:
         raise Stopped
@@ -190,4 +222,14 @@ def run_batch(
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
-    return RawSums(histories, sums.tallies, sums.ledger, sums.moments, records, sums.stride, seed, crossings)
+    return RawSums(
+        histories,
+        sums.tallies,
+        sums.ledger,
+        sums.moments,
+        records,
+        sums.stride,
+        seed,
+        crossings,
+        int(bundle["collisions"][0]),
+    )

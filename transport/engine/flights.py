@@ -184,11 +184,11 @@ def leave(b, table, first, live):
     for k in range(first, live):
         w = b.weight[k]
         is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
-        gone = b.hit[k] == 0
+        gone = b.distance[k] == math.inf
         w_high, w_low = limbs(w if gone & is_sane else 0.0)
         high += w_high
         low += w_low
-        hits += 0 if gone | (w == 0.0) else 1
+        hits += 0 if (b.hit[k] == 0) | (w == 0.0) else 1
         any_lost |= 0 if is_sane | (w == 0.0) else 1
         b.weight[k] = 0.0 if gone & is_sane else w
     ledger = view(b.ledger, b.ledger_words, np.int64)

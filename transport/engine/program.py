@@ -12,8 +12,7 @@ from transport.engine import (
     aims,
     birthplaces,
     births,
-    clocks,
-    flats,
+    bodies,
     flights,
     hierarchies,
     histories,
@@ -25,20 +24,14 @@ from transport.engine import (
     quadrics,
     refinements,
     rims,
-    snapshots,
     speeds,
     surfaces,
 )
 from transport.engine.bundle import CARRIED
 from transport.engine.passes import Pass
+from transport.engine.registry import Step, layer_of, named, rows_of, step
+from transport.engine.rounds import rounds_of
 
-Step = tuple[Pass, np.ndarray]
-FAMILIES = (
-    aims, birthplaces, births, clocks, flats, flights, histories, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, snapshots, speeds, surfaces,
-)  # fmt: skip
-PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
-NOTHING = layout.row(layout.NO_TABLE)
 METERS = (1 << layout.METERS_A_SHEET) - 1
 # Times and speeds lie in blocks, so they come first.
 REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place")
@@ -50,6 +43,7 @@ class Program:
 
     plan: Plan
     steps: list[Step] = field(default_factory=list)
+    inner: int = 0  # how many steps after the first are done again for what collides in a medium
     births: list[list[Step]] = field(default_factory=list)
     moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.MOVED))
     machine: object = None  # driver.machine_of it, once it is made
@@ -77,33 +71,37 @@ def program_of(plan: Plan) -> Program:
         hierarchies.complete(table)
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
-    program.steps = [*_flight(plan, program.moved), *_landing(plan), *_crossing(plan, program.moved)]
+    rounds = list(rounds_of(plan))
+    program.inner = len(rounds) - 1 if plan.scatters else 0
+    program.steps = [*rounds, *_flight(plan, program.moved), *_landing(plan), *_crossing(plan, program.moved)]
     numbers = program.carried_numbers
     program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
     return program
 
 
 def _births(plan, emitter):
-    yield _step(births.begin, emitter.birth)
-    yield _named(emitter.place)
-    yield _named(emitter.law)
+    yield step(births.begin, emitter.birth)
+    yield named(emitter.place)
+    yield named(emitter.law)
     yield from _moment_and_speed(plan, emitter)
     if emitter.target is not None:
         if emitter.facing is not None:
-            yield _step(births.take_normal, emitter.facing)
-        for step in emitter.target:
-            yield _named(step)
-        yield _step(aims.account_born)
-    if plan.reflects:
-        yield _step(births.begin_events)
+            yield step(births.take_normal, emitter.facing)
+        for each in emitter.target:
+            yield named(each)
+        yield step(aims.account_born)
+    if plan.reflects or plan.scatters:
+        yield step(births.begin_events)
+    if emitter.inside is not None:
+        yield step(bodies.begin_inside, emitter.inside)
     if emitter.medium is not None:
-        yield _step(births.begin_in_medium, emitter.medium)
-    if plan.has_roulette:
-        yield _step(births.remember_birth_weight)
+        yield step(births.begin_in_medium, emitter.medium)
+    if plan.plays_roulette:
+        yield step(births.remember_birth_weight)
     if plan.marks:
-        yield _step(births.begin_visits)
+        yield step(births.begin_visits)
     if plan.counts_reflections:
-        yield _step(births.begin_reflections)
+        yield step(births.begin_reflections)
     sheet = emitter.birth["sheet"]
     metered = [
         (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
@@ -119,184 +117,157 @@ def _moment_and_speed(plan, emitter):
     if plan.has_clock and moment[0] == "start_within" and draws:
         moment, steps = ("start_within_and_draw", moment[1]), steps[1:]
     if plan.has_clock:
-        yield _named(moment)
-    for step in steps:
-        yield _named(step)
+        yield named(moment)
+    for each in steps:
+        yield named(each)
 
 
 def _birth_counted(plan, emitter, metered):
     if emitter.target is not None:
-        yield _step(birthplaces.visit_birthplace)
-    yield _step(birthplaces.stand_at_birth, emitter.birth)
+        yield step(birthplaces.visit_birthplace)
+    yield step(birthplaces.stand_at_birth, emitter.birth)
     for row, shape in metered:
         if shape == emitter.shape or shape.is_closed or shape.is_infinite:
-            yield _step(birthplaces.born_all_over, layout.row(layout.CODE, code=row["code"]))
+            yield step(birthplaces.born_all_over, layout.row(layout.CODE, code=row["code"]))
         else:
-            yield _named((f"born_over_{name_of(shape)}", row))
+            yield named((f"born_over_{name_of(shape)}", row))
     yield from _stand(plan)
     yield from _metering(plan, meters.bin_departures)
     yield from _visits(plan)
     if emitter.target is not None:
-        yield _step(birthplaces.return_to_target)
+        yield step(birthplaces.return_to_target)
 
 
 def _flight(plan, moved):
-    yield _step(flights.look_ahead)
-    for name, row, _ in plan.members:
-        yield _named((name, row))
-    if plan.has_clock:
-        clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
-        yield _step(clocks.time_arrival_by_speed) if plan.has_speeds else _step(clocks.time_arrival, clock)
-        for row in plan.phase_spaces:
-            yield _step(snapshots.count_phase_space, row)
-        for row in plan.snapshots:
-            yield _step(snapshots.record_snapshot, row)
-        yield _step(clocks.stop_clock, clock)
-    yield _step(flights.leave)
-    yield _step(lanes.fill_gaps, moved)
+    yield step(flights.leave)
+    yield step(lanes.fill_gaps, moved)
     if plan.contacts:
-        yield _step(landings.remember_origin)
+        yield step(landings.remember_origin)
     if plan.passes_meters:
-        yield _step(flights.remember_ray)
-    yield _step(flights.move)
+        yield step(flights.remember_ray)
+    yield step(flights.move)
 
 
 def _landing(plan):
     if plan.members:
         yield from _stand(plan)
         if plan.passes_meters and (plan.sheets["outward"] != 0).any():
-            yield _step(landings.tell_leaving, _rows(plan.sheets))
+            yield step(landings.tell_leaving, rows_of(plan.sheets))
         if plan.has_rims:
-            yield _step(rims.draw_back_from_edge, _rows(plan.rims))
+            yield step(rims.draw_back_from_edge, rows_of(plan.rims))
         for row in plan.contacts:
-            yield _step(landings.keep_to_side, row)
+            yield step(landings.keep_to_side, row)
 
 
 def _stand(plan):
-    yield _step(landings.stand_on_sheet, _rows(plan.sheets))
+    yield step(landings.stand_on_sheet, rows_of(plan.sheets))
     if plan.is_curved:
-        yield _step(landings.put_back_on_sphere, _rows(plan.sheets))
+        yield step(landings.put_back_on_sphere, rows_of(plan.sheets))
     if plan.has_quadrics:
-        yield _step(quadrics.put_back_on_quadric, _rows(plan.curved_sheets))
+        yield step(quadrics.put_back_on_quadric, rows_of(plan.curved_sheets))
     if plan.meshes:
-        yield _step(meshes.stand_on_facet, _rows(plan.meshed_sheets))
-    yield _step(landings.take_cosine)
+        yield step(meshes.stand_on_facet, rows_of(plan.meshed_sheets))
+    yield step(landings.take_cosine)
 
 
 def _crossing(plan, moved):
     if not plan.acts:
         yield from _metering(plan, meters.bin_crossings)
         yield from _visits(plan)
+        yield from _boundaries(plan)
         if plan.passes_meters:
-            yield _step(flights.resume_ray)
+            yield step(flights.resume_ray)
         return
     yield from _metering(plan, meters.bin_arrivals)
     if plan.draws_again:
-        yield _step(surfaces.draw_again)
+        yield step(surfaces.draw_again)
     if plan.chooses:
         both = {
             "rows": plan.surfaces.ctypes.data,
             "count": len(plan.surfaces),
             "others": plan.optics.ctypes.data,
+            "other_count": len(plan.optics),
         }
-        yield _step(surfaces.choose_part, layout.row(layout.TWO_ROWS, **both))
-    yield _step(surfaces.look_up_surface, _rows(plan.surfaces))
+        yield step(surfaces.choose_part, layout.row(layout.TWO_ROWS, **both))
+    yield step(surfaces.look_up_surface, rows_of(plan.surfaces))
     if plan.has_optics:
-        yield _step(optics.look_up_optics, _rows(plan.optics))
+        yield step(optics.look_up_optics, rows_of(plan.optics))
     if plan.absorbs:
-        yield _step(surfaces.absorb)
-        yield _step(surfaces.account_absorbed)
+        yield step(surfaces.absorb)
+        yield step(surfaces.account_absorbed)
     if plan.draws:
-        yield _step(surfaces.draw)
+        yield step(surfaces.draw)
     yield from _new_directions(plan)
     if plan.has_thermal_walls:
-        yield _step(speeds.take_wall_speed, _rows(plan.surfaces))
+        yield step(speeds.take_wall_speed, rows_of(plan.surfaces))
     if plan.counts_reflections:
-        yield _step(surfaces.count_reflections)
+        yield step(surfaces.count_reflections)
     yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     yield from _visits(plan)
+    yield from _boundaries(plan)
     if plan.passes_meters:
-        yield _step(flights.resume_ray)
+        yield step(flights.resume_ray)
     if plan.has_roulette:
-        yield _step(surfaces.play_roulette)
+        yield step(surfaces.play_roulette)
     if plan.reflects:
-        yield _step(surfaces.give_up)
+        yield step(surfaces.give_up)
     if plan.absorbs or plan.reflects:
-        yield _step(lanes.fill_gaps, moved)
+        yield step(lanes.fill_gaps, moved)
 
 
 def _new_directions(plan):
     """What each material does; lanes of the others are left as they are."""
     if plan.transmits:
-        yield _step(optics.choose_to_pass)
+        yield step(optics.choose_to_pass)
     if layout.DIFFUSE in plan.materials:
-        yield _step(surfaces.reflect_diffusely)
+        yield step(surfaces.reflect_diffusely)
     if layout.MIRROR in plan.materials:
-        yield _step(surfaces.reflect_specularly)
+        yield step(surfaces.reflect_specularly)
     if plan.transmits:
-        yield _step(optics.let_pass)
+        yield step(optics.let_pass)
     if layout.DIELECTRIC in plan.materials:
-        yield _step(optics.refract)
+        yield step(optics.refract)
     if layout.GLOSSY in plan.materials:
-        yield _step(optics.reflect_glossily)
-        yield _step(optics.spread_lobe, _rows(plan.optics))
+        yield step(optics.reflect_glossily)
+        yield step(optics.spread_lobe, rows_of(plan.optics))
     if layout.LENS in plan.materials:
-        yield _step(optics.bend_by_lens, _rows(plan.optics))
+        yield step(optics.bend_by_lens, rows_of(plan.optics))
 
 
 def _metering(plan, binning, is_known=False):
     """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already."""
     for layer, rows in enumerate(plan.layers):
-        table = _layer(plan, layer)
+        table = layer_of(plan, layer)
         if not (rows["look"] != 0).any():
             continue
         if not is_known:
-            yield _step(meters.look_up_meter, table)
-        yield _step(binning, table)
+            yield step(meters.look_up_meter, table)
+        yield step(binning, table)
         asked = plan.axes | plan.filters
         if asked:
-            yield _step(refinements.know_meter, table)
+            yield step(refinements.know_meter, table)
         for what in sorted(plan.filters):
-            yield _named((f"require_{what}", table))
+            yield named((f"require_{what}", table))
         for axis in REFINEMENTS:
             if axis in plan.axes:
-                yield _named((f"refine_by_{axis}", table))
+                yield named((f"refine_by_{axis}", table))
         is_dense = bool((rows[1:]["look"] != 0).all())
-        yield _step(meters.score_all if is_dense and plan.acts else meters.score)
+        yield step(meters.score_all if is_dense and plan.acts else meters.score)
         if plan.moments is not None:
-            yield _step(meters.score_moments, plan.moments)
+            yield step(meters.score_moments, plan.moments)
 
 
 def _visits(plan):
     """Mark what detectors ask for in `via`, after all meters of this crossing."""
     for layer, rows in enumerate(plan.layers):
         if (rows["mark"] != 0).any():
-            yield _step(histories.mark_visit, _layer(plan, layer))
+            yield step(histories.mark_visit, layer_of(plan, layer))
 
 
-def _layer(plan: Plan, layer: int) -> np.ndarray:
-    return layout.row(
-        layout.LAYERS,
-        rows=plan.layers[layer].ctypes.data,
-        count=len(plan.layers[layer]),
-        layer=layer,
-        half=plan.half,
-        meters=plan.meters.ctypes.data,
-        meter_count=len(plan.meters),
-    )
-
-
-def _step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
-    if table.dtype != lane_pass.table:
-        raise TypeError(f"pass {lane_pass.name} reads a {lane_pass.table}, got {table.dtype}")
-    return lane_pass, table
-
-
-def _named(step: tuple[str, np.ndarray]) -> Step:
-    name, table = step
-    return _step(PASSES[name], table)
-
-
-def _rows(array: np.ndarray) -> np.ndarray:
-    """A table that points to an array, which the plan keeps alive."""
-    return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
+def _boundaries(plan):
+    """Know the bodies on the side that lanes leave to, and the medium of the innermost one."""
+    if plan.bounds_bodies:
+        for layer, rows in enumerate(plan.layers):
+            if (rows["front"] != rows["back"]).any():
+                yield step(bodies.cross_boundary, layer_of(plan, layer))
+        yield step(bodies.take_medium, rows_of(plan.media))

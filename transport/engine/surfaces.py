@@ -55,7 +55,7 @@ def choose_part(b, table, first, live):
 
     The number that chose is as good as new within the part's share.
     """
-    surfaces, optics = view(table.rows, table.count, SURFACE), view(table.others, table.count, OPTICS)
+    surfaces, optics = view(table.rows, table.count, SURFACE), view(table.others, table.other_count, OPTICS)
     for k in range(first, live):
         before = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
         is_back = optics[before].side * b.mu[k] > 0.0
@@ -102,7 +102,7 @@ def draw(b, table, first, live):
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
         b.u0[k], b.u1[k], b.u2[k] = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
-        b.event[k] += 1
+        b.event[k] += 1 if b.hit[k] != 0 else 0
     return live
 
 
@@ -154,7 +154,7 @@ def play_roulette(b, table, first, live):
     total_high, total_low = 0, 0
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
-        light = (w < 0.5 * birth) & (w > 0.0)
+        light = (w < 0.5 * birth) & (w > 0.0) & (b.hit[k] != 0)
         kept = birth if b.u2[k] * birth < w else 0.0
         new = kept if light else w
         high, low = limbs(w)

@@ -1,7 +1,7 @@
-"""log, sin and cos as own polynomials: libm calls would keep a lane loop from being vectorised.
+"""log, exp, sin and cos as own polynomials: libm calls would keep a lane loop from being vectorised.
 
-Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the sine: fitted by Remez's algorithm in 50
-digits.  Errors against mpmath are measured in tests/test_elementary.py.
+Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the exponential and the sine: fitted by Remez's
+algorithm in 50 digits.  Errors against mpmath are measured in tests/test_elementary.py.
 """
 
 from numba import float64
@@ -11,6 +11,8 @@ from transport.physics.device import device
 
 TWO_PI = 6.283185307179586
 MANTISSA, HALF_EXPONENT = 0x000FFFFFFFFFFFFF, 0x3FE0000000000000
+SHIFT = 6755399441055744.0  # 1.5 x 2^52: what is added to it is rounded to an integer, in the last bits
+EXP_LEAST = -708.3964185322641  # ln 2^-1022, where the normal numbers end
 
 
 @device
@@ -30,6 +32,40 @@ def log_positive(x):
     q = (q * y + 7.11544750618563894466e1) * y + 2.31251620126765340583e1
     r = y * z * p / q - e * 2.121944400546905827679e-4 - 0.5 * z
     return y + r + e * 0.693359375
+
+
+@device
+def exp_parts(x):
+    """2^n and exp(r) - 1 of x = n ln 2 + r, |r| <= ln 2 / 2, for x in [EXP_LEAST, 709]."""
+    t = x * 1.4426950408889634 + SHIFT
+    n = t - SHIFT
+    r = (x - n * 0.693145751953125) - n * 1.42860682030941723212e-6
+    p = 2.7557585933588668e-6 + r * (2.7630216748270738e-7 + r * 2.5000152871892357e-8)
+    p = 1.3888888943525845e-3 + r * (1.9841269507298097e-4 + r * (2.4801493195968517e-5 + r * p))
+    p = 0.16666666666666414 + r * (4.1666666666530611e-2 + r * (8.333333333493984e-3 + r * p))
+    return float_of(((bits_of(t) + 1023) & 0x7FF) << 52), r + r * r * (0.50000000000000106 + r * p)
+
+
+@device
+def exp_negative(x):
+    """exp(x) for x <= 0 (indeed <= 709); below -708.396, where the normal numbers end, 0."""
+    scale, e = exp_parts(EXP_LEAST if x < EXP_LEAST else x)
+    return 0.0 if x < EXP_LEAST else scale + scale * e
+
+
+@device
+def expm1_negative(x):
+    """exp(x) - 1 for x <= 0 (indeed <= 709), with all its digits near 0."""
+    scale, e = exp_parts(-64.0 if x < -64.0 else x)
+    return scale * e + (scale - 1.0)
+
+
+@device
+def log1p(x):
+    """ln(1 + x) for x > -1, with all its digits near 0."""
+    w = 1.0 + x
+    lost = x - (w - 1.0) if x < 1.0 else 1.0 - (w - x)
+    return log_positive(w) + lost / w
 
 
 @device

@@ -27,10 +27,11 @@ class Batch:
     slants: np.ndarray  # (rows,) sums of weight/|mu|
     born: float
     ledger: dict[str, float]
-    absorbed: np.ndarray  # (surfaces,)
+    absorbed: np.ndarray  # (rows of surfaces, then of media)
     lost: int  # histories
     astray: int  # crossings of a boundary of media from another medium than the particle was in
     crossings: int
+    collisions: int
     moments: np.ndarray  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
 
@@ -47,6 +48,7 @@ class Batch:
             self.lost + other.lost,
             self.astray + other.astray,
             self.crossings + other.crossings,
+            self.collisions + other.collisions,
             self.moments + other.moments,
             merged_records(self.records, other.records, most_records),
         )
@@ -81,6 +83,7 @@ def batch_of(plan: Plan, raw) -> Batch:
         int(ledger[layout.LOST, 2]),
         int(ledger[layout.LOST, 3]),
         raw.crossings,
+        raw.collisions,
         raw.moments @ LIMBS,
         records_of(raw.records, raw.stride, raw.seed),
     )

@@ -158,11 +158,24 @@ class Result:
         return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
 
 
+def media_names(plan: Plan) -> dict[int, str]:
+    """What to call the media that absorb, by their rows: after the surface whose inside they fill."""
+    names = {}
+    for row in plan.absorbing_media:
+        if row == 0:
+            names[row] = "medium"
+            continue
+        number = plan.bodies[row - 1].surfaces[0]
+        name = plan.scene.surfaces[number].name
+        names[row] = f"inside {name or f'surfaces[{number}]'}"
+    return names
+
+
 class Ledger(Mapping):
     """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
 
     In watts or particles per second; with a clock in joules, or particles.  `roulette` is what was killed less what was gained, of expectation
-    zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface.
+    zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface and of each medium that absorbs.
     """
 
     def __init__(self, result: Result) -> None:
@@ -183,17 +196,19 @@ class Ledger(Mapping):
             if rows:
                 name = surface.name or f"surfaces[{index}]"
                 self.absorbed_by[name] = entry([b.absorbed[rows].sum() for b in batches], not plan.absorbs)
+        for row, name in media_names(plan).items():
+            column = len(plan.owners) + row
+            self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
         aimed = any(emitter.target is not None for emitter in plan.emitters)
+        is_sure = not (plan.acts or aimed or plan.has_media)
         self._entries = {
             "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
-            "absorbed": entry([b.absorbed.sum() for b in batches], not plan.absorbs),
-            "escaped": entry(
-                [b.ledger["escaped"] for b in batches], plan.has_clock or not (plan.acts or aimed)
+            "absorbed": entry(
+                [b.absorbed.sum() for b in batches], not (plan.absorbs or plan.absorbing_media)
             ),
-            "in_flight": entry(
-                [b.ledger["in_flight"] for b in batches], not plan.has_clock or not (plan.acts or aimed)
-            ),
-            "roulette": entry([b.ledger["roulette"] for b in batches], not plan.has_roulette),
+            "escaped": entry([b.ledger["escaped"] for b in batches], plan.has_clock or is_sure),
+            "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock or is_sure),
+            "roulette": entry([b.ledger["roulette"] for b in batches], not plan.plays_roulette),
             "unsampled": entry(
                 [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
             ),

@@ -1,0 +1,377 @@
+"""Fog: the exception to the law that radiance is the same all along a ray.
+
+Derivation.  In vacuum radiance is invariant along a ray.  In a medium each length ds of the way takes the share
+σ ds out of the ray, σ the extinction, so that L falls by exp(-τ), τ = ∫ σ ds (Bouguer 1729; Lambert 1760; Beer 1852).  What is left
+never collided.  If all that collides is absorbed, this is all the light; what is scattered instead comes
+from elsewhere, and the light is more than its direct part.  Surfaces "look the same at all distances, ignoring
+atmospheric effects such as fog" (Akenine-Möller, Haines, Hoffman 2008, 7.1): here they are not ignored.
+
+"disk".  A Lambertian disk and a meter on its axis, with absorbing fog between them that has the depth τ straight
+through.  A ray at the angle θ has τ/cosθ before it, so that a bin of directions holds the mean of L exp(-τ/μ) over
+it, weighted with μ, and the irradiance is 2π L ∫ μ exp(-τ/μ) dμ: not exp(-τ) times that in clear air, which is
+too much, since slanted rays have more fog before them; a disk that fills half the world leaves 2 E3(τ) of it.
+"lamp".  The same with fog that only scatters, mostly forward.  Of the light of a lamp that reaches the meter the
+direct part is that of absorbing fog; the rest is a glow about the lamp, and the irradiance is higher.
+"room".  A ball of fog within a wall that glows evenly.  Conservative fog takes nothing: into each ray it scatters
+as much as out of it, and radiance is L everywhere in every direction, though of what comes from the wall opposite, by
+a chord of 2R μ, only exp(-2Rσ μ) is direct.
+"sun".  Its radiance is 2.3e7 W m⁻² sr⁻¹ at its surface and about 1.4e7 seen from the ground (Scratchapixel, "Introduction to
+light, color and color space"): so the atmosphere has τ = ln(2.3/1.4) = 0.50, if that is with the sun at the zenith; the source
+does not say so, nor which part of the spectrum is meant.  With τ given the law tells the rest: at the zenith angle
+z it is exp(-τ/cos z) in a flat atmosphere.  Read against 1/cos z and drawn on to 0, radiances
+measured on the ground give that beyond the atmosphere (Langley 1903).
+
+Scene.  Fog is what is inside of a Slab or a Box without a wall, or of the whole scene: `place`.  Where light is
+absorbed only, directions are aimed at the meter.  Bins of direction keep off the disk's rim by the meter's
+radius, as in sims/lambert_disk.py.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import attenuation, emitters, sun
+
+law = (
+    "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ, whatever is scattered beside it"
+    " (Bouguer 1729; Beer 1852; Chandrasekhar 1960)"
+)
+question = "Is radiance the same all along a ray in fog, and what of the light that reaches us came straight?"
+particles = 1_000_000
+
+RADIANCE = 100.0  # W m^-2 sr^-1
+DISK, LAMP = (0.5, 0.2, 5e-4), (0.3, 1.0, 0.1)  # m: radius, distance and radius of the meter
+BINS = 6  # within the disk's cone, even in the length of the way
+ANGLES = np.radians(np.linspace(0, 90, 61))  # of the pictures
+LAMP_G = 0.8  # mean cosine of the scattering angle
+WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
+SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
+ATMOSPHERE = math.log(SURFACE / GROUND)
+AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
+READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "all")
+IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
+IN_LAMP, POWER, SUN = "radiance of the lamp, direct", "power on 1 m^2", "radiance of the sun"
+
+
+def cases() -> list[dict[str, object]]:
+    disks = [(0.0, "slab"), (0.5, "slab"), (1.0, "box"), (2.0, "all")]
+    return [
+        *({"reading": "disk", "tau": tau, "place": place} for tau, place in disks),
+        {"reading": "lamp", "tau": 1.0},
+        {"reading": "room", "tau": 2.0},
+        *({"reading": "sun", "tau": ATMOSPHERE, "zenith_angle": angle * tp.deg} for angle in (0, 60, 75)),
+    ]
+
+
+def scene(
+    reading: str = "disk", tau: float = 1.0, place: str = "slab", zenith_angle: float = 0.0
+) -> tp.Scene:
+    """One of four scenes: a "disk" in absorbing fog, a "lamp" in scattering fog, a "room" full of it, the "sun".
+
+    tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith.
+    place: of the fog before the disk: in a "slab" or a "box" between, or "all" about.  zenith_angle: of the sun [rad].
+    """
+    _check("reading", reading, READINGS)
+    _check("place", place, PLACES)
+    if reading == "room":
+        return _room(tau)
+    return _sun(tau, zenith_angle) if reading == "sun" else _disk(reading, tau, place)
+
+
+def _check(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
+
+
+def _disk(reading: str, tau: float, place: str) -> tp.Scene:
+    """Source and meter face each other; in a slab or a box the fog fills the middle half of the way."""
+    is_lamp = reading == "lamp"
+    radius, distance, size = LAMP if is_lamp else DISK
+    meter = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=size)
+    middle, depth = (0, 0, distance / 2), distance if place == "all" else distance / 2
+    if is_lamp:
+        fog = tp.Medium(scattering=tau / depth, phase=tp.HenyeyGreenstein(LAMP_G))
+        direct = tp.Detector(meter, "direct", directions=tp.Directions(theta=_edges("lamp")), events=0)
+        views = [tp.Detector(meter, "view", directions=tp.Directions(theta=ANGLES))]
+        views.append(tp.Detector(meter, "direct view", directions=tp.Directions(theta=ANGLES), events=0))
+    else:
+        fog = tp.Medium(absorption=tau / depth)
+        direct = tp.Detector(meter, "meter", directions=tp.Directions(theta=_edges("disk")))
+        views = [tp.Detector(meter, "view", directions=tp.Directions(theta=ANGLES))]
+    body = tp.Slab(center=middle, thickness=depth)
+    if place == "box":
+        body = tp.Box(center=middle, size=(3 * radius, 3 * radius, depth))
+    return tp.Scene(
+        tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=RADIANCE), aim=None if is_lamp else meter),
+        [] if place == "all" else tp.Surface(body, tp.Transparent(), name="fog", inside=fog),
+        [direct, *views],
+        medium=fog if place == "all" else tp.Vacuum(),
+    )
+
+
+def _edges(reading: str) -> np.ndarray:
+    """Edges of bins within the cone of the source, even in 1/cosθ, then the rim and the horizon [rad]."""
+    radius, distance, size = LAMP if reading == "lamp" else DISK
+    within, beyond = math.hypot(distance, radius - size) / distance, math.atan((radius + size) / distance)
+    ways = np.linspace(1, within, (1 if reading == "lamp" else BINS) + 1)
+    return np.array([*np.arccos(1 / ways), beyond, math.pi / 2])
+
+
+def _room(tau: float) -> tp.Scene:
+    """Fog that only scatters, within a wall that glows; the wall's meters look at what arrives."""
+    ball = tp.Sphere(radius=1.0)
+    fog = tp.Medium(scattering=tau / (2 * ball.radius), phase=tp.HenyeyGreenstein(LAMP_G))
+    bins = tp.Directions(mu=WALL)
+    return tp.Scene(
+        tp.Source("room", tp.Lambertian(radiance=RADIANCE), side="inside"),
+        tp.Surface(ball, tp.Black(), name="room", inside=fog),
+        [
+            tp.Detector("room", "wall", side="inside", directions=bins),
+            tp.Detector("room", "direct", side="inside", directions=bins, events=0),
+        ],
+    )
+
+
+def _sun(tau: float, zenith_angle: float) -> tp.Scene:
+    """The sun far along +x, a square metre that faces it, and above that a slab of air, tilted."""
+    up = (math.cos(zenith_angle), 0, math.sin(zenith_angle))
+    air = tp.Slab(center=[(AIR[0] + AIR[1] / 2) * x for x in up], normal=up, thickness=AIR[1])
+    meter = tp.Rectangle(normal=(1, 0, 0), width=1, height=1)
+    ball = tp.Sphere(center=(tp.au, 0, 0), radius=_sun_radius())
+    return tp.Scene(
+        tp.Source(ball, tp.Lambertian(radiance=SURFACE), aim=meter),
+        tp.Surface(air, tp.Transparent(), name="air", inside=tp.Medium(absorption=tau / AIR[1])),
+        tp.Detector(meter, "meter", directions=tp.Directions.cone((1, 0, 0), _sun_angle())),
+    )
+
+
+def _sun_radius() -> float:
+    return float(sun.sphere_radius(sun.AREA))
+
+
+def _sun_angle() -> float:
+    return math.asin(_sun_radius() / tp.au)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    if "wall" in result:
+        wall, direct = result["wall"], result["direct"]
+        rows = {_bin("radiance", WALL, i): each for i, each in enumerate(wall.radiance)}
+        rows |= {_bin("radiance, direct", WALL, i): each for i, each in enumerate(direct.radiance)}
+        return rows | {IRRADIANCE: wall.irradiance, DIRECT: direct.irradiance}
+    if "direct" in result:
+        return {DIRECT: result["direct"].irradiance, IN_LAMP: result["direct"].radiance[0]}
+    meter = result["meter"]
+    if "air" in [surface.name for surface in result.scene.surfaces]:
+        return {SUN: meter.radiance[0], POWER: meter.flux_in}
+    seen, cosines = meter.radiance, np.cos(_edges("disk"))
+    rows = {_bin("radiance", cosines, i): seen[i] for i in range(BINS)}
+    return rows | {IRRADIANCE: meter.irradiance, "radiance beside the disk": seen[BINS + 1]}
+
+
+def exact(
+    reading: str = "disk", tau: float = 1.0, place: str = "slab", zenith_angle: float = 0.0
+) -> dict[str, float]:
+    if reading == "room":
+        left = attenuation.ball_transmittance(tau, WALL[:-1], WALL[1:])
+        rows = {_bin("radiance", WALL, i): RADIANCE for i in range(len(left))}
+        rows |= {_bin("radiance, direct", WALL, i): RADIANCE * each for i, each in enumerate(left)}
+        irradiance = math.pi * RADIANCE
+        return rows | {IRRADIANCE: irradiance, DIRECT: irradiance * attenuation.ball_transmittance(tau)}
+    if reading == "sun":
+        left = attenuation.cone_transmittance(tau, zenith_angle, _sun_angle())
+        clear = emitters.sphere_irradiance(SURFACE, _sun_radius(), tp.au)
+        return {SUN: SURFACE * left, POWER: float(clear * left)}
+    radius, distance, size = LAMP if reading == "lamp" else DISK
+    cosines = np.cos(_edges(reading))
+    left = attenuation.mean_slant_transmittance(tau, cosines[1:-2], cosines[:-3]) * RADIANCE
+    irradiance = attenuation.disk_irradiance(RADIANCE, radius, distance, tau, size)
+    if reading == "lamp":
+        return {DIRECT: irradiance, IN_LAMP: float(left[0])}
+    rows = {_bin("radiance", cosines, i): float(left[i]) for i in range(BINS)}
+    return rows | {IRRADIANCE: irradiance, "radiance beside the disk": 0.0}
+
+
+def _bin(quantity: str, cosines: np.ndarray, index: int) -> str:
+    low, high = sorted(cosines[index : index + 2])
+    return f"{quantity}, cosθ {low:.3g} to {high:.3g}"
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = []
+    found = {reading: [o for o in outcomes if _given(o, "reading") == reading] for reading in READINGS}
+    if disks := found["disk"]:
+        rows = [row for o in disks for row in o.rows if row.exact != 0]
+        worst = max((abs(row.z) for row in rows if math.isfinite(row.z)), default=0.0)
+        said.append(
+            f"through fog radiance is L exp(-τ/cosθ), the furthest of {len(rows)} readings {worst:.1f} standard errors off"
+        )
+        tau, guess = max(
+            (_given(o, "tau"), guessed(_given(o, "tau")) / o[IRRADIANCE].estimate.value) for o in disks
+        )
+        said.append(
+            f"exp(-τ) times the irradiance in clear air would be {guess:.3g} times too much at τ = {tau:.3g}"
+        )
+    for outcome in found["lamp"]:
+        direct, total = outcome[DIRECT].estimate, outcome.result["view"].irradiance
+        said.append(f"in scattering fog the lamp's direct light is {direct}, and all of it {total}")
+    for outcome in found["room"]:
+        said.append(
+            f"in a glowing room full of such fog the wall receives {outcome[IRRADIANCE].estimate}, as without it,"
+            f" of which {outcome[DIRECT].estimate} straight"
+        )
+    if suns := found["sun"]:
+        seen = ", ".join(f"{o[SUN].estimate} at {math.degrees(_given(o, 'zenith_angle')):.3g}°" for o in suns)
+        said.append(
+            f"the sun's {SURFACE:.2g} W m^-2 sr^-1 are seen through the air as {seen} from the zenith"
+        )
+    words = "; ".join(said)
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def guessed(tau: float) -> float:
+    """The wrong guess: irradiance in clear air times exp(-tau) [W m^-2]."""
+    radius, distance, size = DISK
+    clear = attenuation.disk_irradiance(RADIANCE, radius, distance, 0.0, size)
+    return clear * float(attenuation.transmittance(tau))
+
+
+def _given(outcome: Outcome, name: str) -> object:
+    """A parameter of the case, or its default."""
+    defaults = {"reading": "disk", "tau": 1.0, "place": "slab", "zenith_angle": 0.0}
+    return outcome.parameters.get(name, defaults[name])
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, as far as there are such."""
+    path, paths = Path(path), []
+    pictures = {
+        "disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,), "sun": (draw_sun,),
+    }  # fmt: skip
+    for reading, functions in pictures.items():
+        shown = [o for o in outcomes if _given(o, "reading") == reading]
+        for function in functions if shown else ():
+            word = function.__name__.removeprefix("draw_")
+            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
+            function(shown, paths[-1])
+    return paths
+
+
+def draw_disk(outcomes: list[Outcome], path: Path) -> None:
+    """The disk as the meter sees it, from clear air to thick fog."""
+    from viz.views import views
+
+    seen, laws = {}, {}
+    for outcome in outcomes:
+        tau = _given(outcome, "tau")
+        seen[f"τ = {tau:.3g}"] = outcome.result["view"].radiance
+        laws[f"τ = {tau:.3g}"] = lambda theta, tau=tau: _straight(theta, tau, DISK)
+    title = "A bright disk seen through fog: radiance is not invariant there"
+    views(seen, path, exact=laws, title=title, note=provenance(outcomes))
+
+
+def _straight(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np.ndarray:
+    """Radiance that comes straight from the disk or the lamp."""
+    return np.where(theta < math.atan(of[0] / of[1]), RADIANCE * np.exp(-tau / np.cos(theta)), 0.0)
+
+
+def draw_ways(outcomes: list[Outcome], path: Path) -> None:
+    """Radiance over that in clear air against the optical depth of the way: one exponential for all fogs and directions."""
+    from viz.catalogue import Entry, catalogue
+
+    cosines = np.cos(_edges("disk"))[: BINS + 1]
+    middles = (cosines[1:] + cosines[:-1]) / 2
+    entries = {}
+    for outcome in outcomes:
+        level = constant(outcome.result, RADIANCE, "W m^-2 sr^-1")
+        rows = [row for row in outcome.rows if row.name.startswith("radiance, cosθ")]
+        shares = [row.estimate / level for row in rows]
+        expected = [row.exact / RADIANCE for row in rows]
+        label = f"τ = {_given(outcome, 'tau'):.3g}, {outcome.parameters.get('place', 'slab')}"
+        entries[label] = Entry(_given(outcome, "tau") / middles, shares, lambda way: math.exp(-way), expected)
+    catalogue(
+        entries,
+        path,
+        xlabel="optical depth of the way  τ / cosθ",
+        ylabel="radiance / that in clear air",
+        title="Along every ray radiance falls by exp(-τ)",
+        note=provenance(outcomes),
+        log_y=True,
+    )
+
+
+def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
+    """Irradiance against the optical depth, with the guess that forgets the slant."""
+    from viz import profile
+
+    taus = [_given(o, "tau") for o in outcomes]
+    guides = {
+        "wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed),
+        "half the world aglow: 2 E3(τ) of that": lambda t: (
+            guessed(0.0) * attenuation.lambertian_transmission(t)
+        ),
+    }
+    profile(
+        taus,
+        [o[IRRADIANCE].estimate for o in outcomes],
+        path,
+        exact=np.vectorize(lambda t: attenuation.disk_irradiance(RADIANCE, *DISK[:2], t, DISK[2])),
+        guides=guides,
+        xlabel="optical depth τ straight from the disk to the meter",
+        ylabel="irradiance",
+        title="Irradiance in fog falls faster than exp(-τ)",
+        log_y=True,
+        note=provenance(outcomes),
+    )
+
+
+def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
+    """A lamp in scattering fog: all light, and what of it came straight."""
+    from viz.views import views
+
+    outcome, tau = outcomes[0], _given(outcomes[0], "tau")
+    seen = {"all light": outcome.result["view"].radiance, "direct": outcome.result["direct view"].radiance}
+    laws = {"direct": lambda theta: _straight(theta, tau, LAMP)}
+    title = f"A lamp in fog that scatters, τ = {_given(outcome, 'tau'):.3g}: its light glows about it"
+    views(seen, path, exact=laws, title=title, log=True, note=provenance(outcomes))
+
+
+def draw_room(outcomes: list[Outcome], path: Path) -> None:
+    """All rows of the room beside their exact values."""
+    from viz import comparison
+
+    table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
+    title = "A glowing room full of fog: as bright as an empty one, by other ways"
+    comparison(table, path, title=title, note=provenance(outcomes))
+
+
+def draw_sun(outcomes: list[Outcome], path: Path) -> None:
+    """The sun's radiance against the depth of air before it, and what is left at none."""
+    from viz import profile
+
+    tau = _given(outcomes[0], "tau")
+    profile(
+        [1 / math.cos(_given(o, "zenith_angle")) for o in outcomes],
+        [o[SUN].estimate for o in outcomes],
+        path,
+        exact=lambda airs: SURFACE * np.exp(-tau * airs),
+        expected=[o[SUN].exact for o in outcomes],
+        guides={"at its surface, and above the air": lambda airs: np.full(np.shape(airs), SURFACE)},
+        xlabel="air before the sun, in that at the zenith: 1/cos(zenith angle)",
+        ylabel="radiance of the sun",
+        title="The sun through the atmosphere, τ = 0.50 at the zenith",
+        log_y=True,
+        note=provenance(outcomes),
+    )
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

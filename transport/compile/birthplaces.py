@@ -1,0 +1,98 @@
+"""Places of a source, a little before the side that emits: what is there decides what its particles are born into."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from transport.shapes import Box, Disk, FlatShape, Mesh, Point, Rectangle, Revolved, Shape, Sphere, Triangle
+from transport.sources import Beam, Source
+
+NEARBY = 1e-9  # of a source's extent, before its surface
+AWAY = 2.0**-40  # [scene lengths] from a point
+LOOKS = 64  # places in a source
+STEPS = 2.0 ** -(np.arange(1, 4) / 4)  # of places that fill a cube evenly
+
+
+def places_of(source: Source, piece: Shape, size: float) -> np.ndarray:
+    """Places [m] of a piece of a source, (n, 3); size: of the scene [m]."""
+    if isinstance(piece, Point):
+        way = np.array(source.emission.direction) if isinstance(source.emission, Beam) else np.zeros(3)
+        return np.array(piece.position)[None] + AWAY * size * way
+    u = np.modf((np.arange(1, LOOKS + 1)[:, None]) * STEPS)[0]
+    if not source.emission.has_side:
+        return _within(piece, u)
+    places, normals = _upon(piece, u)
+    side = -1.0 if source.is_back else 1.0
+    return places + side * max(NEARBY * piece.extent, AWAY * size) * normals
+
+
+def _within(piece: Shape, u: np.ndarray) -> np.ndarray:
+    """Places in a Box or Sphere; of what has no bounds its middle."""
+    middle = np.array(piece.middle)
+    match piece:
+        case Box(size=size):
+            return middle + (u - 0.5) * np.array(size)
+        case Sphere(radius=radius):
+            return middle + radius * np.cbrt(u[:, 2:]) * _directions(u)
+    return middle[None]
+
+
+def _directions(u: np.ndarray) -> np.ndarray:
+    mu, turn = 2 * u[:, 0] - 1, 2 * math.pi * u[:, 1]
+    sine = np.sqrt((1 - mu) * (1 + mu))
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=1)
+
+
+def _upon(piece: Shape, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places on a surface and its normals there."""
+    middle = np.array(piece.middle)
+    match piece:
+        case Mesh():
+            facets = (u[:, 2] * len(piece.faces)).astype(int)
+            return piece.vertices[piece.faces[facets]].mean(axis=1), piece.normals[facets]
+        case Sphere() if piece.is_closed:
+            return middle + piece.radius * _directions(u), _directions(u)
+        case Revolved():
+            return _round(piece, u)
+        case FlatShape():
+            return _flat(piece, u), np.broadcast_to(piece.normal, (len(u), 3))
+    return middle[None], np.zeros((1, 3))
+
+
+def _flat(piece: FlatShape, u: np.ndarray) -> np.ndarray:
+    e_u, e_v, _ = (np.array(e) for e in piece.frame)
+    match piece:
+        case Rectangle(width=width, height=height):
+            center = np.array(piece.center)
+            places = center + (u[:, :1] - 0.5) * width * e_u + (u[:, 1:2] - 0.5) * height * e_v
+            return places if piece.hole is None else places[~_covers(piece.hole, places)]
+        case Disk(radius=outer, inner_radius=inner):
+            rho = np.sqrt(inner**2 + u[:, :1] * (outer - inner) * (outer + inner))
+            turn = 2 * math.pi * u[:, 1:2]
+            return np.array(piece.center) + rho * (np.cos(turn) * e_u + np.sin(turn) * e_v)
+        case Triangle():
+            first, second, third = (np.array(vertex) for vertex in piece.vertices)
+            s = np.sqrt(u[:, :1])
+            return first + s * (1 - u[:, 1:2]) * (second - first) + s * u[:, 1:2] * (third - first)
+    return np.array(piece.middle)[None]
+
+
+def _covers(hole: Disk | Rectangle, places: np.ndarray) -> np.ndarray:
+    e_u, e_v, _ = (np.array(e) for e in hole.frame)
+    u, v = (places - np.array(hole.center)) @ e_u, (places - np.array(hole.center)) @ e_v
+    if isinstance(hole, Disk):
+        return u * u + v * v <= hole.radius**2
+    return (np.abs(u) <= hole.width / 2) & (np.abs(v) <= hole.height / 2)
+
+
+def _round(piece: Revolved, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    profile, (e_u, e_v, axis) = piece.profile, (np.array(e) for e in piece.frame)
+    w = (profile.low + u[:, 0] * (profile.high - profile.low))[:, None]
+    turn = 2 * math.pi * u[:, 1:2]
+    out = np.cos(turn) * e_u + np.sin(turn) * e_v
+    rho = np.array([[profile.radius_at(float(h))] for h in w[:, 0]])
+    slope = 0.5 * profile.beta + profile.gamma * w
+    normals = (rho * out - slope * axis) / np.hypot(rho, slope)
+    return np.array(profile.origin) + w * axis + rho * out, normals

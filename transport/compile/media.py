@@ -1,0 +1,112 @@
+"""Media as rows: what each body does to a flight, and the laws by which it scatters."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.bodies import bodies_of, body_bits_around, has_media, media_of
+from transport.compile import layout
+from transport.emissions import Isotropic
+from transport.materials import Mixture
+from transport.media import Grid, HenyeyGreenstein, Rayleigh, Tabulated
+from transport.sources import Source
+from transport.tracking import Tracking
+from transport.validation import SceneError, shown
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+    from transport.scene import Scene
+
+ANALOG, WEIGHTED = "analog", "weighted"
+
+
+def default_tracking(scene: Scene) -> Tracking:
+    """How absorption is treated where the user does not say: by weights (the README's table of efficiencies)."""
+    return Tracking(absorption=WEIGHTED if scene.duration is None else ANALOG)
+
+
+def fill_media(plan: Plan) -> None:
+    """The plan's tables of media and phase functions, where its scene has any."""
+    plan.has_media = has_media(plan.scene)
+    if not plan.has_media:
+        return
+    plan.distinct_media = media_of(plan.scene)
+    plan.phase_laws = list(_phase_laws(plan))
+    plan.bodies = bodies = bodies_of(plan.scene)
+    plan.media = np.array(
+        [_media_row(plan, plan.distinct_media[0])] + [_media_row(plan, body.medium) for body in bodies],
+        layout.MEDIA,
+    )
+
+
+def _media_row(plan: Plan, medium) -> np.ndarray:
+    length, values = plan.space.size, {"index": medium.index}
+    if isinstance(medium, Grid):
+        raise SceneError("Scene: no engine for a Grid")
+    sigma_a, sigma_s = medium.absorption * length, medium.scattering * length
+    values |= {"sigma": sigma_s, "sigma_a": sigma_a, "survival": 1.0}
+    if plan.tracking.absorption == ANALOG:
+        values |= {"sigma": sigma_a + sigma_s, "sigma_a": 0.0, "survival": medium.albedo}
+    if medium.scattering > 0:
+        values |= {"phase": plan.phase_numbers[medium.phase]}
+    return layout.row(layout.MEDIA, **values)
+
+
+def _phase_laws(plan: Plan):
+    """The name of the pass and the row of each phase function, in the order of their numbers; mixtures part by part."""
+    number, plan.phase_numbers = 1, {}
+    for medium in plan.distinct_media:
+        if _scatters(medium) and medium.phase not in plan.phase_numbers:
+            plan.phase_numbers[medium.phase] = number
+            parts = medium.phase.parts if isinstance(medium.phase, Mixture) else ((medium.phase, 1.0),)
+            shares = np.cumsum([share for _, share in parts])
+            for (phase, _), share in zip(parts, shares, strict=True):
+                name, values = _law(plan, phase)
+                yield (
+                    name,
+                    layout.row(layout.PHASE_LAW, **values, share=share, number=number, parts=len(parts)),
+                )
+                number += 1
+
+
+def _scatters(medium) -> bool:
+    return bool(np.any(np.asarray(medium.scattering) > 0))
+
+
+def _law(plan: Plan, phase) -> tuple[str, dict[str, float]]:
+    match phase:
+        case Isotropic() | HenyeyGreenstein(g=0.0):
+            return "scatter_isotropically", {}
+        case HenyeyGreenstein(g=g):
+            return "scatter_by_henyey_greenstein", {"g": g}
+        case Rayleigh():
+            return "scatter_by_rayleigh", {}
+        case Tabulated():
+            from transport.compile.phase_tables import tabulated_rows
+
+            rows = tabulated_rows(phase)
+            plan.kept.append(rows)
+            return "scatter_by_table", {"rows": rows.ctypes.data, "count": len(rows)}
+    raise SceneError(f"Medium: no engine for {shown(phase)}")
+
+
+def glowing_sources(scene: Scene) -> list[Source]:
+    """Media that emit, as sources that fill their bodies."""
+    glowing = [body for body in bodies_of(scene) if body.medium.emission > 0]
+    shapes = [(scene.surfaces[body.surfaces[0]].shape, body.medium.emission) for body in glowing]
+    return [Source(shape, Isotropic(power=4 * math.pi * shape.volume * glow)) for shape, glow in shapes]
+
+
+def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
+    """The row of births at these positions, which lie in the same bodies; None where they do not."""
+    bits = np.unique(body_bits_around(plan.scene, positions))
+    if len(bits) > 1:
+        return None
+    inside = int(bits[0])
+    medium = (inside & -inside).bit_length()
+    row = plan.media[medium]
+    values = {name: row[name] for name in ("sigma", "sigma_a", "survival")}
+    return layout.row(layout.INSIDE, **values, inside=inside, medium=medium)

@@ -1,0 +1,244 @@
+"""What a medium does to a flight: end it at a collision, absorb there by chance or along the way by weight, scatter.
+
+A flight ends at a surface or, before that, at a collision: its free path bounds `distance` before the surfaces are looked
+for.  Lanes that met a surface wait while the others collide and fly on (driver.fly_on); `flies` tells them apart.
+
+Collisions keep layout.SLACK clear of what is ahead of them and behind: no rounding carries one through a surface.
+"""
+
+import math
+
+import numpy as np
+from numba import uint64
+
+from transport.compile.layout import (
+    MEDIA,
+    NO_TABLE,
+    PHASE_LAW,
+    ROULETTE,
+    ROULETTE_LAW,
+    SLACK,
+    TWO_ROWS,
+    WEIGHED,
+)
+from transport.compile.phase_tables import SEGMENT
+from transport.engine.addresses import add_to_row, view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.physics.directions import sample_isotropic
+from transport.physics.elementary import exp_negative, log_positive
+from transport.physics.scattering import (
+    sample_henyey_greenstein,
+    sample_rayleigh,
+    sample_tabulated,
+    turned_by_angle,
+)
+from transport.physics.streams import PATH, random_words, short_uniform, uniform
+
+
+@lane_pass(NO_TABLE)
+def set_out(b, table, first, live):
+    """All fly on."""
+    for k in range(first, live):
+        b.distance[k] = 0.0
+        b.hit[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def fly_straight(b, table, first, live):
+    """Nothing collides: as far as the next surface."""
+    for k in range(first, live):
+        b.distance[k] = math.inf
+        b.hit[k] = 0
+        b.flies[k] = 1
+    return live
+
+
+@lane_pass(NO_TABLE)
+def fly(b, table, first, live):
+    """Draw a free path, and from the same random block what the collision at its end needs.
+
+    Of 2^52 equal cells of probability the middles: no path is 0, none longer than 37 mean ones.
+    """
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
+        flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
+        path = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)) / b.sigma[k]
+        b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
+        b.event[k] += 1 if flies else 0
+        b.flies[k] = 1 if flies else 0
+        b.u0[k], b.u1[k] = uniform(w2, w1 << uint64(20)), short_uniform(w3)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def collide(b, table, first, live):
+    """To the end of the free path, where no surface came before it."""
+    colliding = 0
+    for k in range(first, live):
+        collides = (b.flies[k] != 0) & (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
+        d = b.distance[k] - SLACK if collides else 0.0
+        b.x[k] += d * b.ux[k]
+        b.y[k] += d * b.uy[k]
+        b.z[k] += d * b.uz[k]
+        b.start[k] = 0.0 if collides else b.start[k]
+        b.sheet[k] = 0 if collides else b.sheet[k]
+        b.collides[k] = 1 if collides else 0
+        colliding += 1 if collides else 0
+    b.colliding = colliding
+    b.collisions += colliding
+    return live
+
+
+@lane_pass(NO_TABLE)
+def attenuate(b, table, first, live):
+    """Absorption along the way lessens the weight; what is lost, as a difference of exact sums, is the medium's."""
+    for k in range(first, live):
+        way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
+        depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
+        after = before * exp_negative(-depth)
+        high, low = limbs(before)
+        left_high, left_low = limbs(after)
+        b.high[k], b.low[k] = high - left_high, low - left_low
+        b.weight[k] = after
+    return live
+
+
+@lane_pass(NO_TABLE)
+def absorb_by_chance(b, table, first, live):
+    """At a collision all or nothing is absorbed; the number that decided is as good as new within its range."""
+    for k in range(first, live):
+        u, survival, collides = b.u0[k], b.survival[k], b.collides[k] != 0
+        dies = collides & (u >= survival)
+        fresh = u / survival
+        b.u0[k] = fresh if fresh < 1.0 else 0.0
+        high, low = limbs(b.weight[k] if dies else 0.0)
+        b.high[k], b.low[k] = high, low
+        b.weight[k] = 0.0 if dies else b.weight[k]
+        b.collides[k] = 0 if dies else b.collides[k]
+    return live
+
+
+@lane_pass(WEIGHED)
+def account_absorbed_in(b, table, first, live):
+    """Enter what one medium has kept into its row of the ledger."""
+    high, low, medium = 0, 0, table.medium
+    for k in range(first, live):
+        here = b.medium[k] == medium
+        high += b.high[k] if here else 0
+        low += b.low[k] if here else 0
+    row = 4 * table.ledger
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[row] += high
+    ledger[row + 1] += low
+    return live
+
+
+@lane_pass(WEIGHED)
+def account_absorbed_everywhere(b, table, first, live):
+    """The same for media in plenty, from the row of the first one on."""
+    rows = b.ledger + 32 * table.ledger
+    for k in range(first, live):
+        add_to_row(rows + 32 * b.medium[k], b.high[k], b.low[k], 0, 0)
+    return live
+
+
+@lane_pass(ROULETTE_LAW)
+def play_roulette_in_flight(b, table, first, live):
+    """What collides below a share of its birth weight survives with the chance weight/birth, at its birth weight again.
+
+    The ledger takes what was killed less what was gained: expectation 0.
+    """
+    total_high, total_low, threshold = 0, 0, table.threshold
+    for k in range(first, live):
+        w, birth, u = b.weight[k], b.birth[k], b.u0[k]
+        light = (b.collides[k] != 0) & (w < threshold * birth)
+        chance = w / birth
+        survives = u < chance
+        fresh = u / chance
+        b.u0[k] = (fresh if fresh < 1.0 else 0.0) if light & survives else u
+        new = (birth if survives else 0.0) if light else w
+        high, low = limbs(w)
+        new_high, new_low = limbs(new)
+        total_high += high - new_high
+        total_low += low - new_low
+        b.weight[k] = new
+        b.collides[k] = 0 if new == 0.0 else b.collides[k]
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[4 * ROULETTE] += total_high
+    ledger[4 * ROULETTE + 1] += total_low
+    return live
+
+
+@lane_pass(TWO_ROWS)
+def choose_phase(b, table, first, live):
+    """The phase function of the medium; of a mixture one part, with the chance of its share.
+
+    The number that chose is as good as new within the part's share.
+    """
+    media, laws = view(table.rows, table.count, MEDIA), view(table.others, table.other_count, PHASE_LAW)
+    for k in range(first, live):
+        if b.collides[k] != 0:
+            chosen = media[b.medium[k]].phase
+            low, last, u = 0.0, chosen + laws[chosen - 1].parts - 1, b.u0[k]
+            while chosen < last and u >= laws[chosen - 1].share:
+                low = laws[chosen - 1].share
+                chosen += 1
+            if laws[chosen - 1].parts > 1:
+                b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)
+            b.collides[k] = chosen
+    return live
+
+
+@lane_pass(PHASE_LAW)
+def scatter_isotropically(b, table, first, live):
+    """Into all directions alike."""
+    number = table.number
+    for k in range(first, live):
+        ux, uy, uz = sample_isotropic(b.u0[k], b.u1[k])
+        here = b.collides[k] == number
+        b.ux[k] = ux if here else b.ux[k]
+        b.uy[k] = uy if here else b.uy[k]
+        b.uz[k] = uz if here else b.uz[k]
+    return live
+
+
+@lane_pass(PHASE_LAW)
+def scatter_by_henyey_greenstein(b, table, first, live):
+    """About the old direction by the phase function of Henyey and Greenstein (1941)."""
+    number, g = table.number, table.g
+    for k in range(first, live):
+        mu, sine = sample_henyey_greenstein(g, b.u0[k])
+        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
+        here = b.collides[k] == number
+        b.ux[k] = ux if here else b.ux[k]
+        b.uy[k] = uy if here else b.uy[k]
+        b.uz[k] = uz if here else b.uz[k]
+    return live
+
+
+@lane_pass(PHASE_LAW)
+def scatter_by_rayleigh(b, table, first, live):
+    """About the old direction by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2)."""
+    number = table.number
+    for k in range(first, live):
+        mu, sine = sample_rayleigh(b.u0[k])
+        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
+        here = b.collides[k] == number
+        b.ux[k] = ux if here else b.ux[k]
+        b.uy[k] = uy if here else b.uy[k]
+        b.uz[k] = uz if here else b.uz[k]
+    return live
+
+
+@lane_pass(PHASE_LAW)
+def scatter_by_table(b, table, first, live):
+    """About the old direction by a tabulated phase function.  A gather keeps this loop scalar."""
+    number, rows = table.number, view(table.rows, table.count, SEGMENT)
+    for k in range(first, live):
+        if b.collides[k] == number:
+            mu, sine = sample_tabulated(rows, table.count, b.u0[k])
+            b.ux[k], b.uy[k], b.uz[k] = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
+    return live

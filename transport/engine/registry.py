@@ -1,0 +1,65 @@
+"""Every pass by its name, and steps: a pass with its table."""
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.plan import Plan
+from transport.engine import (
+    aims,
+    birthplaces,
+    births,
+    bodies,
+    clocks,
+    collisions,
+    flats,
+    flights,
+    histories,
+    landings,
+    lanes,
+    meshes,
+    meters,
+    optics,
+    quadrics,
+    refinements,
+    rims,
+    snapshots,
+    speeds,
+    surfaces,
+)
+from transport.engine.passes import Pass
+
+Step = tuple[Pass, np.ndarray]
+FAMILIES = (
+    aims, birthplaces, births, bodies, clocks, collisions, flats, flights, histories, landings, lanes, meshes, meters, optics, quadrics,
+    refinements, rims, snapshots, speeds, surfaces,
+)  # fmt: skip
+PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
+NOTHING = layout.row(layout.NO_TABLE)
+
+
+def step(lane_pass: Pass, table: np.ndarray = NOTHING) -> Step:
+    if table.dtype != lane_pass.table:
+        raise TypeError(f"pass {lane_pass.name} reads a {lane_pass.table}, got {table.dtype}")
+    return lane_pass, table
+
+
+def named(called: tuple[str, np.ndarray]) -> Step:
+    name, table = called
+    return step(PASSES[name], table)
+
+
+def rows_of(array: np.ndarray) -> np.ndarray:
+    """A table that points to an array, which the plan keeps alive."""
+    return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
+
+
+def layer_of(plan: Plan, layer: int) -> np.ndarray:
+    return layout.row(
+        layout.LAYERS,
+        rows=plan.layers[layer].ctypes.data,
+        count=len(plan.layers[layer]),
+        layer=layer,
+        half=plan.half,
+        meters=plan.meters.ctypes.data,
+        meter_count=len(plan.meters),
+    )

@@ -1,0 +1,71 @@
+"""What all phase functions share, and arrays that never change and are compared by what they hold."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import numpy as np
+
+from transport.validation import refuse, shown
+
+
+class Phase:
+    """How light or particles are scattered: the density of directions over the cosine mu of the scattering angle.
+
+    Not made itself.  `g` is the mean cosine, `density(mu)` the density [sr^-1] whose integral over the sphere is 1.
+    """
+
+    is_phase = True  # whether it may be one: an Isotropic with an amount is an emission only
+    g: float  # mean cosine of the scattering angle
+
+    def density(self, mu: np.ndarray | float) -> np.ndarray | float:
+        """Density [sr^-1] at cosines mu, of any shape, from -1 (backwards) to 1 (straight on)."""
+        raise NotImplementedError
+
+
+def is_phase(value: object) -> bool:
+    """Whether a value is a phase function."""
+    return isinstance(value, Phase) and value.is_phase
+
+
+def settled_phase(subject: object, value: object) -> Phase:
+    """The phase function of a medium; SceneError where it is none."""
+    if is_phase(value):
+        return value
+    if isinstance(value, type) and issubclass(value, Phase):
+        refuse(subject, f"phase must be made with its brackets, got {value.__name__}; write phase=...(...)")
+    if isinstance(value, Phase):
+        kind = type(value).__name__
+        cure = "leave its amount out" if kind == "Isotropic" else "mix phases, not materials"
+        refuse(subject, f"phase must be a phase function, got {shown(value)}; {cure}")
+    refuse(subject, f"phase must be one such as HenyeyGreenstein(g=0.9) or Isotropic(), got {shown(value)}")
+
+
+def settled_array(subject: object, name: str, value: object, dims: int) -> np.ndarray:
+    """A read-only copy of numbers in so many dimensions, finite and not negative; SceneError for others."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in "iuf":
+            raise ValueError
+        array = np.array(given, dtype=np.float64, order="C") + 0.0  # -0.0 becomes 0.0
+    except (ValueError, TypeError):
+        refuse(subject, f"{name} must be an array of numbers, got {shown(value)}")
+    if array.ndim != dims or array.size == 0:
+        refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {array.shape}")
+    wrong = ~((array >= 0) & (array < math.inf))
+    if wrong.any():
+        place = tuple(int(k) for k in np.argwhere(wrong)[0])
+        where = place if dims > 1 else place[0]
+        refuse(subject, f"{name} must be zero or positive, and finite, got {array[place]} at {where}")
+    array.flags.writeable = False
+    return array
+
+
+def digest_of(*arrays: np.ndarray) -> bytes:
+    """A code of 16 bytes of what arrays hold; what equality and hash go by."""
+    code = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        code.update(repr((array.shape, any(array.strides))).encode())
+        code.update(array if any(array.strides) else array.flat[0].tobytes())
+    return code.digest()

@@ -1,0 +1,127 @@
+"""Solids that are told by inequalities: half spaces, slabs, boxes and balls; which lies in which, and which meet.
+
+Exact up to the rounding of coordinates: solids that share part of a plane do not meet.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from transport.shapes import Box, Plane, Shape, Slab, Sphere
+from transport.shapes.base import ROUNDING
+from transport.vectors import Vector, dot
+
+
+class HalfSpace(NamedTuple):
+    """All points with normal · x <= level [m]."""
+
+    normal: Vector
+    level: float
+
+
+Solid = HalfSpace | Slab | Box | Sphere
+
+
+def half_space(plane: Plane, is_front: bool) -> HalfSpace:
+    """What lies behind a plane, or in front of it."""
+    normal = tuple(-x for x in plane.normal) if is_front else plane.normal
+    return HalfSpace(normal, dot(normal, plane.center))
+
+
+def magnitude(solid: Solid | Shape) -> float:
+    """How large the numbers are [m] that say where a solid is."""
+    match solid:
+        case HalfSpace():
+            return abs(solid.level)
+        case Slab():
+            return sum(map(abs, solid.center)) + solid.thickness
+        case Sphere():
+            return sum(map(abs, solid.center)) + solid.radius
+        case Plane():
+            return sum(map(abs, solid.center))
+    return sum(map(abs, solid.middle)) + solid.extent
+
+
+def holds(solid: Solid, points: np.ndarray) -> np.ndarray:
+    """Which points (n, 3) [m] lie in a solid, its surface included."""
+    match solid:
+        case HalfSpace():
+            return points @ np.array(solid.normal) <= solid.level
+        case Slab():
+            return np.abs((points - solid.center) @ np.array(solid.normal)) <= solid.thickness / 2
+        case Sphere():
+            way = points - solid.center
+            return (way * way).sum(axis=1) <= solid.radius * solid.radius
+    low, high = solid.bounds
+    return ((points >= low) & (points <= high)).all(axis=1)
+
+
+def is_within(a: Solid, b: Solid) -> bool:
+    """Whether all of one solid lies in another; their surfaces may touch."""
+    tolerance = _tolerance(a, b)
+    if isinstance(b, Sphere):
+        return _farthest(a, b.center) <= b.radius + tolerance
+    return all(_reach(a, normal) <= level + tolerance for normal, level in _walls(b))
+
+
+def do_meet(a: Solid, b: Solid) -> bool:
+    """Whether two solids have a volume in common."""
+    tolerance = _tolerance(a, b)
+    for one, other in ((a, b), (b, a)):
+        for normal, level in _walls(one):
+            if -_reach(other, tuple(-x for x in normal)) >= level - tolerance:
+                return False
+    if isinstance(a, Sphere) and isinstance(b, Sphere):
+        return math.dist(a.center, b.center) < a.radius + b.radius - tolerance
+    if isinstance(b, Sphere):
+        a, b = b, a
+    if isinstance(a, Sphere) and isinstance(b, Box):
+        sides = zip(a.center, *b.bounds, strict=True)
+        return math.hypot(*(max(low - x, x - high, 0.0) for x, low, high in sides)) < a.radius - tolerance
+    return True
+
+
+def _tolerance(a: Solid, b: Solid) -> float:
+    return ROUNDING * (magnitude(a) + magnitude(b))
+
+
+def _walls(solid: Solid) -> list[HalfSpace]:
+    """The half spaces whose common part it is; none of a ball."""
+    match solid:
+        case HalfSpace():
+            return [solid]
+        case Slab():
+            return [half_space(plane, is_front=False) for plane in solid.planes()]
+        case Box():
+            axes, walls = np.eye(3), []
+            for k, (low, high) in enumerate(zip(*solid.bounds, strict=True)):
+                axis = tuple(axes[k].tolist())
+                walls += [HalfSpace(axis, high), HalfSpace(tuple(-x for x in axis), -low)]
+            return walls
+    return []
+
+
+def _reach(solid: Solid, way: Vector) -> float:
+    """How far [m] a solid goes along a unit vector; infinite unless it has a wall across it."""
+    match solid:
+        case Box():
+            return sum((high if x > 0 else low) * x for x, low, high in zip(way, *solid.bounds, strict=True))
+        case Sphere():
+            return dot(solid.center, way) + solid.radius
+    for normal, level in _walls(solid):
+        if math.dist(normal, way) <= ROUNDING:
+            return level
+    return math.inf
+
+
+def _farthest(solid: Solid, point: Vector) -> float:
+    match solid:
+        case Sphere():
+            return math.dist(solid.center, point) + solid.radius
+        case Box():
+            sides = zip(point, *solid.bounds, strict=True)
+            return math.hypot(*(max(abs(x - low), abs(x - high)) for x, low, high in sides))
+    return math.inf

@@ -1,0 +1,266 @@
+"""Turbid half spaces and slabs behind Fresnel boundaries: reflectance and fluence with depth, to 1e-9.
+
+A plane medium of albedo a with Henyey-Greenstein's phase, its index n over that of the clear media on both sides,
+is lit from above by 1 W m^-2 at one cosine.  Depths z are optical here: mean free paths 1/σ_t.  What is not
+scattered has the fluence T/μ₀ e^(-z/μ₀), μ₀ the refracted cosine; of the rest I(z, μ) is radiance times 2π, so
+that its fluence is ∫ I dμ (Chandrasekhar 1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
+
+    μ I' = -I + (a/2) ∫ p(μ, μ') I(μ') dμ' + (a/2) p(μ, μ₀) T/μ₀ e^(-z/μ₀),   p = Σ (2l + 1) g^l P_l(μ) P_l(μ').
+
+It is solved on NODES cosines a panel, exactly in z.  All l are kept until g^l is NEGLIGIBLE: the forward peak stays
+whole and needs no delta-M.  The boundary makes radiance within it bend at the critical cosine: a panel ends there,
+and beyond it the nodes are Gauss's in the cosine outside, ν, in which Fresnel's R and radiance are smooth (μ dμ =
+ν dν/n²).
+
+Modes.  J and K, sum and difference of I at ±μ, times the root of the nodes' weights, obey J' = -B K/μ and K' = -A
+J/μ, A (of even l) and B (of odd l) being symmetric and positive.  With A = C Cᵀ, B = D Dᵀ (Cholesky) and Dᵀ C/μ = U
+Σ Vᵀ, Vᵀ Cᵀ J = p + m and Uᵀ Dᵀ K = p - m part into p' = -Σ p + q e^(-z/μ₀), m' = Σ m + r e^(-z/μ₀): what decays
+downwards and upwards.  Singular values, unlike the eigenvalues of B A/μ², keep the digits of the slowest mode.
+
+Against 128 nodes, 96 are within 1e-10 for g = 0.9 and 1e-8 for 0.95.  A slab's unscattered light goes to and fro:
+what starts at the bottom does as what starts at the top, mirrored.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from transport.theory.fresnel import reflectance, snell_cosine, transmittance
+
+NODES = 96  # cosines of a panel
+STEEPEST = 0.95  # |g|; a forward peak beyond falls between the nodes
+WHITEST = 1 - 1e-6  # albedo; beyond, quadrature would tell what is absorbed
+NEGLIGIBLE = 1e-17  # a moment g^l
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """Cosines in (0, 1) within the medium, their weights, and T of the boundary there; the last are those that leave,
+    at Gauss's cosines outside.
+    """
+
+    cosines: np.ndarray
+    weights: np.ndarray
+    passed: np.ndarray
+    outside: np.ndarray
+    outside_weights: np.ndarray
+
+
+@dataclass(frozen=True)
+class Turbid:
+    """A solved medium.  Arrays by cosine (i) and by mode (k)."""
+
+    albedo: float
+    thickness: float  # optical; infinite: a half space
+    cosine: float  # within, of what is not scattered: μ₀
+    entered: float  # T, the share that the boundary lets in at first
+    specular: float  # 1 - T: share that comes back from the boundary at first [1]
+    nodes: Quadrature
+    rates: np.ndarray  # Σ, falling
+    sums: np.ndarray  # (i, k): J by p + m
+    differences: np.ndarray  # (i, k): K by p - m
+    driven: tuple[np.ndarray, np.ndarray]  # q and r
+    free: tuple[np.ndarray, np.ndarray]  # p at the top; at the bottom what m has beside what is driven
+
+    @property
+    def reflectance(self) -> float:
+        """Share that comes out of the medium on the lit side, the specular part left out [1]."""
+        down, up = self._echoes
+        return float(down * self._turned_back + up * self._passed)
+
+    @property
+    def transmittance(self) -> float:
+        """Share that comes out on the other side, unscattered light included [1]; 0 of a half space."""
+        down, up = self._echoes
+        return float(down * self._passed + up * self._turned_back)
+
+    @property
+    def absorbed(self) -> float:
+        """Share that the medium takes, by its fluence [1]; the rest is specular, reflected or transmitted."""
+        return (1 - self.albedo) * self._integral(0.0, self.thickness)
+
+    @property
+    def slowest_rate(self) -> float:
+        """By which the fluence falls in the end [1 per mean free path]; diffusion says sqrt(3 (1 - a)(1 - a g))."""
+        return float(self.rates[-1])
+
+    def fluence(self, depth: np.ndarray) -> np.ndarray:
+        """Fluence rate at these optical depths over the irradiance [1].  Vectorised."""
+        down, up = self._echoes
+        depth = self._settled(depth)
+        return down * self._own_fluence(depth) + (up and up * self._own_fluence(self.thickness - depth))
+
+    def mean_fluence(self, edges: np.ndarray) -> np.ndarray:
+        """Means between these optical depths of the fluence rate over the irradiance, (cells,) [1]."""
+        depths = self._settled(edges).tolist()
+        pairs = zip(depths[:-1], depths[1:], strict=True)
+        return np.array([self._integral(low, high) / (high - low) for low, high in pairs])
+
+    def radiance(self, cosine: np.ndarray) -> np.ndarray:
+        """Scattered radiance that comes out on the lit side, by the cosine outside, over the irradiance [sr^-1].
+        Vectorised.
+        """
+        return legendre.legval(2 * np.asarray(cosine, float) - 1, self._spectrum) / (2 * math.pi)
+
+    def leaving(self, edges: np.ndarray) -> np.ndarray:
+        """Shares that come out scattered on the lit side between these cosines outside, (bins,) [1]."""
+        rise = legendre.legint(legendre.legmul(self._spectrum, [0.25, 0.25]))  # ν I dν, ν = (t + 1)/2
+        return np.diff(legendre.legval(2 * np.asarray(edges, float) - 1, rise))
+
+    # ---- light that starts at the top only; `up` is the share that starts at the bottom ----
+
+    @property
+    def _echoes(self) -> tuple[float, float]:
+        way = math.exp(-self.thickness / self.cosine)
+        down = 1 / (1 - (self.specular * way) ** 2)
+        return down, self.specular * way * down
+
+    @property
+    def _turned_back(self) -> float:
+        nodes = self.nodes
+        return float(nodes.outside * nodes.outside_weights @ self._escaping(0.0)[1])
+
+    @property
+    def _passed(self) -> float:
+        if math.isinf(self.thickness):
+            return 0.0
+        nodes, straight = self.nodes, self.entered**2 * math.exp(-self.thickness / self.cosine)
+        return straight + float(nodes.outside * nodes.outside_weights @ self._escaping(self.thickness)[0])
+
+    @property
+    def _spectrum(self) -> np.ndarray:
+        """I outside on the lit side, as a sum of Legendre polynomials of t = 2 ν - 1."""
+        down, up = self._echoes
+        values = down * self._escaping(0.0)[1] + (up and up * self._escaping(self.thickness)[0])
+        order = np.arange(len(values))
+        basis = legendre.legvander(2 * self.nodes.outside - 1, len(values) - 1)
+        return (2 * order + 1) * (basis.T @ (self.nodes.outside_weights * values))
+
+    def _escaping(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Downward and upward I as it is beyond a boundary, at the cosines outside, (ν,): T I/n²."""
+        p, m = self._parts(depth)
+        count, root = len(self.nodes.outside), np.sqrt(self.nodes.weights)
+        total, difference = self.sums @ (p + m) / root, self.differences @ (p - m) / root
+        within = self.nodes.cosines * self.nodes.weights / 2 * self.nodes.passed
+        beyond = within[-count:] / (self.nodes.outside * self.nodes.outside_weights)
+        return beyond * (total + difference)[-count:], beyond * (total - difference)[-count:]
+
+    def _own_fluence(self, depth: np.ndarray) -> np.ndarray:
+        straight = self.entered / self.cosine * np.exp(-depth / self.cosine)
+        return straight + sum(self._parts(depth)) @ self._to_fluence
+
+    def _integral(self, low: float, high: float) -> float:
+        """Of the fluence between two depths."""
+        down, up = self._echoes
+        beyond = self.thickness - high, self.thickness - low
+        return down * self._own_integral(low, high) + (up and up * self._own_integral(*beyond))
+
+    def _own_integral(self, low: float, high: float) -> float:
+        """By p' = -Σ p + q e and m' = Σ m + r e, in which no rates are subtracted."""
+        steep, (q, r) = 1 / self.cosine, self.driven
+        straight = math.exp(-low * steep) * -math.expm1(-(high - low) * steep) / steep
+        first, last = self._parts(low), self._parts(high)
+        p = (first[0] - last[0] + q * straight) / self.rates
+        m = (last[1] - first[1] - r * straight) / self.rates
+        return float(self.entered / self.cosine * straight + self._to_fluence @ (p + m))
+
+    def _settled(self, depth) -> np.ndarray:
+        depth = np.asarray(depth, dtype=float)
+        if not ((depth >= 0) & (depth <= self.thickness)).all():
+            raise ValueError(f"Turbid: depths must be from 0 to {self.thickness}, got {depth}")
+        return depth
+
+    @property
+    def _to_fluence(self) -> np.ndarray:
+        return np.sqrt(self.nodes.weights) @ self.sums
+
+    def _parts(self, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """p and m at these depths, (..., k)."""
+        z, up = np.asarray(depth, dtype=float)[..., None], 0.0
+        if math.isfinite(self.thickness):
+            up = self.free[1] * np.exp(-self.rates * (self.thickness - z))
+        p, m = _driven(z, self.rates, 1 / self.cosine, self.driven)
+        return self.free[0] * np.exp(-self.rates * z) + p, m + up
+
+
+@lru_cache(maxsize=32)
+def solved(
+    albedo: float, g: float, index: float = 1.0, cosine: float = 1.0, thickness: float = math.inf
+) -> Turbid:
+    """A turbid half space, or slab of this optical thickness, lit at this cosine (outside).
+
+    albedo: in (0, 1 - 1e-6];  g: mean cosine of scattering, up to ±0.95;  index: 1 or more, over that around.
+    Raises ValueError for others.
+    """
+    if not (
+        0 < albedo <= WHITEST and abs(g) <= STEEPEST and index >= 1 and 0 < cosine <= 1 and thickness > 0
+    ):
+        given = f"{albedo=}, {g=}, {index=}, {cosine=}, {thickness=}"
+        raise ValueError(f"turbid.solved: albedo in (0, 1 - 1e-6], |g| up to 0.95, index from 1, got {given}")
+    nodes, within, entered = (
+        _quadrature(index),
+        float(snell_cosine(cosine, index)),
+        float(transmittance(cosine, index)),
+    )
+    (a, even), (b, odd) = (_of_parity(parity, albedo, g, nodes, within) for parity in (0, 1))
+    c, d, mu = np.linalg.cholesky(a), np.linalg.cholesky(b), nodes.cosines
+    u, rates, vt = np.linalg.svd(d.T @ (c / mu[:, None]))
+    strength = albedo * entered / within
+    f, h = (
+        strength * left @ (right.T @ (drive / mu)) for left, right, drive in ((vt, c, odd), (u.T, d, even))
+    )
+    sums, differences = np.linalg.solve(c.T, vt.T), np.linalg.solve(d.T, u)
+    driven = (f + h) / 2, (f - h) / 2
+    free = _bounded(nodes.passed, sums, differences, rates, driven, 1 / within, thickness)
+    specular = float(reflectance(cosine, index))
+    return Turbid(albedo, thickness, within, entered, specular, nodes, rates, sums, differences, driven, free)
+
+
+def _quadrature(index: float) -> Quadrature:
+    x, w = legendre.leggauss(NODES)
+    x, w = (x + 1) / 2, w / 2
+    critical = math.sqrt((index - 1) * (index + 1)) / index
+    refracted = np.sqrt(critical**2 + (x / index) ** 2)
+    cosines, weights, passed = refracted, w * x / (index**2 * refracted), transmittance(x, index)
+    if critical > 0:
+        cosines, weights = np.append(critical * x, cosines), np.append(critical * w, weights)
+        passed = np.append(np.zeros(NODES), passed)
+    return Quadrature(cosines, weights, passed, x, w)
+
+
+def _of_parity(parity: int, albedo: float, g: float, nodes: Quadrature, within: float):
+    """A or B, and what scattering of the beam adds to it, of the l of one parity."""
+    last = 1 if g == 0 else math.ceil(math.log(NEGLIGIBLE) / math.log(abs(g)))
+    order = np.arange(parity, last + 1, 2)
+    moment = (2 * order + 1) * float(g) ** order
+    basis = np.sqrt(nodes.weights)[:, None] * legendre.legvander(nodes.cosines, last)[:, order]
+    beam = legendre.legvander(np.array([within]), last)[0, order]
+    return np.eye(len(basis)) - albedo * (basis * moment) @ basis.T, basis @ (moment * beam)
+
+
+def _driven(z: np.ndarray, rates: np.ndarray, steep: float, driven: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """What the beam drives: p that is 0 at the top, m that falls with the beam; good where the rates are alike."""
+    gap = np.maximum(np.abs(rates - steep), 1e-12 * steep)
+    p = driven[0] * np.exp(-np.minimum(rates, steep) * z) * -np.expm1(-gap * z) / gap
+    return p, -driven[1] / (rates + steep) * np.exp(-steep * z)
+
+
+def _bounded(passed, sums, differences, rates, driven, steep, thickness) -> tuple[np.ndarray, np.ndarray]:
+    """The free parts: T J + (1 + R) K = 0 at the top, T J - (1 + R) K = 0 at the bottom, where R = 1 - T."""
+    of_sum, of_difference = passed[:, None] * sums, (2 - passed)[:, None] * differences
+    near, far = (
+        of_sum + of_difference,
+        of_sum - of_difference,
+    )  # at the top: of p, of m; at the bottom swapped
+    top = far @ _driven(np.float64(0), rates, steep, driven)[1]
+    if math.isinf(thickness):
+        return np.linalg.solve(near, -top), np.zeros_like(rates)
+    p, m = _driven(np.float64(thickness), rates, steep, driven)
+    across = far * np.exp(-rates * thickness)
+    both = np.linalg.solve(np.block([[near, across], [across, near]]), -np.append(top, far @ p + near @ m))
+    return both[: len(rates)], both[len(rates) :]

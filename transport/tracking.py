@@ -1,0 +1,69 @@
+"""How histories are followed through media: choices that change errors and cost, never what comes out."""
+
+from __future__ import annotations
+
+import math
+
+from transport.validation import (
+    as_float,
+    check_one_of,
+    check_type,
+    refuse,
+    scene_object,
+    settle_vector,
+    shown,
+    store,
+)
+from transport.vectors import Vector
+
+
+@scene_object(kw_only=True)
+class Splitting:
+    """Importance that rises by `gain` from `start` to `end` [m], exponentially: histories that get there are split.
+
+    Those that come back are thinned out as much.  For deep penetration take about the inverse of the transmission.
+    Before `start` and beyond `end` it is constant.
+    """
+
+    start: Vector
+    end: Vector
+    gain: float
+
+    def __post_init__(self) -> None:
+        settle_vector(self, "start", "end")
+        if self.start == self.end:
+            refuse(
+                self, f"end must not be the start, got {shown(self.end)} for both; put it where it gets deep"
+            )
+        gain = as_float(self.gain)
+        if gain is None or not 1 < gain < math.inf:
+            cure = "write about 1 / transmission; exchange start and end to turn it round"
+            refuse(self, f"gain must be above 1 and finite, got {shown(self.gain)}; {cure}")
+        store(self, gain=gain)
+
+
+@scene_object(kw_only=True)
+class Tracking:
+    """How histories are followed through media; every choice gives the same means.
+
+    absorption: "analog", a history ends where it is absorbed, or "weighted", each collision takes its share away.
+    roulette: a weighted history whose weight falls below this share of what it was born with goes on with that
+    probability only (its weight raised in exchange).  forced: the first collision of a history happens before it
+    leaves the media, with the exact weight, for thin ones.  splitting: a Splitting for deep penetration.
+    """
+
+    absorption: str = "weighted"
+    roulette: float = 0.5
+    forced: bool = False
+    splitting: Splitting | None = None
+
+    def __post_init__(self) -> None:
+        check_one_of(self, "absorption", ("analog", "weighted"))
+        roulette = as_float(self.roulette)
+        if roulette is None or not 0 < roulette <= 1:
+            must = "roulette must be above 0 and at most 1"
+            refuse(self, f"{must}, got {shown(self.roulette)}; without it a history would never end")
+        store(self, roulette=roulette)
+        check_type(self, "forced", bool, "True or False")
+        if self.splitting is not None:
+            check_type(self, "splitting", Splitting, "Splitting(start=..., end=..., gain=...) or None")
