@@ -48,7 +48,7 @@ particles = 1_000_000
 RADIANCE = 100.0  # W m^-2 sr^-1
 DISK, LAMP = (0.5, 0.2, 5e-4), (0.3, 1.0, 0.1)  # m: radius, distance and radius of the meter
 BINS = 6  # within the disk's cone, even in the length of the way
-ANGLES = np.radians(np.linspace(0, 90, 61))  # of the pictures
+ANGLES = np.radians(np.linspace(0, 90, 46))  # of the pictures
 LAMP_G = 0.8  # mean cosine of the scattering angle
 WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
 SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
@@ -65,6 +65,7 @@ def cases() -> list[dict[str, object]]:
         *({"reading": "disk", "tau": tau, "place": place} for tau, place in disks),
         {"reading": "lamp", "tau": 1.0},
         {"reading": "room", "tau": 2.0},
+        {"reading": "sun", "tau": 0.0},
         *({"reading": "sun", "tau": ATMOSPHERE, "zenith_angle": angle * tp.deg} for angle in (0, 60, 75)),
     ]
 
@@ -355,17 +356,16 @@ def draw_sun(outcomes: list[Outcome], path: Path) -> None:
     """The sun's radiance against the depth of air before it, and what is left at none."""
     from viz import profile
 
-    tau = _given(outcomes[0], "tau")
     profile(
-        [1 / math.cos(_given(o, "zenith_angle")) for o in outcomes],
+        [_given(o, "tau") / math.cos(_given(o, "zenith_angle")) for o in outcomes],
         [o[SUN].estimate for o in outcomes],
         path,
-        exact=lambda airs: SURFACE * np.exp(-tau * airs),
+        exact=lambda depth: SURFACE * np.exp(-depth),
         expected=[o[SUN].exact for o in outcomes],
-        guides={"at its surface, and above the air": lambda airs: np.full(np.shape(airs), SURFACE)},
-        xlabel="air before the sun, in that at the zenith: 1/cos(zenith angle)",
+        guides={"at its surface, and above the air": lambda depth: np.full(np.shape(depth), SURFACE)},
+        xlabel="optical depth of the air before the sun: τ / cos(zenith angle)",
         ylabel="radiance of the sun",
-        title="The sun through the atmosphere, τ = 0.50 at the zenith",
+        title=f"The sun through the atmosphere, τ = {ATMOSPHERE:.2f} at the zenith",
         log_y=True,
         note=provenance(outcomes),
     )

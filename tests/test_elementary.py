@@ -1,4 +1,4 @@
-"""Our own log, sin, cos and atan against mpmath: errors in units of the last place (ulp) of the exact value.
+"""Our own log, exp, sin, cos and atan against mpmath: errors in units of the last place (ulp) of the exact value.
 
 The limits were measured (in brackets) over dense and hard points and rounded up; a series one term short or a
 constant wrong in its last digits goes beyond them by orders.
@@ -16,12 +16,25 @@ from hypothesis import strategies as st
 from numba import njit
 
 from transport.physics.device import ARITHMETIC
-from transport.physics.elementary import atan_unit, azimuth_turn, cos_sin_turn, log_positive, sin_quarter
+from transport.physics.elementary import (
+    EXP_LEAST,
+    atan_unit,
+    azimuth_turn,
+    cos_sin_turn,
+    exp_negative,
+    expm1_negative,
+    log1p,
+    log_positive,
+    sin_quarter,
+)
 
 PRECISION = 130  # bits of the exact values
 SMALLEST_NORMAL = 2.0**-1022
 ONE_BELOW, ONE_ABOVE = 1 - 2.0**-53, 1 + 2.0**-52
 LOG_ULP = 1.5  # 0.89
+LOG1P_ULP = 1.5  # 1.0
+EXP_ULP = 1.5  # 0.94
+EXPM1_ULP = 1.5  # 1.06
 SIN_ULP = 3.0  # 2.3
 ATAN_ULP = 3.0  # 2.4
 AZIMUTH_ULP = 4.0  # 2.6 in the first quarter
@@ -35,6 +48,30 @@ def log_of(x):
     y = np.empty_like(x)
     for k in range(x.size):
         y[k] = log_positive(x[k])
+    return y
+
+
+@njit(**ARITHMETIC)
+def log1p_of(x):
+    y = np.empty_like(x)
+    for k in range(x.size):
+        y[k] = log1p(x[k])
+    return y
+
+
+@njit(**ARITHMETIC)
+def exp_of(x):
+    y = np.empty_like(x)
+    for k in range(x.size):
+        y[k] = exp_negative(x[k])
+    return y
+
+
+@njit(**ARITHMETIC)
+def expm1_of(x):
+    y = np.empty_like(x)
+    for k in range(x.size):
+        y[k] = expm1_negative(x[k])
     return y
 
 
@@ -130,6 +167,51 @@ def test_logarithm_is_good_to_the_last_place():
 @example(ONE_BELOW)
 def test_logarithm_of_any_positive_normal_number(x):
     assert in_ulp(log_of(np.array([x])), exactly(mp.log, [x])) <= LOG_ULP
+
+
+def depths(seed):
+    """Non-positive exponents of all magnitudes, many beside the seams at half multiples of ln 2."""
+    rng = np.random.default_rng(seed)
+    seams = np.outer(-math.log(2) * (np.arange(20) + 0.5), 1 + np.arange(-3, 4) * 2.0**-52).ravel()
+    decades = -(10 ** np.concatenate((rng.uniform(-300, -2, 400), rng.uniform(-18, 2.85, 1500))))
+    return np.concatenate((rng.uniform(-3, 0, 1500), decades, seams, [0.0, -0.0, -0.5, -1.0, -64.0]))
+
+
+def test_exponential_is_good_to_the_last_place():
+    """Down to where the normal numbers end; beyond it is 0, and what is no number stays none."""
+    points = depths(seed=21)
+    assert (points >= EXP_LEAST).all()
+    points = np.concatenate((points, [EXP_LEAST, EXP_LEAST + 2.0**-43, -700.1]))
+    assert in_ulp(exp_of(points), exactly(mp.exp, points)) <= EXP_ULP
+    assert (exp_of(np.array([0.0, -0.0])) == 1.0).all()
+    ends = np.array([np.nextafter(EXP_LEAST, -math.inf), -745.0, -746.0, -1e9, -1e308, -math.inf])
+    assert (exp_of(ends) == 0.0).all()
+    assert exp_of(np.array([EXP_LEAST]))[0] >= SMALLEST_NORMAL
+    assert np.isnan(exp_of(np.array([math.nan]))).all()
+
+
+def test_exponential_less_one_is_good_to_the_last_place():
+    points = depths(seed=22)
+    assert in_ulp(expm1_of(points), exactly(mp.expm1, points)) <= EXPM1_ULP
+    assert (expm1_of(np.array([-38.0, -1e9, -1e308, -math.inf])) == -1.0).all()
+    assert np.isnan(expm1_of(np.array([math.nan]))).all()
+
+
+def test_logarithm_of_one_and_a_little_is_good_to_the_last_place():
+    rng = np.random.default_rng(23)
+    little = 10 ** rng.uniform(-300, -0.5, 1000)
+    hard = [0.0, -0.5, 1.0, 2.0**-53, -(2.0**-53), -ONE_BELOW, np.finfo(float).max, 1e16, 2.0**53 + 1]
+    points = np.concatenate((little, -little, rng.uniform(-1, 4, 1000), 10 ** rng.uniform(0, 300, 300), hard))
+    assert in_ulp(log1p_of(points), exactly(mp.log1p, points)) <= LOG1P_ULP
+
+
+def test_a_forced_path_through_a_thin_medium_keeps_its_digits():
+    """-ln(1 - u (1 - exp(-tau))) of tau = 1e-9, 1e-300, 30: of 1 - exp(-tau) by subtraction 8 digits would be left."""
+    u = np.linspace(0.01, 0.99, 99)
+    for tau in (1e-300, 1e-9, 1e-3, 1.0, 30.0):
+        found = -log1p_of(u * expm1_of(np.full_like(u, -tau)))
+        exact = exactly(lambda x, t=tau: -mp.log1p(x * mp.expm1(-mp.mpf(t))), u)
+        assert max(abs(f / e - 1) for f, e in zip(found, exact, strict=True)) <= 64 * 2.0**-52
 
 
 def test_sine_is_good_to_a_few_places_up_to_the_quarter_turn():

@@ -44,6 +44,7 @@ DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
 }
+SPHERE_RANGES: dict[str, Range] = {"mu": (-1.0, 1.0), "phi": (0.0, 2 * PI)}
 INSTEAD = {  # of bins of position on shapes without coordinates
     Box: "meter each of its faces() instead",
     Slab: "meter Rectangles on its planes() instead",
@@ -82,16 +83,14 @@ class Directions:
         """cone(axis, half_angle), one bin: the directions within `half_angle` [rad] of `axis`, a vector in the world."""
         return DirectionCone(*values, **named)
 
+    @staticmethod
+    def sphere(*values: object, **named: object) -> "DirectionSphere":
+        """sphere(mu=8, phi=16, axis=(0, 0, 1)): bins over all directions of flight, for a VolumeDetector."""
+        return DirectionSphere(*values, **named)
+
     def edges(self) -> dict[str, np.ndarray]:
         """Edges of each binned axis, "mu" or "theta" [rad] and "phi" [rad]."""
-        ranges = dict(DIRECTION_RANGES[self.frame])
-        if isinstance(self.phi, tuple):
-            ranges["phi"] = (-2 * PI, 2 * PI)
-            if self.phi[-1] - self.phi[0] > 2 * PI * (1 + 1e-15):
-                refuse(
-                    self, f"phi edges must span one turn (2 pi) at most, got {shown(self.phi)}; take fewer"
-                )
-        return _all_edges(self, ranges, f"frame {self.frame!r}")
+        return _all_edges(self, _turned(self, DIRECTION_RANGES[self.frame]), f"frame {self.frame!r}")
 
 
 @scene_object
@@ -113,6 +112,38 @@ class DirectionCone:
     def edges(self) -> dict[str, np.ndarray]:
         """The one bin's "theta" [rad], measured from the axis."""
         return {"theta": np.array([0.0, self.half_angle])}
+
+
+@scene_object
+class DirectionSphere:
+    """Bins over all directions of flight, made by Directions.sphere: numbers of equal bins or increasing edges.
+
+    `mu` = cos(theta) to `axis` in [-1, 1];  `phi` about it [rad], for the default axis +z from +x; for another from e_u
+    towards e_v of its frame: e_v the part of +y across it (of +z where the axis is along y), e_u = e_v x axis.
+    """
+
+    mu: Bins | None = 8
+    phi: Bins | None = 16
+    axis: Vector = (0.0, 0.0, 1.0)
+
+    written = "Directions.sphere"
+
+    def __post_init__(self) -> None:
+        _settle_bins(self, "mu", "phi")
+        settle_direction(self, "axis")
+        check_number_of_bins(self, self)
+        self.edges()
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Edges of each binned axis, "mu" and "phi" [rad]."""
+        return _all_edges(self, _turned(self, SPHERE_RANGES), "all directions")
+
+    def solid_angles(self) -> np.ndarray:
+        """Solid angles [sr] of the bins, of shape (mu, phi); an axis that is not binned is left out."""
+        edges = self.edges()
+        cosines, turns = (edges.get(name, np.array(span)) for name, span in SPHERE_RANGES.items())
+        angles = np.outer(np.diff(cosines), np.diff(turns))
+        return angles.reshape([len(bounds) - 1 for bounds in edges.values()])
 
 
 @scene_object(kw_only=True)
@@ -180,6 +211,16 @@ def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
             profile = shape.profile
             return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
     return upper - lower
+
+
+def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
+    """The ranges; edges of phi may lie within a turn to either side, one turn in all at most."""
+    phi = subject.phi
+    if not isinstance(phi, tuple):
+        return ranges
+    if phi[-1] - phi[0] > 2 * PI * (1 + 1e-15):
+        refuse(subject, f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; take fewer")
+    return ranges | {"phi": (-2 * PI, 2 * PI)}
 
 
 def _settle_bins(subject: object, *names: str) -> None:

@@ -1,43 +1,31 @@
-"""Whether the media of a scene fit together: where bodies lie, and what each surface has on its two sides.
+"""Whether the bodies of a scene fit together: one lies in another or beside it, and what fills it has a place there.
 
-Balls, boxes, slabs and half spaces that cut one another are told exactly.  Meshes and bodies of open surfaces are judged by some
-dozens of places under their surfaces, and what every surface has in front and behind by what some hundred straight
-lines find, always the same ones: what is smaller than their spacing may be missed; where surfaces lie closer together
-than 1e-11 of the scene's size, and where lines pass within 1e-9 of it of an edge or a tangent, sides are not judged.
+Balls, boxes, slabs and half spaces that cut one another are told exactly.  Meshes and bodies of open surfaces are
+judged by some dozens of places just under their surfaces: what cuts less of them than lies between these may be
+missed.  What surfaces have on their two sides is asked in frontiers.py.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import (
-    AnyMedium,
-    Body,
-    bodies_of,
-    body_bits_around,
-    have_common_part,
-    is_in,
-    solid_of,
-    surrounding_of,
-)
-from transport.materials import Dielectric, Surface, Transparent, lets_through, simple_parts
-from transport.media import Grid, Medium
-from transport.media.medium import plain
-from transport.nesting import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
-from transport.shapes import Box, Mesh, Shape, Sphere
-from transport.shapes.crossings import crossings
+from transport.bodies import bodies_of, surrounding_of
+from transport.frontiers import check_sides, title_of
+from transport.materials import Dielectric, Transparent, simple_parts
+from transport.materials.surface import AnyMedium
+from transport.media import Grid
+from transport.nesting import CLOSE
+from transport.regions import Body, have_common_part, is_in, solid_of
+from transport.shapes import Box, Sphere
 from transport.solids import HalfSpace
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
     from transport.scene import Scene
-
-FLUSH = 1e-11  # of the size of the scene
 
 
 def check_filling(scene: Scene) -> None:
@@ -51,7 +39,7 @@ def check_filling(scene: Scene) -> None:
         _check_pair(scene, bodies[one], bodies[other])
     _check_glow(scene, bodies)
     _check_end(scene, bodies)
-    _check_sides(scene, bodies)
+    check_sides(scene, bodies)
 
 
 def names_media(scene: Scene) -> bool:
@@ -61,10 +49,10 @@ def names_media(scene: Scene) -> bool:
     )
 
 
-def title_of(scene: Scene, number: int) -> str:
-    """What a message calls a surface."""
-    name = scene.surfaces[number].name
-    return f"Surface {name!r}" if name else f"surfaces[{number}]"
+def glows(scene: Scene) -> bool:
+    """Whether a medium in a scene emits."""
+    media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
+    return any(medium is not None and medium.emission > 0 for medium in media)
 
 
 def _bounds_of(scene: Scene, body: Body) -> str:
@@ -178,155 +166,3 @@ def _check_end(scene: Scene, bodies: tuple[Body, ...]) -> None:
 def absorbs(medium: AnyMedium | None) -> bool:
     """Whether some of what flies through a medium ends there."""
     return medium is not None and bool(np.max(medium.absorption) > 0)
-
-
-# ---- what surfaces have on their sides ----
-
-
-class Crossed(NamedTuple):
-    """Surfaces that a line crosses in one place, each with +1 where it goes along the normal, else -1."""
-
-    surfaces: tuple[tuple[int, int], ...]
-    place: np.ndarray
-    before: int  # bits of the bodies there
-    behind: int
-
-
-def _check_sides(scene: Scene, bodies: tuple[Body, ...]) -> None:
-    """Refuse named sides that lie in something else, and indices of refraction that do not fit a surface."""
-    for crossed in _crossed_by_lines(scene):
-        media = [_medium_of(scene, bodies, bits) for bits in (crossed.before, crossed.behind)]
-        if len(crossed.surfaces) == 1:
-            ((number, way),) = crossed.surfaces
-            _check_named(scene, bodies, number, way, crossed, media)
-        _check_index(scene, crossed, media)
-
-
-def _medium_of(scene: Scene, bodies: tuple[Body, ...], bits: int) -> AnyMedium:
-    return bodies[(bits & -bits).bit_length() - 1].medium if bits else surrounding_of(scene)
-
-
-def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: list[AnyMedium]) -> None:
-    """Refuse a surface whose named media are not what is there: the body that it bounds, or the same medium."""
-    surface = scene.surfaces[number]
-    sides = [(True, crossed.behind, media[1]), (False, crossed.before, media[0])]
-    if way < 0:
-        sides = [(True, crossed.before, media[0]), (False, crossed.behind, media[1])]
-    for is_front, bits, found in sides:
-        named = surface.front if is_front else surface.back
-        if named is None:
-            continue
-        own = [k for k, body in enumerate(bodies) if (number, is_front) in body.faces]
-        if not any(bits >> k & 1 for k in own) and found != plain(named):
-            _refuse_named(scene, number, is_front, found, crossed.place)
-
-
-def _refuse_named(scene: Scene, number: int, is_front: bool, found: AnyMedium, place: np.ndarray) -> None:
-    surface = scene.surfaces[number]
-    side = (
-        ("outside" if is_front else "inside")
-        if surface.shape.is_closed
-        else ("front" if is_front else "back")
-    )
-    where = ", ".join(f"{x:.6g}" for x in place)
-    cure = f"leave {side} out: what surrounds a body is said by what lies about it, or by Scene(medium=...)"
-    if not surface.shape.is_closed:
-        cure = f"close the gaps of what bounds it, turn round its normal, or leave {side} out"
-    named = shown(surface.front if is_front else surface.back)
-    raise SceneError(
-        f"Scene: {title_of(scene, number)}: {side} must be what is there, {shown(found)} at ({where}), got {named}; {cure}"
-    )
-
-
-def _check_index(scene: Scene, crossed: Crossed, media: list[AnyMedium]) -> None:
-    """Refuse another index on the other side without a Dielectric, and a Dielectric that says something else."""
-    acting = [(k, way) for k, way in crossed.surfaces if scene.surfaces[k].material != Transparent()]
-    if len(acting) > 1:
-        return
-    number, way = acting[0] if acting else crossed.surfaces[0]
-    material = scene.surfaces[number].material
-    glass = next((part for part in simple_parts(material) if isinstance(part, Dielectric)), None)
-    inside, outside = media if way > 0 else media[::-1]
-    there = inside.index, outside.index
-    words = f"Dielectric({there[0]:g}, {there[1]:g})"
-    where = ", ".join(f"{x:.6g}" for x in crossed.place)
-    if glass is None and lets_through(material) and there[0] != there[1]:
-        must = (
-            f"material must be a Dielectric between {shown(inside)} behind it and {shown(outside)} in front"
-        )
-        raise SceneError(
-            f"Scene: {title_of(scene, number)}: {must}, at ({where}), got {shown(material)}; write {words}"
-        )
-    if glass is not None and there != (glass.index_inside, glass.index_outside):
-        is_inside = there[0] != glass.index_inside
-        side, medium = ("inside", inside) if is_inside else ("outside", outside)
-        index = glass.index_inside if is_inside else glass.index_outside
-        cure = f"name what is there, {side}=Medium(index={index:g}), or write {words}"
-        raise SceneError(
-            f"Scene: {title_of(scene, number)}: {shown(glass)} contradicts the medium {side}, {shown(medium)} of index"
-            f" {medium.index:g}, at ({where}); {cure}"
-        )
-
-
-def _crossed_by_lines(scene: Scene) -> Iterator[Crossed]:
-    """Where straight lines through the surfaces that bound media cross anything, with the bodies before and behind."""
-    shapes = [surface.shape for surface in scene.surfaces]
-    aimed = [surface.shape for surface in scene.surfaces if _bounds_media(surface)]
-    if not aimed:
-        return
-    size = size_of(shapes)
-    facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
-    count = max(4, min(max(LINES, 4 * len(aimed)), FACETS // max(4 * facets, 1)))
-    origins, ways = lines_through(aimed, count, size)
-    places, keys = _met(shapes, origins, ways, size)
-    base = 2 * len(shapes)
-    lines = [_groups(row, key, base) for row, key in zip(places, keys, strict=True)]
-    kept = [k for k, groups in enumerate(lines) if groups]
-    between = [_between([step for step, _ in lines[k]], size) for k in kept]
-    points = [origins[k] + steps[:, None] * ways[k] for k, steps in zip(kept, between, strict=True)]
-    bits = iter(body_bits_around(scene, np.concatenate(points)).tolist() if points else [])
-    for k in kept:
-        before = next(bits)
-        for step, surfaces in lines[k]:
-            behind = next(bits)
-            yield Crossed(surfaces, origins[k] + step * ways[k], before, behind)
-            before = behind
-
-
-def _groups(row: np.ndarray, keys: np.ndarray, base: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
-    """What one line crosses in turn: where [m], and the surfaces that are flush there."""
-    groups: dict[int, tuple[float, list[tuple[int, int]]]] = {}
-    for step, key in zip(row[keys >= 0].tolist(), keys[keys >= 0].tolist(), strict=True):
-        _, members = groups.setdefault(key // base, (step, []))
-        members.append((key % base // 2, 1 if key % 2 else -1))
-    return [(step, tuple(members)) for step, members in groups.values()]
-
-
-def _bounds_media(surface: Surface) -> bool:
-    is_glass = any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
-    return is_glass or surface.front is not None or surface.back is not None
-
-
-def _between(steps: list[float], size: float) -> np.ndarray:
-    """Places before, between and behind those of crossings."""
-    ends = np.array([steps[0] - 2 * size, *steps, steps[-1] + 2 * size])
-    return (ends[:-1] + ends[1:]) / 2
-
-
-def _met(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where each line crosses what: places [m] and keys in turn; -1 in all of a line that passes close to an edge.
-
-    A key is 2 shapes group + 2 shape + (1: along its normal), the same group for what is flush.
-    """
-    neighbours = along_lines(origins, ways, CLOSE * size)
-    found = [crossings(shape, *neighbours) for shape in shapes]
-    places = np.concatenate([f.distances for f in found], axis=1)
-    codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
-    order = np.argsort(places, axis=1, kind="stable")  # nan comes last
-    places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
-    group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > FLUSH * size, axis=1)
-    keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
-    places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))
-    by_key = np.sort(keys, axis=2)  # flush ones may be in another order on a neighbour
-    is_clear = (by_key == by_key[0]).all(axis=(0, 2))
-    return places[0], np.where(is_clear[:, None], keys[0], -1)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from transport.materials import Dielectric, Surface, lets_through, simple_parts
-from transport.shapes import Box, Mesh, Shape, Sphere
+from transport.shapes import Box, Mesh, Shape, Slab, Sphere
 from transport.shapes.crossings import crossings
 from transport.shapes.supports import rounding_of
 from transport.validation import SceneError
@@ -164,9 +164,13 @@ def _size(boundaries: list[Boundary]) -> float:
 
 def size_of(shapes: list[Shape]) -> float:
     """A length [m] of a scene: the diagonal about all that is finite, and about the middles of what is not."""
-    corners = np.array([c for shape in shapes for c in (*shape.bounds, shape.middle)])
+    corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
     corners = corners[np.isfinite(corners).all(axis=1)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
+
+
+def _middles(shape: Shape) -> list[Vector]:
+    return [plane.center for plane in shape.planes()] if isinstance(shape, Slab) else [shape.middle]
 
 
 def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:

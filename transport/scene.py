@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from transport.bodies import AnyMedium, medium_at
 from transport.detectors import Detector
-from transport.filling import names_media
+from transport.filling import glows, names_media
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
 from transport.media import Grid, Medium, Vacuum
@@ -31,6 +31,7 @@ Looking = Detector | PhaseSpace | Snapshot
 class Scene:
     """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
 
+    No source is needed where a medium emits.
     Among the detectors are those at a place, the `meters`, and `phase_spaces` and `snapshots` of a time.
 
     `medium` fills all space that no body of the surfaces' media claims; left out, nothing does.
@@ -51,6 +52,7 @@ class Scene:
         if self.duration is not None:
             settle_positive(self, "duration")
         self._check_medium()
+        self._check_has_source()
         self._check_names()
         self._check_via()
         self._check_emissions()
@@ -62,8 +64,8 @@ class Scene:
 
     @property
     def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"."""
-        return self.sources[0].emission.measured_in
+        """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
+        return self.sources[0].emission.measured_in if self.sources else "watts"
 
     @property
     def meters(self) -> tuple[Detector, ...]:
@@ -118,6 +120,12 @@ class Scene:
         if isinstance(self.medium, Grid):
             cure = "write Surface(grid.box, Transparent(), inside=grid)"
             refuse(self, f"medium must fill all space, got {shown(self.medium)}, which ends; {cure}")
+
+    def _check_has_source(self) -> None:
+        """Something emits: a source, or the medium of a body."""
+        if not self.sources and not glows(self):
+            cure = "write sources=[Source(...)], or let a medium emit"
+            refuse(self, f"sources must hold at least one Source, got none; {cure}")
 
     def _check_names(self) -> None:
         for parts in (self.surfaces, self.detectors):
@@ -193,6 +201,4 @@ def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:
     for place, part in enumerate(parts):
         if not isinstance(part, kinds):
             refuse(scene, f"{must}, got {shown(part)} as {name}[{place}]; put it into its own list")
-    if name == "sources" and not parts:
-        refuse(scene, "sources must hold at least one Source, got none; write sources=[Source(...)]")
     store(scene, **{name: parts})

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from transport.filling import glows
 from transport.materials import Diffuse, simple_parts
+from transport.units import speed_of_light
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 def scene_speeds(scene: Scene) -> set[float | SpeedDistribution]:
     """The speeds [m/s] and distributions of speeds with which particles are emitted or leave walls."""
     emitted = {source.emission.speed for source in scene.sources}
+    if glows(scene):
+        emitted.add(speed_of_light)
     return emitted | {
         part.speed
         for surface in scene.surfaces

@@ -6,6 +6,7 @@ Exact up to the rounding of coordinates: solids that share part of a plane do no
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -88,20 +89,20 @@ def _tolerance(a: Solid, b: Solid) -> float:
     return ROUNDING * (magnitude(a) + magnitude(b))
 
 
-def _walls(solid: Solid) -> list[HalfSpace]:
+@lru_cache(maxsize=256)
+def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
     """The half spaces whose common part it is; none of a ball."""
     match solid:
         case HalfSpace():
-            return [solid]
+            return (solid,)
         case Slab():
-            return [half_space(plane, is_front=False) for plane in solid.planes()]
+            return tuple(half_space(plane, is_front=False) for plane in solid.planes())
         case Box():
-            axes, walls = np.eye(3), []
-            for k, (low, high) in enumerate(zip(*solid.bounds, strict=True)):
-                axis = tuple(axes[k].tolist())
-                walls += [HalfSpace(axis, high), HalfSpace(tuple(-x for x in axis), -low)]
-            return walls
-    return []
+            walls = []
+            for axis, low, high in zip(np.eye(3).tolist(), *solid.bounds, strict=True):
+                walls += [HalfSpace(tuple(axis), high), HalfSpace(tuple(-x for x in axis), -low)]
+            return tuple(walls)
+    return ()
 
 
 def _reach(solid: Solid, way: Vector) -> float:

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.beyond import empty_sides
 from transport.compile.coats import coat_rows, nothing
 from transport.compile.contacts import contacts_of
 from transport.compile.emitters import emitters_of
@@ -113,8 +114,9 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
         layer, covered = 0, []
+        beyond = _beyond(plan, sheet, sheets)
         for member in sheet.members:
-            code = number << layout.SHEET_SHIFT
+            code = number << layout.SHEET_SHIFT | beyond
             first = len(coats)
             if member.surface is not None:
                 firsts.append((number, first, member))
@@ -151,6 +153,14 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
     plan.rims = np.array(rims, layout.RIM)
     _fill_contacts(plan, firsts)
     plan.layers, plan.meters = layers, np.array(meters, layout.METER)
+
+
+def _beyond(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
+    """Bits of a hit for the sides of a sheet on which nothing lies, where that is of use."""
+    if not plan.can_escape_at_once:
+        return 0
+    before, behind = empty_sides(sheet, sheets, plan.space.size)
+    return (layout.NOTHING_BEFORE if before else 0) | (layout.NOTHING_BEHIND if behind else 0)
 
 
 def _ties(sheets: list[Sheet]) -> dict[int, int]:

@@ -127,7 +127,7 @@ def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
 
 def _inside(plan: Plan, source: Source, piece: Shape) -> np.ndarray | None:
     """The row of the bodies that a source emits into; refused where it lies in several."""
-    if not plan.has_media:
+    if not plan.has_bodies:
         return None
     row = row_inside(plan, places_of(source, piece, plan.space.size))
     if row is None:

@@ -2,7 +2,8 @@
 
 A hit is one int64: which sheet, which acting surface of which material, and which meters cover the point.
 
-    bits 0-27   meters of the sheet that cover the point (bit l: layer l)
+    bits 0-25   meters of the sheet that cover the point (bit l: layer l)
+    bits 26-27  nothing lies in front of the sheet, or behind it
     bit  28     the point lies within rounding of its rectangle's edge
     bits 29-31  material of the acting surface
     bits 32-47  row of the acting surface; 0: none
@@ -11,7 +12,8 @@ A hit is one int64: which sheet, which acting surface of which material, and whi
 
 import numpy as np
 
-METERS_A_SHEET = 28
+METERS_A_SHEET = 26
+NOTHING_BEFORE, NOTHING_BEHIND = 1 << 26, 1 << 27
 EDGE = 1 << 28
 MATERIAL_SHIFT, MATERIAL_MASK = 29, 7
 SURFACE_SHIFT, SURFACE_MASK = 32, 0xFFFF
@@ -68,6 +70,7 @@ TRIANGLE = np.dtype(
 )
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 PLANE = np.dtype(_floats(PLACE) + _integers("code sheet tie"))
+PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # parallel ones
 # A rectangle with a hole, its centre at (hole_u, hole_v) from the rectangle's, turned by the cosine and sine of an angle:
 # half sides of a rectangle, or half_p a radius where half_q is 0.  margin: that far from its edge a point is on the edge.
 HOLED = np.dtype(RECTANGLE.descr + _floats("hole_u hole_v hole_cos hole_sin half_p half_q margin"))
@@ -139,13 +142,26 @@ METER = np.dtype(
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
 
-# Media by body: row 0 is what surrounds all bodies, row 1 + k the medium of body k.  sigma, sigma_a, survival as in the bundle;
+# Media by body: row 0 is what surrounds all bodies, row 1 + k the medium of body k.  mfp, sigma_a, survival as in the bundle;
 # phase: number of its phase function (the first of a mixture's), from 1.
-MEDIA = np.dtype(_floats("sigma sigma_a survival index") + _integers("phase"))
-INSIDE = np.dtype(_integers("inside medium") + _floats("sigma sigma_a survival"))  # of a birth
+MEDIA = np.dtype(_floats("mfp sigma_a survival index") + _integers("phase"))
+INSIDE = np.dtype(_integers("inside"))  # of a birth: the bits of the bodies that it is in
+BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
 ROULETTE_LAW = np.dtype(_floats("threshold"))  # share of the birth weight
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
+# Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along
+# each axis; tops: address of their majorants.  absorption, scattering: addresses of the user's own arrays [m^-1], and the
+# steps along each axis in numbers, 0 where one number serves all; size [m] of a scene length.
+GRID = np.dtype(
+    _floats("cx cy cz per_x per_y per_z size")
+    + _integers("medium ledger absorbs block nx ny nz mx my mz tops")
+    + [
+        column
+        for name in ("absorption", "scattering")
+        for column in _integers(f"{name} {name}_count {name}_x {name}_y {name}_z")
+    ]
+)
 SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ahead and behind
 
 CONTACT = np.dtype(

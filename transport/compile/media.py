@@ -9,6 +9,7 @@ import numpy as np
 
 from transport.bodies import bodies_of, body_bits_around, has_media, media_of
 from transport.compile import layout
+from transport.compile.grids import fill_grids
 from transport.emissions import Isotropic
 from transport.materials import Mixture
 from transport.media import Grid, HenyeyGreenstein, Rayleigh, Tabulated
@@ -40,19 +41,26 @@ def fill_media(plan: Plan) -> None:
         [_media_row(plan, plan.distinct_media[0])] + [_media_row(plan, body.medium) for body in bodies],
         layout.MEDIA,
     )
+    fill_grids(plan, plan.tracking.absorption == ANALOG)
 
 
 def _media_row(plan: Plan, medium) -> np.ndarray:
     length, values = plan.space.size, {"index": medium.index}
-    if isinstance(medium, Grid):
-        raise SceneError("Scene: no engine for a Grid")
+    if isinstance(medium, Grid):  # the rest is in its own row (compile/grids.py)
+        survival = float(medium.albedo.min()) if plan.tracking.absorption == ANALOG else 1.0
+        phase = plan.phase_numbers[medium.phase] if _scatters(medium) else 0
+        return layout.row(layout.MEDIA, **values, mfp=math.inf, survival=survival, phase=phase)
     sigma_a, sigma_s = medium.absorption * length, medium.scattering * length
-    values |= {"sigma": sigma_s, "sigma_a": sigma_a, "survival": 1.0}
+    values |= {"mfp": _inverse(sigma_s), "sigma_a": sigma_a, "survival": 1.0}
     if plan.tracking.absorption == ANALOG:
-        values |= {"sigma": sigma_a + sigma_s, "sigma_a": 0.0, "survival": medium.albedo}
+        values |= {"mfp": _inverse(sigma_a + sigma_s), "sigma_a": 0.0, "survival": medium.albedo}
     if medium.scattering > 0:
         values |= {"phase": plan.phase_numbers[medium.phase]}
     return layout.row(layout.MEDIA, **values)
+
+
+def _inverse(sigma: float) -> float:
+    return 1.0 / sigma if sigma > 0 else math.inf
 
 
 def _phase_laws(plan: Plan):
@@ -106,7 +114,4 @@ def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
     if len(bits) > 1:
         return None
     inside = int(bits[0])
-    medium = (inside & -inside).bit_length()
-    row = plan.media[medium]
-    values = {name: row[name] for name in ("sigma", "sigma_a", "survival")}
-    return layout.row(layout.INSIDE, **values, inside=inside, medium=medium)
+    return layout.row(layout.INSIDE, inside=inside)

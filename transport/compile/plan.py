@@ -62,6 +62,8 @@ class Plan:
     phase_numbers: dict[object, int] = field(
         default_factory=dict
     )  # of a phase function, or the first of a mixture's
+    grids: list[np.ndarray] = field(default_factory=list)  # layout.GRID of bodies of voxels where flights collide
+    thinning_grids: list[np.ndarray] = field(default_factory=list)  # and of those that only lessen weights
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
     @property
@@ -101,7 +103,7 @@ class Plan:
     @property
     def scatters(self) -> bool:
         """Whether anything happens in a medium that has to be drawn: scattering, or absorption by chance."""
-        return self.has_media and bool((self.media["sigma"] > 0).any())
+        return self.has_media and (bool((self.media["mfp"] < math.inf).any()) or bool(self.grids))
 
     @property
     def attenuates(self) -> bool:
@@ -113,13 +115,30 @@ class Plan:
         return self.scatters and bool((self.media["survival"] < 1).any())
 
     @property
+    def absorbs_by_share(self) -> bool:
+        """Whether collisions in grids lessen weights."""
+        is_analog = self.tracking.absorption == "analog"
+        return not is_analog and any(row["absorbs"] for row in self.grids)
+
+    @property
     def has_roulette_in_flight(self) -> bool:
-        return self.scatters and self.attenuates
+        return self.scatters and self.lessens
+
+    @property
+    def lessens(self) -> bool:
+        """Whether flights through media lessen weights, along the way or at collisions."""
+        return self.attenuates or self.absorbs_by_share or bool(self.thinning_grids)
 
     @property
     def has_bodies(self) -> bool:
         """Whether particles must know where they are."""
         return self.has_media and len(self.media) > 1
+
+    @property
+    def can_escape_at_once(self) -> bool:
+        """Whether what leaves to where nothing is need not fly to find that out."""
+        is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
+        return is_empty and self.scatters and not self.has_clock
 
     @property
     def bounds_bodies(self) -> bool:
@@ -135,7 +154,10 @@ class Plan:
         """The rows of `media` that absorb."""
         if not self.has_media:
             return []
-        absorbs = (self.media["sigma_a"] > 0) | ((self.media["sigma"] > 0) & (self.media["survival"] < 1))
+        absorbs = (self.media["sigma_a"] > 0) | (
+            (self.media["mfp"] < math.inf) & (self.media["survival"] < 1)
+        )
+        absorbs[[row["medium"] for row in self.grids if row["absorbs"]]] = True
         return np.flatnonzero(absorbs).tolist()
 
     @property
@@ -207,7 +229,7 @@ class Plan:
     def has_roulette(self) -> bool:
         """Whether a particle can go on at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
-        return is_grey or (self.attenuates and self.reflects)
+        return is_grey or (self.lessens and self.reflects)
 
     @property
     def plays_roulette(self) -> bool:

@@ -32,6 +32,7 @@ HEADER = (
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",
     "collisions",
+    "first",  # the first of the lanes that met a surface (lanes.part); 0 where all do
     "colliding",  # lanes that fly on in a medium, of those that flew last
     "stop",  # set by another thread: end before the batch is complete
 )
@@ -60,13 +61,6 @@ CARRIED = (
     ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
     ("index", "f8"),  # of the medium that it is in, 0 where that is not known
     ("inside", "i8"),  # bits of the bodies that it is in
-    ("medium", "i8"),  # row of the medium that it is in (layout.MEDIA)
-    (
-        "sigma",
-        "f8",
-    ),  # by which its free paths are drawn there [1/scene lengths]: extinction, or scattering alone ...
-    ("sigma_a", "f8"),  # ... where absorption lessens weights along the way by this
-    ("survival", "f8"),  # the chance that it is scattered where it collides, else absorbed
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
 )
@@ -99,6 +93,11 @@ SCRATCH = (
     ("u3", "f8"),  # 52 bits each, where mixtures or thermal walls need more
     ("u4", "f8"),
     ("arrival", "f8"),  # when it meets what is ahead [durations]
+    ("depth", "f8"),  # optical depth of its free path, in scenes with grids
+    ("medium", "i8"),  # row of the medium that it is in (layout.MEDIA)
+    ("mfp", "f8"),  # its mean free path there [scene lengths]: from extinction, or from scattering alone ...
+    ("sigma_a", "f8"),  # ... where absorption lessens weights along the way by this
+    ("survival", "f8"),  # the chance that it is scattered where it collides, else absorbed
     ("flies", "i8"),  # 1 where it flies in this round, 0 where it waits for the others
     ("collides", "i8"),  # 0 where it does not, else one more than the number of its phase function
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none

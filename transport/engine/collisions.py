@@ -65,7 +65,7 @@ def fly(b, table, first, live):
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
         flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        path = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)) / b.sigma[k]
+        path = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)) * b.mfp[k]
         b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0

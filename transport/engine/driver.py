@@ -58,9 +58,11 @@ class Stopped(Exception):
     """The batch was told to stop before it was complete; its sums are void."""
 
 
-def _drive(bundle, handle, entries, tables, inner, birth_entries, birth_tables, emitters, shares, histories):
-    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative; inner: how
-    many of the entries after the first are done again for what collides in a medium.
+def _drive(
+    bundle, handle, entries, tables, ready, inner, birth_entries, birth_tables, emitters, shares, histories
+):
+    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative; ready: how
+    many of the entries come before a flight; inner: how many after these are done again for what collides in a medium.
 
     Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
     offset makes every history's chance right.
@@ -87,10 +89,11 @@ def _drive(bundle, handle, entries, tables, inner, birth_entries, birth_tables, 
         b.started = history
         if live == 0:
             return
+        b.first = 0
         if inner > 0:
-            _fly_on(b, handle, entries, tables, inner, live)
-        for p in range(1 + inner if inner > 0 else 0, len(entries)):
-            live = call_pass(entries[p], handle, tables[p], 0, live)
+            _fly_on(b, handle, entries, tables, ready, inner, live)
+        for p in range(ready + inner if inner > 0 else 0, len(entries)):
+            live = call_pass(entries[p], handle, tables[p], b.first, live)
             if live == 0:
                 break
         if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
@@ -98,18 +101,19 @@ def _drive(bundle, handle, entries, tables, inner, birth_entries, birth_tables, 
 
 
 @njit(inline="always")
-def _fly_on(b, handle, entries, tables, inner, live):
+def _fly_on(b, handle, entries, tables, ready, inner, live):
     """Fly and collide, again and again, while the lanes that met a surface wait.
 
     A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
     serves those that wait.  The flights for the cost are most when a round's are no more than the mean so far (the
     marginal value theorem of Charnov 1976): then it is time to stop.
     """
-    call_pass(entries[0], handle, tables[0], 0, live)
+    for p in range(ready):
+        call_pass(entries[p], handle, tables[p], 0, live)
     others = float64(len(entries) - inner) / float64(inner)
     flights, rounds = 0.0, 0.0
     while True:
-        for p in range(1, 1 + inner):
+        for p in range(ready, ready + inner):
             call_pass(entries[p], handle, tables[p], 0, live)
         flights += float64(b.colliding)
         rounds += 1.0
@@ -143,6 +147,7 @@ class Machine:
     program: Program
     entries: object
     tables: object
+    ready: int
     inner: int
     birth_entries: object
     birth_tables: object
@@ -165,6 +170,7 @@ def machine_of(program: Program, progress=None) -> Machine:
         program,
         entries,
         tables,
+        program.ready,
         program.inner,
         birth_entries,
         birth_tables,
@@ -211,7 +217,14 @@ def run_batch(
         bundle[name] = value
     lanes = bundle.view(np.recarray) if config.DISABLE_JIT else bundle
     handle = lanes[0] if config.DISABLE_JIT else int(bundle["address"][0])
-    wiring = machine.entries, machine.tables, machine.inner, machine.birth_entries, machine.birth_tables
+    wiring = (
+        machine.entries,
+        machine.tables,
+        machine.ready,
+        machine.inner,
+        machine.birth_entries,
+        machine.birth_tables,
+    )
     drive(lanes, handle, *wiring, machine.emitters, machine.shares, histories)
     if bundle["stop"][0]:
         raise Stopped

@@ -6,6 +6,7 @@ from transport.compile.layout import (
     EDGE,
     HOLED,
     PLANE,
+    PLANES,
     ROUNDING,
     SHEET_SHIFT,
     STANDING,
@@ -50,11 +51,35 @@ def cover_plane(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
-        same = (b.hit[k] >> SHEET_SHIFT) == sheet
-        covers = (t < math.inf) & ahead(t, b.start[k], sheet, b.sheet[k])
-        nearer = covers & ((t < b.distance[k]) | same)
-        b.distance[k] = t if nearer & (not same) else b.distance[k]
-        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+        start, places = b.start[k], b.sheet[k]
+        b.distance[k], b.hit[k] = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+    return live
+
+
+@device
+def nearest_plane(t, code, sheet, start, places, distance, hit):
+    """Distance and hit, where a meter's plane at t is nearer, or the same as what was found."""
+    same = (hit >> SHEET_SHIFT) == sheet
+    covers = (t < math.inf) & ahead(t, start, sheet, places)
+    nearer = covers & ((t < distance) | same)
+    found = (hit | code if same else code) if nearer else hit
+    return t if nearer & (not same) else distance, found
+
+
+@lane_pass(PLANES)
+def cover_planes(b, table, first, live):
+    """Two parallel ones, as of a Slab: the cosine is divided by once."""
+    one, other = table.one, table.other
+    nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
+    ox, oy, oz = other.sx, other.sy, other.sz
+    code, sheet, other_code, other_sheet = one.code, one.sheet, other.code, other.sheet
+    for k in range(first, live):
+        x, y, z, start, places = b.x[k], b.y[k], b.z[k], b.start[k], b.sheet[k]
+        inverse = 1.0 / (b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz)
+        t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
+        distance, hit = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+        t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
+        b.distance[k], b.hit[k] = nearest_plane(t, other_code, other_sheet, start, places, distance, hit)
     return live
 
 

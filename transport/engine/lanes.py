@@ -1,4 +1,4 @@
-"""Keep the living together: the last lanes move into the gaps that the ended ones left."""
+"""Keep the living together: the last lanes move into the gaps that the ended ones left; in media, those of a kind."""
 
 import numpy as np
 from numba import int64, uint64
@@ -38,3 +38,48 @@ def fill_gaps(b, table, first, live):
         for j in range(gaps):
             words[row + b.listed[j]] = words[row + b.movers[j]]
     return alive
+
+
+@lane_pass(MOVED)
+def part(b, table, first, live):
+    """Those that fly on in a medium come first, then those that met a surface: the rest of the program is for these alone.
+
+    The ended ones are dropped.  Returns the number of lanes that are kept.
+    """
+    going, met = 0, 0
+    for k in range(live):
+        going += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
+        met += 1 if (b.weight[k] != 0.0) & (b.hit[k] != 0) else 0
+    b.first = going // 8 * 8
+    if going + met == 0:
+        return 0
+    gaps = 0
+    for k in range(uint64(going)):  # no branch, so nothing to mispredict
+        b.listed[gaps] = k
+        gaps += 1 if (b.weight[k] == 0.0) | (b.hit[k] != 0) else 0
+    movers = 0
+    for k in range(uint64(going), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for f in range(table.count):
+        row = CARRIED_WORDS + fields[f] * PITCH
+        for j in range(gaps):
+            here, there = row + b.listed[j], row + b.movers[j]
+            kept = words[here]
+            words[here] = words[there]
+            words[there] = kept
+    end, gaps = going + met, 0
+    for k in range(uint64(going), uint64(end)):
+        b.listed[gaps] = k
+        gaps += 1 if b.weight[k] == 0.0 else 0
+    movers = 0
+    for k in range(uint64(end), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if b.weight[k] != 0.0 else 0
+    for f in range(table.count):
+        row = CARRIED_WORDS + fields[f] * PITCH
+        for j in range(gaps):
+            words[row + b.listed[j]] = words[row + b.movers[j]]
+    return end

@@ -30,8 +30,9 @@ from transport.engine import (
 from transport.engine.bundle import CARRIED
 from transport.engine.passes import Pass
 from transport.engine.registry import Step, layer_of, named, rows_of, step
-from transport.engine.rounds import rounds_of
+from transport.engine.rounds import ready_to_fly, rounds_of
 
+BEYOND = layout.NOTHING_BEFORE | layout.NOTHING_BEHIND
 METERS = (1 << layout.METERS_A_SHEET) - 1
 # Times and speeds lie in blocks, so they come first.
 REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place")
@@ -43,7 +44,8 @@ class Program:
 
     plan: Plan
     steps: list[Step] = field(default_factory=list)
-    inner: int = 0  # how many steps after the first are done again for what collides in a medium
+    ready: int = 0  # how many steps come before a flight
+    inner: int = 0  # how many steps after these are done again for what collides in a medium
     births: list[list[Step]] = field(default_factory=list)
     moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.MOVED))
     machine: object = None  # driver.machine_of it, once it is made
@@ -71,9 +73,15 @@ def program_of(plan: Plan) -> Program:
         hierarchies.complete(table)
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
-    rounds = list(rounds_of(plan))
-    program.inner = len(rounds) - 1 if plan.scatters else 0
-    program.steps = [*rounds, *_flight(plan, program.moved), *_landing(plan), *_crossing(plan, program.moved)]
+    ready, rounds = list(ready_to_fly(plan)), list(rounds_of(plan))
+    program.ready, program.inner = len(ready), len(rounds) if plan.scatters else 0
+    program.steps = [
+        *ready,
+        *rounds,
+        *_flight(plan, program.moved),
+        *_landing(plan),
+        *_crossing(plan, program.moved),
+    ]
     numbers = program.carried_numbers
     program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
     return program
@@ -140,7 +148,7 @@ def _birth_counted(plan, emitter, metered):
 
 def _flight(plan, moved):
     yield step(flights.leave)
-    yield step(lanes.fill_gaps, moved)
+    yield step(lanes.part if plan.scatters else lanes.fill_gaps, moved)
     if plan.contacts:
         yield step(landings.remember_origin)
     if plan.passes_meters:
@@ -177,6 +185,7 @@ def _crossing(plan, moved):
         yield from _boundaries(plan)
         if plan.passes_meters:
             yield step(flights.resume_ray)
+        yield from _end(plan, moved)
         return
     yield from _metering(plan, meters.bin_arrivals)
     if plan.draws_again:
@@ -211,7 +220,15 @@ def _crossing(plan, moved):
         yield step(surfaces.play_roulette)
     if plan.reflects:
         yield step(surfaces.give_up)
-    if plan.absorbs or plan.reflects:
+    yield from _end(plan, moved)
+
+
+def _end(plan, moved):
+    """What left to where nothing is has escaped; the ended lanes are dropped."""
+    escapes = plan.can_escape_at_once and any(row["code"] & BEYOND for _, row, _ in plan.members)
+    if escapes:
+        yield step(bodies.escape_at_once)
+    if escapes or (plan.acts and (plan.absorbs or plan.reflects)):
         yield step(lanes.fill_gaps, moved)
 
 
@@ -265,9 +282,8 @@ def _visits(plan):
 
 
 def _boundaries(plan):
-    """Know the bodies on the side that lanes leave to, and the medium of the innermost one."""
+    """Know the bodies on the side that lanes leave to."""
     if plan.bounds_bodies:
         for layer, rows in enumerate(plan.layers):
             if (rows["front"] != rows["back"]).any():
                 yield step(bodies.cross_boundary, layer_of(plan, layer))
-        yield step(bodies.take_medium, rows_of(plan.media))

@@ -13,6 +13,7 @@ from transport.engine import (
     collisions,
     flats,
     flights,
+    grids,
     histories,
     landings,
     lanes,
@@ -30,7 +31,7 @@ from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
-    aims, birthplaces, births, bodies, clocks, collisions, flats, flights, histories, landings, lanes, meshes, meters, optics, quadrics,
+    aims, birthplaces, births, bodies, clocks, collisions, flats, flights, grids, histories, landings, lanes, meshes, meters, optics, quadrics,
     refinements, rims, snapshots, speeds, surfaces,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}

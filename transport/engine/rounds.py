@@ -6,28 +6,52 @@ In media these are done again and again for what collides, before those that met
 import numpy as np
 
 from transport.compile import layout
-from transport.engine import clocks, collisions, flights, snapshots, surfaces
-from transport.engine.registry import named, step
+from transport.engine import bodies, clocks, collisions, flats, flights, grids, snapshots, surfaces
+from transport.engine.registry import named, rows_of, step
 
-FEW_MEDIA = 4  # whose absorption is summed up one by one
+PARALLEL = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
+FEW_MEDIA = 4  # which are told, and whose absorption is summed up, one by one
+
+
+def ready_to_fly(plan):
+    """What lanes must know before they fly: that nothing is met yet, and the medium that they are in."""
+    if not plan.has_media:
+        return
+    if plan.scatters:
+        yield step(collisions.set_out)
+    if len(plan.media) > FEW_MEDIA:
+        yield step(bodies.know_bodies, rows_of(plan.media))
+        return
+    yield step(bodies.know_surroundings, _body(plan, 0))
+    for medium in range(len(plan.media) - 1, 0, -1):
+        yield step(bodies.know_body, _body(plan, medium))
+
+
+def _body(plan, medium):
+    values = {name: plan.media[name][medium] for name in ("mfp", "sigma_a", "survival")}
+    return layout.row(layout.BODY, **values, medium=medium, bit=1 << medium >> 1)
 
 
 def rounds_of(plan):
-    """How lanes get ready to fly, and then the steps of a flight as far as a surface or a collision."""
+    """The steps of a flight as far as a surface or a collision."""
     if plan.scatters:
-        yield step(collisions.set_out)
-        yield step(collisions.fly)
+        yield step(grids.fly_in_grids if plan.grids else collisions.fly)
     else:
         yield step(collisions.fly_straight if plan.has_media else flights.look_ahead)
-    for name, row, _ in plan.members:
-        yield named((name, row))
+    yield from _members(plan)
+    for row in plan.grids:
+        yield step(grids.collide_in_grid, row)
     if plan.has_clock:
         yield from _clock(plan)
     if plan.attenuates:
         yield step(collisions.attenuate)
         yield from _absorbed(plan)
+    yield from _thinned(plan)
     if plan.scatters:
         yield step(collisions.collide)
+        if plan.absorbs_by_share:
+            yield step(grids.absorb_share)
+            yield from _absorbed(plan)
         if plan.absorbs_by_chance:
             yield step(collisions.absorb_by_chance)
             yield from _absorbed(plan)
@@ -36,6 +60,26 @@ def rounds_of(plan):
             yield step(collisions.play_roulette_in_flight, law)
         yield from _scattering(plan)
         yield step(surfaces.give_up)
+
+
+def _members(plan):
+    """Look for each surface and meter; parallel planes in pairs."""
+    waiting = None
+    for name, row, _ in plan.members:
+        if name != "cover_plane":
+            yield named((name, row))
+        elif waiting is None:
+            waiting = row
+        elif abs(sum(waiting[axis] * row[axis] for axis in ("nx", "ny", "nz"))) >= PARALLEL:
+            pair = layout.row(layout.PLANES)
+            pair["one"], pair["other"] = waiting, row
+            yield step(flats.cover_planes, pair)
+            waiting = None
+        else:
+            yield named((name, waiting))
+            waiting = row
+    if waiting is not None:
+        yield named(("cover_plane", waiting))
 
 
 def _clock(plan):
@@ -51,6 +95,13 @@ def _clock(plan):
     for row in plan.snapshots:
         yield step(snapshots.record_snapshot, row)
     yield step(clocks.stop_clock, clock)
+
+
+def _thinned(plan):
+    """Grids that only absorb."""
+    for row in plan.thinning_grids:
+        row["ledger"] = layout.ABSORBED + len(plan.surfaces) + row["medium"]
+        yield step(grids.attenuate_in_grid, row)
 
 
 def _absorbed(plan):

@@ -48,7 +48,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
         given = np.asarray(value)
         if given.dtype.kind not in "iuf":
             raise ValueError
-        array = np.array(given, dtype=np.float64, order="C") + 0.0  # -0.0 becomes 0.0
+        array = np.array(given, dtype=np.float64, order="C")
     except (ValueError, TypeError):
         refuse(subject, f"{name} must be an array of numbers, got {shown(value)}")
     if array.ndim != dims or array.size == 0:
@@ -58,6 +58,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
         place = tuple(int(k) for k in np.argwhere(wrong)[0])
         where = place if dims > 1 else place[0]
         refuse(subject, f"{name} must be zero or positive, and finite, got {array[place]} at {where}")
+    array += 0.0  # -0.0 becomes 0.0
     array.flags.writeable = False
     return array
 

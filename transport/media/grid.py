@@ -28,8 +28,8 @@ class Grid:
     """Voxels that fill `box`, an axis-parallel Box, evenly: used as Surface(grid.box, Transparent(), inside=grid).
 
     absorption, scattering: (nx, ny, nz) coefficients [m^-1], constant within each voxel, the first at the lower corner;
-    one of both may be left out or be a number.  The arrays are copied (8 bytes a voxel) and kept read-only; a number
-    takes no memory.  phase, index and emission [W m^-3 sr^-1] are the same in all voxels.
+    one of both may be left out or be a number.  The arrays are copied (8 bytes a voxel) and kept read-only; what is the
+    same everywhere takes no memory.  phase, index and emission [W m^-3 sr^-1] are the same in all voxels.
     """
 
     box: Box
@@ -50,7 +50,7 @@ class Grid:
             refuse(self, f"absorption or scattering must be an array (nx, ny, nz), got numbers only; {cure}")
         if shapes[0] != shapes[-1]:
             refuse(self, f"absorption and scattering must have one shape, got {shapes[0]} and {shapes[1]}")
-        arrays = {name: np.broadcast_to(array, shapes[0]) for name, array in given.items()}
+        arrays = {name: np.broadcast_to(_thinned(array), shapes[0]) for name, array in given.items()}
         store(self, **arrays, shape=shapes[0], digest=digest_of(*arrays.values()))
         self._freeze()
         with np.errstate(over="ignore"):
@@ -81,9 +81,12 @@ class Grid:
 
     def _settled(self, name: str) -> np.ndarray:
         value = getattr(self, name)
-        if value is None or as_float(value) is not None:
-            return settled_array(self, name, np.array([as_float(value) or 0.0]), 1)[0:1].reshape(())
-        return settled_array(self, name, value, 3)
+        number = 0.0 if value is None else as_float(value)
+        if number is None:
+            return settled_array(self, name, value, 3)
+        if not 0 <= number < math.inf:
+            refuse(self, f"{name} must be zero or positive, and finite, got {shown(value)}")
+        return np.array(number)
 
     def _freeze(self) -> None:
         for array in (self.absorption, self.scattering):
@@ -93,3 +96,8 @@ class Grid:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._freeze()
+
+
+def _thinned(array: np.ndarray) -> np.ndarray:
+    """One number instead of an array of the same ones."""
+    return array if array.ndim == 3 and (array != array[0, 0, 0]).any() else np.array(array.flat[0])

@@ -118,9 +118,7 @@ class Tabulated(Phase):
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         ends = rows[0, 0], rows[-1, 0]
         if ends == (0.0, 180.0):
-            halves = np.sin(np.radians(rows[:, 0]) / 2)
-            rows = np.stack([1 - 2 * halves * halves, rows[:, 1]], axis=1)[::-1]
-            rows[[0, -1], 0] = -1.0, 1.0
+            rows = np.stack([np.cos(np.radians(rows[:, 0])), rows[:, 1]], axis=1)[::-1]
         elif ends != (-1.0, 1.0):
             got = f"the first column of {str(path)!r} goes from {ends[0]:g} to {ends[1]:g}"
             cure = "write degrees from 0 to 180, or cosines from -1 to 1, both ends included"

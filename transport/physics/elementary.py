@@ -64,8 +64,7 @@ def expm1_negative(x):
 def log1p(x):
     """ln(1 + x) for x > -1, with all its digits near 0."""
     w = 1.0 + x
-    lost = x - (w - 1.0) if x < 1.0 else 1.0 - (w - x)
-    return log_positive(w) + lost / w
+    return log_positive(w) + (x - (w - 1.0)) / w
 
 
 @device

@@ -63,15 +63,15 @@ class Light:
     """What leaves a layer, as shares of the incident flux [1].
 
     reflected_diffuse, transmitted_diffuse: what was scattered.  unscattered_back, unscattered_on: what was not: mirrored by the
-    faces, and passed straight.  up, down: scattered radiance outside per incident irradiance [sr^-1], its azimuthal mean, at the
-    nodes of the panels (panels, nodes); up_straight, down_straight: that of Lambertian light that was not scattered, but for
-    what the upper face mirrors outside.
+    faces, and passed straight.  up, down: scattered radiance within the faces per incident irradiance [sr^-1], its azimuthal mean,
+    at the nodes of the panels (panels, nodes); up_straight, down_straight: that of Lambertian light that was not scattered.
     """
 
     reflected_diffuse: float
     transmitted_diffuse: float
     unscattered_back: float
     unscattered_on: float
+    index: float
     edges: np.ndarray  # of the panels, in the cosine outside
     up: np.ndarray
     down: np.ndarray
@@ -104,7 +104,7 @@ class Light:
     def reflected_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
         """Shares that return in bins of cosine after scattering, (bins,) [1].
 
-        straight: of Lambertian light, also what the faces mirror from within.
+        straight: of Lambertian light, also what the lower face mirrors.
         """
         return self._shares(self.up + self.up_straight if straight else self.up, edges)
 
@@ -116,13 +116,14 @@ class Light:
         return self._shares(self.down + self.down_straight if straight else self.down, edges)
 
     def _radiance(self, values: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """By the polynomial through the nodes of each panel."""
+        """Outside: what the face lets through of the polynomial through the nodes of each panel."""
         mu = np.asarray(mu, dtype=float)
         panel = np.clip(np.searchsorted(self.edges, mu, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
         series = (values @ _to_coefficients().T)[panel]
         terms = legendre.legvander((2 * mu - low - high) / (high - low), NODES - 1)
-        return (series * terms.reshape(series.shape)).sum(axis=-1)
+        through = fresnel.transmittance(mu, self.index) / self.index**2
+        return through * (series * terms.reshape(series.shape)).sum(axis=-1)
 
     def _shares(self, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """2 pi int L mu dmu over each bin, panel by panel."""
@@ -262,18 +263,15 @@ def _lit(
         on = 2 * math.pi * (1 - r[-1]) * e[-1] * beams[-1]
         back = r[-1] + on * r[-1] * e[-1]
     up_scattered, down_scattered = _between(one, r, flux, beams, r * e * beams)
-    outwards = ((1 - r) / index**2)[:out]
-    panels = (len(edges) - 1, NODES)
+    straight = (e * r * e * down, e * down)
     return Light(
         float(leaving @ up_scattered),
         float(leaving @ down_scattered),
         float(back),
         float(on),
+        index,
         edges,
-        *(
-            (outwards * each[:out]).reshape(panels)
-            for each in (up_scattered, down_scattered, e * r * e * down, e * down)
-        ),
+        *(each[:out].reshape(-1, NODES) for each in (up_scattered, down_scattered, *straight)),
     )
 
 

@@ -32,7 +32,9 @@ def henyey_greenstein_cosine(u, g):
     (1 + g^2 - ((1 - g^2)/(1 + g s))^2) / (2 g), s = 2u - 1 (Witt 1977, ApJS 35, 1), with g divided out.
     """
     s = 2 * u - 1
-    return (2 * s + g * (s * s + 3) + 2 * g * g * s + g * g * g * (s * s - 1)) / (2 * (1 + g * s) * (1 + g * s))
+    return (2 * s + g * (s * s + 3) + 2 * g * g * s + g * g * g * (s * s - 1)) / (
+        2 * (1 + g * s) * (1 + g * s)
+    )
 
 
 def henyey_greenstein_departure(u, g):
@@ -49,7 +51,7 @@ def henyey_greenstein_ring(mu: np.ndarray, mu_before: np.ndarray, g: float) -> n
     """Density [sr^-1] of the cosine mu to an axis after one scattering, of what flew at mu_before to it.  Vectorised.
 
     The mean over azimuths: a complete elliptic integral of the second kind, for int_0^pi (a - b cos)^(-3/2) is
-    2 E(2b/(a + b)) / ((a - b) sqrt(a + b)) (Gradshteyn and Ryzhik 2.575).
+    2 E(2b/(a + b)) / ((a - b) sqrt(a + b)) (Gradshteyn and Ryzhik 2.57).
     """
     from scipy.special import ellipe
 

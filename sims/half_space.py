@@ -1,0 +1,169 @@
+"""Half spaces: a medium without end seen from before it, its limb darkening, Milne's problem, and a glossy boundary.
+
+Derivation.  By invariance, a layer more on a medium without end changes nothing (Ambartsumian 1943): light of irradiance E at
+the cosine mu0 returns with the radiance a/(4 pi) H(mu) H(mu0)/(mu + mu0) E, a the albedo, of isotropic scattering, and
+1 - sqrt(1 - a) H(mu0) returns in all (Chandrasekhar 1960, ch. 4 and 5).  H is known by an integral.  Three settings:
+
+darkening  A beam or Lambertian light on the half space: the whole and its parts by cosine, which are not Lambert's.
+boundary   A medium of index 1.5, of which 0.04 is mirrored at once at normal incidence, and of what comes from within much is
+           reflected again: 0.2599 of the light returns at a = 0.9, with these 0.04 (Giovanelli 1955).
+milne      A star's atmosphere: no absorption, light from far below.  What leaves is sqrt(3)/(4 pi) H(mu) F, three times as
+           bright in the middle as at the limb (H(1)/H(0) = 2.908), and far below the mean radiance rises as tau + q, q =
+           0.7104 (Milne 1921; Hopf 1934).  A slab lit from below by Lambertian light has such a face, and transmits
+           T = (4/3)/(tau + 2 q) (van de Hulst 1980, 5.4): at tau = 10 both hold to 1e-6, and q = 2/(3 T) - tau/2 is measured.
+
+Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux through a plane without
+end does not depend on where light leaves.  The mirrored part is a bin of its own, narrower than 1e-8 in mu, in which of
+other light there is less than 1e-8.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import half_space as theory
+from transport.theory import ordinates
+
+law = (
+    "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446, n = 1.5: R = 0.2599"
+    " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980, 5.4)"
+)
+question = "What does a medium without end send back, and how much darker is it at the limb?"
+particles = 1_000_000
+
+SETTINGS = ("darkening", "boundary", "milne")
+INCIDENCES = ("beam", "lambertian")
+BINS = 20
+EDGES = np.linspace(0, 1, BINS + 1)
+SHARP = 1e-8  # width in mu of the bin that holds what is mirrored
+GROUP = 4  # bins in a row of the table
+WHOLE, MIRRORED, DIFFUSE = "reflected R, with the specular", "reflected specular", "reflected diffuse"
+PASSED, HOPF = "transmitted T", "q(∞) by T"
+ABSORBED = "absorbed"
+
+
+def cases() -> list[dict[str, object]]:
+    """Others are a matter of parameters: collisions a particle grow as 1/sqrt(1 - albedo), or as 2 tau in Milne's."""
+    return [
+        {"setting": "darkening", "albedo": 0.9, "mu0": 1.0},
+        {"setting": "darkening", "albedo": 0.9, "mu0": 0.1},
+        {"setting": "darkening", "albedo": 0.99, "incidence": "lambertian"},
+        {"setting": "boundary", "albedo": 0.9, "index": 1.5},
+        {"setting": "milne"},
+    ]
+
+
+def scene(
+    setting: str = "darkening",
+    albedo: float = 0.9,
+    mu0: float = 1.0,
+    incidence: str = "beam",
+    index: float = 1.5,
+    tau: float = 10.0,
+    mean_free_path: float = 1.0,
+) -> tp.Scene:
+    """One of the settings; 1 W falls on it.
+
+    albedo: of the medium, below 1;  mu0: cosine of the beam's incidence;  incidence: of a "beam" or "lambertian" light;
+    index: of the medium with a boundary;  tau: depth of Milne's slab;  mean_free_path: of the medium [m].
+    """
+    for name, value, known in (("setting", setting, SETTINGS), ("incidence", incidence, INCIDENCES)):
+        if value not in known:
+            raise tp.SceneError(f"half_space: {name} must be one of {', '.join(known)}, got {value!r}")
+    if setting == "milne":
+        return _star(tau, mean_free_path)
+    if not 0 <= albedo < 1:
+        raise tp.SceneError(f"half_space: albedo must be below 1, or no light would be gone, got {albedo}")
+    if not 0 < mu0 <= 1:
+        raise tp.SceneError(f"half_space: mu0 must be above 0 and at most 1, got {mu0}")
+    has_boundary = setting == "boundary"
+    extinction = 1 / mean_free_path
+    medium = tp.Medium(
+        absorption=(1 - albedo) * extinction, scattering=albedo * extinction, index=index if has_boundary else 1.0
+    )
+    face = tp.Dielectric(index) if has_boundary else tp.Transparent()
+    bins = tp.Directions(mu=[*EDGES[:-1], 1 - SHARP, 1]) if has_boundary and mu0 == 1 else tp.Directions(mu=BINS)
+    return tp.Scene(
+        _source(incidence, mu0, mean_free_path),
+        tp.Surface(tp.Plane(), face, "face", inside=medium),
+        tp.Detector("face", setting, directions=bins),
+    )
+
+
+def _source(incidence: str, mu0: float, height: float) -> tp.Source:
+    if incidence == "lambertian":
+        lamp = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=height)
+        return tp.Source(lamp, tp.Lambertian(power=1.0))
+    down = (math.sqrt((1 - mu0) * (1 + mu0)), 0, -mu0)
+    return tp.Source(tp.Point(position=(0, 0, height)), tp.Beam(power=1.0, direction=down))
+
+
+def _star(tau: float, mean_free_path: float) -> tp.Scene:
+    """A slab below z = 0, lit from below."""
+    if not 0 < tau < math.inf:
+        raise tp.SceneError(f"half_space: tau must be above 0, got {tau}")
+    depth = tau * mean_free_path
+    slab = tp.Slab(center=(0, 0, -depth / 2), thickness=depth)
+    medium = tp.Medium(scattering=1 / mean_free_path)
+    lamp = tp.Disk(center=(0, 0, -depth - mean_free_path), radius=mean_free_path)
+    return tp.Scene(
+        tp.Source(lamp, tp.Lambertian(power=1.0)),
+        tp.Surface(slab, tp.Transparent(), "atmosphere", inside=medium),
+        tp.Detector(tp.Plane(), "milne", directions=tp.Directions(mu=BINS)),
+    )
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    setting, emitted = result.scene.detectors[0].name, result.ledger["emitted"]
+    out = result[setting].flux_out / emitted
+    shares = shares_out(result)
+    if setting == "milne":
+        depth = result.scene.surfaces[0].shape.thickness * result.scene.surfaces[0].inside.extinction
+        four_thirds, tau = constant(result, 4 / 3, "1"), constant(result, depth, "1")
+        rows = {PASSED: out, HOPF: (four_thirds / out - tau) / 2}
+        return rows | {_bin(k): shares[k : k + GROUP].sum() / out for k in range(0, BINS, GROUP)}
+    rows = {WHOLE: out, ABSORBED: result.ledger["absorbed"] / emitted}
+    if len(shares) > BINS:
+        rows |= {MIRRORED: shares[BINS], DIFFUSE: out - shares[BINS]}
+    return rows | {_bin(k): shares[k : k + GROUP].sum() for k in range(0, BINS, GROUP)}
+
+
+def shares_out(result: tp.Result) -> tp.EstimateArray:
+    """Share of the light that leaves by the face, in each bin of cosine [1]."""
+    reading = result[result.scene.detectors[0].name]
+    widths = 2 * math.pi * np.diff(reading.intensity_out.coords["mu"])
+    return reading.intensity_out * widths * constant(result, 1.0, "sr") / result.ledger["emitted"]
+
+
+def _bin(first: int) -> str:
+    return f"leaving, μ {EDGES[first]:.1f} to {EDGES[first + GROUP]:.1f}"
+
+
+def exact(setting: str = "darkening", **parameters: object) -> dict[str, float]:
+    if setting == "milne":
+        tau = parameters.get("tau", 10.0)
+        light = ordinates.slab(tau, 1.0, mu0=None)
+        rows = {PASSED: light.transmitted, HOPF: theory.measured_extrapolation(light.transmitted, tau)}
+        shares = light.transmitted_in(EDGES[::GROUP], straight=True) / light.transmitted
+    else:
+        light = _light(setting, **parameters)
+        rows = {WHOLE: light.reflected, ABSORBED: light.absorbed}
+        if setting == "boundary" and parameters.get("mu0", 1.0) == 1 and _cosine(parameters) is not None:
+            rows |= {MIRRORED: light.unscattered_back, DIFFUSE: light.reflected_diffuse}
+        shares = light.reflected_in(EDGES[::GROUP])
+    return rows | {_bin(k): float(shares[k // GROUP]) for k in range(0, BINS, GROUP)}
+
+
+def _cosine(parameters: dict[str, object]) -> float | None:
+    return None if parameters.get("incidence") == "lambertian" else parameters.get("mu0", 1.0)
+
+
+def _light(setting: str, **parameters: object) -> ordinates.Light:
+    index = parameters.get("index", 1.5) if setting == "boundary" else 1.0
+    return ordinates.half_space(parameters.get("albedo", 0.9), mu0=_cosine(parameters), index=index)

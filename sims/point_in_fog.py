@@ -1,0 +1,318 @@
+"""A point of light in fog without end: fluence rate by distance, net flux, and how far light has come after a time.
+
+Derivation.  Around an isotropic point source in an infinite medium that scatters isotropically, with the albedo c, the fluence
+rate is known exactly: in mean free paths and per power emitted its Fourier transform is A/(1 - c A), A(k) = atan(k)/k,
+so that
+
+    φ(r) = [B exp(-κ r) + ∫ g(s) exp(-s r) ds] / (4π r),   s from 1 on,   c atanh(κ)/κ = 1
+
+(Case, de Hoffmann, Placzek 1953, 21; transport/theory/point_source.py).  Near the source the light that has not collided
+rules, exp(-r)/(4π r²); far out one exponential of the diffusion length 1/κ is left; diffusion theory, of exponent
+sqrt(3 (1 - c)), tends to it for albedos near 1.  φ is the light that a small ball receives over its section,
+and in a medium it is told by two estimators: the length of track in a volume, or the collisions in it over the extinction.
+What flows out through a sphere, less what flows in, is what is not absorbed within: the balance of energy.
+
+With a clock and nothing absorbed the light spreads.  Directions forget, ⟨cos⟩ = exp(-(1-g) t) after a time t in mean
+free times, whatever the phase function besides its mean cosine g, so that
+
+    ⟨r²⟩ = 2 (ν t - 1 + exp(-ν t)) / ν²,   ν = 1 - g
+
+(Taylor 1921; Fürth 1920): t² at first, as in straight flight, then 2 t/(1 - g), as in diffusion.  Along one coordinate the
+burst is spread like that of a plane source, known in closed form but for one integral (Ganapol 2001: AZURV1).
+
+Scene.  "steady": a Point in a scene full of fog, shells of a ball as volume detectors, and spheres.  "clock": a burst
+of particles of one speed at the same place; their positions are counted along x, y and z in bins of a thousandth of
+the distance that they can have come, and ⟨x²⟩ is taken from the bins' middles less h²/12 (Sheppard 1898), which is good
+to 5e-7.  Longer times, other albedos, phase functions of any g are parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import point_source, random_flights
+
+law = (
+    "φ = [B exp(-κr) + ∫ g exp(-sr) ds]/(4πr); net flux = what is not absorbed within; ⟨r²⟩ = 2(νt - 1 + exp(-νt))/ν²"
+    " (Case, de Hoffmann, Placzek 1953; Taylor 1921; Ganapol 2001)"
+)
+question = "How bright is it around a point of light in fog, and how far has its light come after a time?"
+particles = 1_000_000
+
+# In mean free paths and mean free times.
+SHELLS = np.array([0, 0.1, 0.2, 0.4, 0.7, 1, 1.5, 2, 3, 4, 6, 8])
+SPHERES = (0.5, 2.0, 6.0)
+ESTIMATORS = ("track", "collision")
+TIMES = (0.1, 0.5, 1.0, 3.0, 6.0)
+PULSES = (1.0, 3.0, 6.0)  # of which the shape along x is told
+QUARTERS = np.array([0, 0.25, 0.5, 0.75, 1])  # of the way that light can have come
+BINS = 2000
+SPEED = 1.0  # m/s
+
+
+def cases() -> list[dict[str, object]]:
+    steady = [{"subject": "steady", "albedo": albedo} for albedo in (0.0, 0.5, 0.9)]
+    return [*steady, *({"subject": "clock", "g": g} for g in (0.0, 0.9))]
+
+
+def scene(
+    subject: str = "steady", albedo: float = 0.9, mean_free_path: float = 1.0, g: float = 0.0
+) -> tp.Scene:
+    """A point source in fog.  subject: "steady", or "clock" (its burst, in fog that absorbs nothing).
+
+    albedo: of the steady fog, 0 to below 1;  mean_free_path [m];  g: mean cosine of scattering, for "clock".
+    """
+    if subject not in ("steady", "clock"):
+        raise tp.SceneError(f"point_in_fog: subject must be steady or clock, got {subject!r}")
+    if not 0 <= albedo < 1:
+        raise tp.SceneError(
+            f"point_in_fog: albedo must be from 0 to below 1, so that light ends, got {albedo!r}"
+        )
+    return _steady(albedo, mean_free_path) if subject == "steady" else _clock(mean_free_path, g)
+
+
+def _steady(albedo: float, length: float) -> tp.Scene:
+    ball = tp.Sphere(radius=SHELLS[-1] * length)
+    shells = [tp.VolumeDetector(ball, name, cells=SHELLS * length, estimator=name) for name in ESTIMATORS]
+    spheres = [tp.Detector(tp.Sphere(radius=r * length), _sphere(r)) for r in SPHERES]
+    return tp.Scene(
+        tp.Source(tp.Point(), tp.Isotropic(power=1.0)),
+        detectors=[*shells, *spheres],
+        medium=tp.Medium(absorption=(1 - albedo) / length, scattering=albedo / length),
+    )
+
+
+def _sphere(radius: float) -> str:
+    return f"sphere {SPHERES.index(radius) + 1}"
+
+
+def _clock(length: float, g: float) -> tp.Scene:
+    """Counters of positions along each axis at each time, their bins up to the furthest that a particle can be."""
+    counters = [
+        tp.PhaseSpace(name=_counter(axis, t), time=t * length / SPEED, **{axis: _bins(t) * length})
+        for t in TIMES
+        for axis in "xyz"
+    ]
+    phase = tp.HenyeyGreenstein(g) if g else tp.Isotropic()
+    return tp.Scene(
+        tp.Source(tp.Point(), tp.Gas(number=1.0, speed=SPEED)),
+        detectors=counters,
+        medium=tp.Medium(scattering=1 / length, phase=phase),
+        duration=TIMES[-1] * length / SPEED,
+    )
+
+
+def _counter(axis: str, time: float) -> str:
+    return f"{axis} at time {TIMES.index(time) + 1}"
+
+
+def _bins(time: float) -> np.ndarray:
+    return np.linspace(-time, time, BINS + 1)
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    return _read_steady(result) if ESTIMATORS[0] in result else _read_clock(result)
+
+
+def _read_steady(result: tp.Result) -> dict[str, tp.Estimate]:
+    rows = {}
+    for name in ESTIMATORS:
+        rows |= {f"{_shell(i)}, by {name}": each for i, each in enumerate(result[name].fluence_rate)}
+    for r in SPHERES:
+        rows[_through(r)] = result[_sphere(r)].flux_out - result[_sphere(r)].flux_in
+    return rows | {_within(): result["track"].absorbed_power.sum()}
+
+
+def _read_clock(result: tp.Result) -> dict[str, tp.Estimate]:
+    _, g = setting(result)
+    rows = {_spread(t): _mean_square(result, t) for t in TIMES}
+    for t in PULSES if g == 0 else ():
+        number = result[_counter("x", t)].number
+        edges = np.rint((1 + QUARTERS) * BINS / 2).astype(int)
+        for i, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+            rows[_quarter(t, i)] = number[low:high].sum() + number[BINS - high : BINS - low].sum()
+    return rows
+
+
+def _mean_square(result: tp.Result, time: float) -> tp.Estimate:
+    """⟨r²⟩ [m²]: ⟨x²⟩ + ⟨y²⟩ + ⟨z²⟩, each from the middles of bins, less h²/12."""
+    edges = _bins(time) * setting(result)[0]
+    weights = ((edges[1:] + edges[:-1]) / 2) ** 2 - (edges[1] - edges[0]) ** 2 / 12
+    squares = sum((result[_counter(axis, time)].number * weights).sum() for axis in "xyz")
+    return squares * constant(result, 1.0, "m^2")
+
+
+def setting(result: tp.Result) -> tuple[float, float]:
+    """Mean free path [m] and g of a run with a clock."""
+    medium = result.scene.medium
+    return 1 / medium.scattering, medium.phase.g
+
+
+def exact(
+    subject: str = "steady", albedo: float = 0.9, mean_free_path: float = 1.0, g: float = 0.0
+) -> dict[str, float]:
+    length = mean_free_path
+    if subject == "steady":
+        fog = 1 / length, albedo
+        means = point_source.shell_means(SHELLS * length, *fog)
+        rows = {f"{_shell(i)}, by {name}": float(each) for name in ESTIMATORS for i, each in enumerate(means)}
+        rows |= {_through(r): point_source.net_flux(r * length, *fog) for r in SPHERES}
+        return rows | {_within(): point_source.absorbed_within(SHELLS[-1] * length, *fog)}
+    rows = {_spread(t): float(length**2 * random_flights.mean_square_displacement(t, g)) for t in TIMES}
+    for t in PULSES if g == 0 else ():
+        shares = 2 * random_flights.plane_pulse_shares(QUARTERS * t, t)
+        rows |= {_quarter(t, i): float(each) for i, each in enumerate(shares)}
+    return rows
+
+
+def _shell(index: int) -> str:
+    return f"fluence rate, {SHELLS[index]:g} to {SHELLS[index + 1]:g} free paths"
+
+
+def _through(radius: float) -> str:
+    return f"net flux through {radius:g} free paths"
+
+
+def _within() -> str:
+    return f"absorbed within {SHELLS[-1]:g} free paths"
+
+
+def _spread(time: float) -> str:
+    return f"⟨r²⟩ after {time:g} free times"
+
+
+def _quarter(time: float, index: int) -> str:
+    return f"share at |x| = {QUARTERS[index]:g} to {QUARTERS[index + 1]:g} vt, {time:g} free times"
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = []
+    for outcome in outcomes:
+        last = outcome.rows[-1].name
+        if last == _within():
+            albedo = outcome.parameters.get("albedo", 0.9)
+            near, far = (outcome[f"{_shell(i)}, by track"] for i in (0, len(SHELLS) - 2))
+            direct = [_straight_share(i, albedo) for i in (0, len(SHELLS) - 2)]
+            said.append(
+                f"with the albedo {albedo:g} the fluence rate falls from {near.estimate} to {far.estimate},"
+                f" of which {direct[0]:.2g} and {direct[1]:.2g} came straight"
+            )
+        else:
+            first, end = (outcome[_spread(t)].estimate for t in (TIMES[0], TIMES[-1]))
+            _, g = setting(outcome.result)
+            said.append(
+                f"with g = {g:g} ⟨r²⟩ grows from {first} to {end} in {TIMES[-1] / TIMES[0]:g} times the time"
+            )
+    worst = max((abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z)), default=0.0)
+    words = "; ".join(said)
+    return f"{words[0].upper()}{words[1:]}; the furthest reading is {worst:.1f} standard errors off."
+
+
+def _straight_share(index: int, albedo: float) -> float:
+    """Share of a shell's fluence rate that has not collided."""
+    edges = SHELLS[index : index + 2]
+    return float(point_source.shell_means(edges)[0] / point_source.shell_means(edges, 1.0, albedo)[0])
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """The fluence rate by distance; beside it <name>_spread, ⟨r²⟩ in time, and <name>_pulse, the burst along x."""
+    path, paths = Path(path), []
+    steady = [o for o in outcomes if ESTIMATORS[0] in o.result]
+    clocks = [o for o in outcomes if ESTIMATORS[0] not in o.result]
+    pulses = [o for o in clocks if setting(o.result)[1] == 0]
+    for function, shown in ((draw_fluence, steady), (draw_spread, clocks), (draw_pulse, pulses)):
+        if shown:
+            word = function.__name__.removeprefix("draw_")
+            paths.append(path.with_stem(f"{path.stem}_{word}") if paths else path)
+            function(shown, paths[-1])
+    return paths
+
+
+def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
+    """Of the highest albedo: by distance, with what has not collided, and diffusion."""
+    from viz import profile
+
+    outcome = max(outcomes, key=lambda o: o.parameters.get("albedo", 0.9))
+    albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.9), ("mean_free_path", 1.0)))
+    scale = 1 / length**2
+    guides = {
+        "not collided": lambda r: scale * point_source.uncollided(r),
+        "diffusion": lambda r: scale * point_source.diffusion(r, albedo),
+    }
+    profile(
+        np.array([SHELLS[1] / 2, *SHELLS[1:]]),
+        outcome.result["track"].fluence_rate,
+        path,
+        exact=lambda r: scale * point_source.fluence_rate(r, 1.0, albedo),
+        expected=point_source.shell_means(SHELLS * length, 1 / length, albedo),
+        guides=guides if albedo else {},
+        xlabel="distance from the source  [mean free paths]",
+        ylabel="fluence rate per watt",
+        title=f"A point of light in fog of albedo {albedo:g}",
+        log_x=True,
+        log_y=True,
+        note=provenance([outcome]),
+    )
+
+
+def draw_spread(outcomes: list[Outcome], path: Path) -> None:
+    """⟨r²⟩ in time: straight flight at first, diffusion in the end."""
+    from viz.families import Family, families
+
+    fine, members, guides = np.geomspace(TIMES[0] / 2, 2 * TIMES[-1], 200), {}, {}
+    for outcome in outcomes:
+        length, g = setting(outcome.result)
+        rows = [outcome[_spread(t)] for t in TIMES]
+        curve = fine, length**2 * random_flights.mean_square_displacement(fine, g)
+        members[f"g = {g:g}"] = Family(TIMES, [r.estimate for r in rows], [r.exact for r in rows], curve)
+        guides[f"diffusion, 2 t/(1 - g), g = {g:g}"] = fine, 2 * length**2 * fine / (1 - g)
+    families(
+        members,
+        path,
+        xlabel="time  [mean free times]",
+        ylabel=r"mean square displacement $\langle r^2\rangle$",
+        title="Light in fog: straight flight first, diffusion in the end",
+        log_y=True,
+        guides=guides,
+        note=provenance(outcomes),
+    )
+
+
+def draw_pulse(outcomes: list[Outcome], path: Path) -> None:
+    """The burst along x, at several times."""
+    from viz.catalogue import Entry, catalogue
+
+    outcome, entries = outcomes[0], {}
+    for t in PULSES:
+        group = BINS // 25
+        number = outcome.result[_counter("x", t)].number
+        edges = _bins(t)[::group]
+        widths = constant(outcome.result, (edges[1] - edges[0]), "1")
+        shares = [number[i : i + group].sum() / widths for i in range(0, BINS, group)]
+        expected = random_flights.plane_pulse_shares(edges, t) / np.diff(edges)
+        entries[f"{t:g} free times"] = Entry(edges, shares, lambda x, t=t: _up_to_front(x, t), expected)
+    catalogue(
+        entries,
+        path,
+        xlabel="x  [mean free paths]",
+        ylabel="share of the particles per mean free path",
+        title="A burst in fog, seen along one axis, has a front and then is a bell",
+        note=provenance([outcome]),
+    )
+
+
+def _up_to_front(x: float, time: float) -> float:
+    """Density of the burst along x; nan beyond its front, where the line ends."""
+    return float(random_flights.plane_pulse(x, time)) if abs(x) < time else math.nan
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

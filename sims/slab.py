@@ -1,0 +1,269 @@
+"""A slab of fog: what of the light comes back, passes and stays, and by which angles.
+
+Derivation.  In a plane layer of optical depth tau whose particles scatter the share a of what they meet, the albedo, by a
+phase function p, the radiance at the depth t obeys, mu counted downwards,
+
+    mu dL/dt = -L + a int p L dω    (Chandrasekhar 1960, ch. 1, eq. 47).
+
+What meets nothing passes straight, exp(-tau/mu0) of a beam at the cosine mu0 and 2 E3(tau) of Lambertian light (Beer 1852);
+the rest follows from doubling: a layer upon itself, from one so thin that light is scattered once (van de Hulst 1963; Hansen
+and Travis 1974, 2.8).  By the scattering of Henyey and Greenstein (1941), g = 0.75, at tau = 2 and a = 0.9, 0.0974 of a normal
+beam returns and 0.6610 passes, 0.1353 of it straight (van de Hulst 1980, table 35).  At grazing incidence even a thin layer
+returns much of the light.  Where nothing is absorbed R + T = 1, and Lambertian light crosses a length of twice the thickness
+in the mean, whatever it meets on its way (Cauchy's mean chord, 4 V/S; Blanco and Fournier 2003): 2 tau collisions.  Thick
+layers transmit (4/3)/((1 - g) tau + 2 q), q between 0.710 and 0.716 (transport/theory/half_space.py).
+
+Scene.  A Slab between two planes that do nothing, filled with a medium.  A pencil beam falls on it; a flux through a plane
+without end does not depend on where on it light leaves, so it is that of a beam as wide as the plane, and intensity
+over mu is radiance.  Meters are the planes themselves.  What is unscattered is counted by a meter for `events=0`.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import ordinates
+
+law = (
+    "T straight = exp(-τ/μ0), R, T and radiance of μ dL/dτ = -L + a∫pL dω by doubling, R + T + A = 1"
+    " (Chandrasekhar 1960, ch. 1; van de Hulst 1980, table 35; Hansen, Travis 1974)"
+)
+question = "How much light does a layer of fog send back, let through and keep, and where does it go?"
+particles = 1_000_000
+
+PHASES = ("henyey-greenstein", "rayleigh")
+INCIDENCES = ("beam", "lambertian")
+BINS, GROUP = 30, 6  # of cosine a side, and how many of them a row of the table holds
+EDGES = np.linspace(0, 1, BINS + 1)
+LEAST = 1e-4  # share that passes straight; less is no row
+BACK, ON, STAYS, STRAIGHT, SCATTERED = (
+    "reflected R",
+    "transmitted T, with the unscattered",
+    "absorbed",
+    "transmitted unscattered",
+    "transmitted scattered",
+)
+DEPTHS = np.geomspace(0.05, 16, 24)  # of the curves
+
+
+def cases() -> list[dict[str, object]]:
+    """Van de Hulst's slab and others of its kind; his table 12; grazing incidence; no absorption; skylight.
+
+    Those that take longer are a matter of parameters: tau=100 with albedo=1 has 200 collisions a particle.
+    """
+    isotropic = {"g": 0.0}
+    return [
+        *({"tau": tau} for tau in (2.0, 0.1, 0.5, 8.0)),
+        isotropic | {"albedo": 0.8},
+        isotropic | {"tau": 1.0, "mu0": 0.1},
+        isotropic | {"tau": 1.0, "mu0": 0.01},
+        {"tau": 5.0, "albedo": 1.0},
+        {"tau": 0.5, "albedo": 1.0, "phase": "rayleigh", "incidence": "lambertian"},
+    ]
+
+
+def scene(
+    tau: float = 2.0,
+    albedo: float = 0.9,
+    g: float = 0.75,
+    mu0: float = 1.0,
+    incidence: str = "beam",
+    phase: str = "henyey-greenstein",
+    thickness: float = 1.0,
+) -> tp.Scene:
+    """A slab of optical depth `tau`, `thickness` thick [m], below z = 0; 1 W falls on it.
+
+    g: mean cosine of Henyey-Greenstein scattering, 0 if isotropic;  mu0: cosine of the beam's incidence;  incidence: of a
+    "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
+    """
+    _check_choice("incidence", incidence, INCIDENCES)
+    _check_choice("phase", phase, PHASES)
+    if not 0 < mu0 <= 1:
+        raise tp.SceneError(f"slab: mu0 must be above 0 and at most 1, the cosine of incidence, got {mu0}")
+    if not (0 < tau < math.inf and 0 <= albedo <= 1):
+        raise tp.SceneError(f"slab: tau must be above 0 and albedo from 0 to 1, got {tau} and {albedo}")
+    extinction = tau / thickness
+    henyey = tp.HenyeyGreenstein(g) if g else tp.Isotropic()
+    fog = tp.Medium(
+        absorption=(1 - albedo) * extinction,
+        scattering=albedo * extinction,
+        phase=tp.Rayleigh() if phase == "rayleigh" else henyey,
+    )
+    body = tp.Slab(center=(0, 0, -thickness / 2), thickness=thickness)
+    bottom, bins = tp.Plane(center=(0, 0, -thickness), normal=(0, 0, -1)), tp.Directions(mu=BINS)
+    detectors = [
+        tp.Detector(tp.Plane(), "top", directions=bins),
+        tp.Detector(bottom, "bottom", directions=bins),
+        tp.Detector(bottom, "straight", directions=bins, events=0),
+    ]
+    source = _source(incidence, mu0, thickness)
+    return tp.Scene(source, tp.Surface(body, tp.Transparent(), "slab", inside=fog), detectors)
+
+
+def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise tp.SceneError(f"slab: {name} must be one of {', '.join(known)}, got {value!r}")
+
+
+def _source(incidence: str, mu0: float, height: float) -> tp.Source:
+    if incidence == "lambertian":
+        lamp = tp.Disk(center=(0, 0, height), normal=(0, 0, -1), radius=height)
+        return tp.Source(lamp, tp.Lambertian(power=1.0))
+    down = (math.sqrt((1 - mu0) * (1 + mu0)), 0, -mu0)
+    return tp.Source(tp.Point(position=(0, 0, height)), tp.Beam(power=1.0, direction=down))
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    emitted, straight = result.ledger["emitted"], result["straight"].flux_out
+    absorbed = result.ledger["absorbed"]
+    back, on = result["top"].flux_out, result["bottom"].flux_out
+    rows = {BACK: back / emitted, ON: on / emitted}
+    if absorbed.value != 0:
+        rows[STAYS] = absorbed / emitted
+    if straight.value > LEAST * emitted.value:
+        rows |= {STRAIGHT: straight / emitted, SCATTERED: (on - straight) / emitted}
+    for way, shares in (("back", shares_back(result)), ("scattered on", shares_on(result))):
+        rows |= {_bin(way, k): shares[k : k + GROUP].sum() for k in range(0, BINS, GROUP)}
+    return rows
+
+
+def shares_back(result: tp.Result) -> tp.EstimateArray:
+    """Share of the light that returns, in each bin of cosine [1]."""
+    return result["top"].intensity_out * constant(result, 2 * math.pi / BINS, "sr") / result.ledger["emitted"]
+
+
+def shares_on(result: tp.Result) -> tp.EstimateArray:
+    """Share that passes after scattering, in each bin of cosine [1]."""
+    scattered = result["bottom"].intensity_out - result["straight"].intensity_out
+    return scattered * constant(result, 2 * math.pi / BINS, "sr") / result.ledger["emitted"]
+
+
+def _bin(way: str, first: int) -> str:
+    return f"{way}, μ {EDGES[first]:.1f} to {EDGES[first + GROUP]:.1f}"
+
+
+def exact(**parameters: object) -> dict[str, float]:
+    light = light_of(**parameters)
+    rows = {BACK: light.reflected, ON: light.transmitted}
+    if parameters.get("albedo", 0.9) < 1:
+        rows[STAYS] = light.absorbed
+    if light.unscattered_on > LEAST:
+        rows |= {STRAIGHT: light.unscattered_on, SCATTERED: light.transmitted_diffuse}
+    edges = EDGES[::GROUP]
+    for way, shares in (("back", light.reflected_in(edges)), ("scattered on", light.transmitted_in(edges))):
+        rows |= {_bin(way, k): float(shares[k // GROUP]) for k in range(0, BINS, GROUP)}
+    return rows
+
+
+@cache
+def light_of(
+    tau: float = 2.0,
+    albedo: float = 0.9,
+    g: float = 0.75,
+    mu0: float = 1.0,
+    incidence: str = "beam",
+    phase: str = "henyey-greenstein",
+    **_: float,
+) -> ordinates.Light:
+    """What leaves the slab of these parameters, by discrete ordinates."""
+    moments = ordinates.RAYLEIGH if phase == "rayleigh" else ordinates.henyey_greenstein(g)
+    return ordinates.slab(tau, albedo, moments, mu0 if incidence == "beam" else None)
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    scores = [row.z for o in outcomes for row in o.rows if math.isfinite(row.z)]
+    said = ", ".join(f"{o[BACK].estimate} back and {o[ON].estimate} on ({o.title})" for o in outcomes[:1])
+    furthest = f"the furthest of {len(scores)} shares is {np.abs(scores).max():.1f} standard errors off"
+    return f"A slab sends {said}; {furthest}."
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Shares against depth where there are several slabs of a kind; the radiance of each kind by angle."""
+    path, kinds = Path(path), {}
+    for outcome in outcomes:
+        kinds.setdefault(_kind(outcome), []).append(outcome)
+    paths = []
+    for found in sorted(kinds.values(), key=len, reverse=True)[:1]:
+        if len(found) > 1:
+            paths.append(path)
+            draw_shares(found, path)
+    paths.append(path.with_stem(f"{path.stem}_radiance") if paths else path)
+    draw_radiance(outcomes, paths[-1])
+    return paths
+
+
+def _kind(outcome: Outcome) -> tuple:
+    return tuple(sorted((k, v) for k, v in outcome.parameters.items() if k != "tau"))
+
+
+def draw_shares(outcomes: list[Outcome], path: Path) -> None:
+    """What returns, passes and stays against the depth."""
+    from viz.families import Family, families
+
+    parameters = {k: v for k, v in outcomes[0].parameters.items() if k != "tau"}
+    lights = [light_of(tau=float(tau), **parameters) for tau in DEPTHS]
+    names = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered"} | {STAYS: "absorbed"}
+    values = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered_on", STAYS: "absorbed"}
+    members = {}
+    for name, words in names.items():
+        shown = [o for o in outcomes if name in {row.name for row in o.rows}]
+        if shown:
+            depths = [o.parameters.get("tau", 2.0) for o in shown]
+            curve = (DEPTHS, np.array([getattr(light, values[name]) for light in lights]))
+            rows = [o[name] for o in shown]
+            members[words] = Family(
+                depths, [row.estimate for row in rows], [row.exact for row in rows], curve
+            )
+    families(
+        members,
+        path,
+        xlabel="optical depth τ",
+        ylabel="share of the light",
+        title=f"A slab of fog: {_described(outcomes[0])}",
+        note=provenance(outcomes),
+    )
+
+
+def draw_radiance(outcomes: list[Outcome], path: Path) -> None:
+    """Radiance by angle of up to four slabs."""
+    from viz.polar_radiance import Lobes, polar_radiance
+
+    members = {}
+    for outcome in outcomes[:1] + outcomes[4:7]:
+        light, mu = light_of(**outcome.parameters), (EDGES[1:] + EDGES[:-1]) / 2
+        projected = math.pi * np.diff(EDGES**2) / math.pi  # of each bin, over that of a hemisphere
+        members[_label(outcome)] = Lobes(
+            mu,
+            shares_back(outcome.result) / projected,
+            shares_on(outcome.result) / projected,
+            light.reflected_in(EDGES) / projected,
+            light.transmitted_in(EDGES) / projected,
+            lambda fine, light=light: math.pi * light.reflected_radiance(fine),
+            lambda fine, light=light: math.pi * light.transmitted_radiance(fine),
+        )
+    polar_radiance(members, path, title="Radiance of a slab of fog, by angle", note=provenance(outcomes))
+
+
+def _label(outcome: Outcome) -> str:
+    p = {"tau": 2.0} | outcome.parameters
+    return f"τ = {p['tau']:g}, {_described(outcome)}"
+
+
+def _described(outcome: Outcome) -> str:
+    p = {"albedo": 0.9, "g": 0.75, "mu0": 1.0, "incidence": "beam"} | outcome.parameters
+    scatters = "Rayleigh" if p.get("phase") == "rayleigh" else f"g = {p['g']:g}"
+    falls = "Lambertian" if p["incidence"] == "lambertian" else f"μ₀ = {p['mu0']:g}"
+    return f"a = {p['albedo']:g}, {scatters}, {falls}"
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

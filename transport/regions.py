@@ -1,0 +1,133 @@
+"""Where a body is: which places it holds, and whether one lies in another or meets it.
+
+Balls, boxes, slabs and half spaces are told by inequalities, closed meshes by their winding number, bodies of open
+surfaces by what most of a few straight lines come to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.materials.surface import AnyMedium
+from transport.nesting import FACETS, lines_through
+from transport.shapes import Box, Mesh, Plane, Shape, Slab, Sphere
+from transport.shapes.crossings import crossings
+from transport.shapes.mesh_geometry import winding_number
+from transport.solids import Solid, do_meet, half_space, holds, is_within
+
+if TYPE_CHECKING:
+    from transport.scene import Scene
+
+WAYS = np.array(  # of lines that tell what is inside; none along an axis or a diagonal
+    [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864), (0.768, 0.28, -0.576),
+     (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
+)  # fmt: skip
+PLACES = 64  # under each face
+SKIN = 1e-9  # of a body's extent: how deep under its surface it is looked at
+
+
+@dataclass(frozen=True)
+class Body:
+    """A region and what fills it: the numbers of the surfaces that bound it, and on which side of each it is."""
+
+    medium: AnyMedium
+    surfaces: tuple[int, ...]
+    faces: tuple[tuple[int, bool], ...] = ()  # surface, and whether the body is in front of it
+
+
+def solid_of(scene: Scene, body: Body) -> Solid | None:
+    """The solid that a body is, where it is told by inequalities; else None."""
+    shape = scene.surfaces[body.surfaces[0]].shape
+    if isinstance(shape, Plane):
+        return half_space(shape, body.faces[0][1])
+    is_solid = isinstance(shape, (Box, Slab)) or (isinstance(shape, Sphere) and shape.is_closed)
+    return shape if is_solid else None
+
+
+def held_by(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
+    """Which points (n, 3) [m] a body holds."""
+    solid = solid_of(scene, body)
+    if solid is not None:
+        return holds(solid, points)
+    shapes = [scene.surfaces[number].shape for number in body.surfaces]
+    bounds = np.array([shape.bounds for shape in shapes])
+    near = ((points >= bounds[:, 0].min(axis=0)) & (points <= bounds[:, 1].max(axis=0))).all(axis=1)
+    held = np.zeros(len(points), bool)
+    if isinstance(shapes[0], Mesh) and shapes[0].is_closed:
+        mesh = shapes[0]
+        held[near] = [abs(winding_number(mesh.vertices, mesh.faces, point)) > 0.5 for point in points[near]]
+    elif near.any():
+        held[near] = _by_lines(scene, body, points[near])
+    return held
+
+
+def _by_lines(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
+    """Whether most of the lines from each point come to the body's surface from within."""
+    votes = np.zeros(len(points), int)
+    for way in WAYS / np.linalg.norm(WAYS, axis=1)[:, None]:
+        nearest, is_in = np.full(len(points), np.inf), np.zeros(len(points), bool)
+        for number in body.surfaces:
+            found = crossings(scene.surfaces[number].shape, points, np.tile(way, (len(points), 1)))
+            if not found.distances.shape[1]:
+                continue
+            ahead = np.where(found.distances > 0, found.distances, np.inf)
+            first = np.argmin(ahead, axis=1)[:, None]
+            distance = np.take_along_axis(ahead, first, axis=1)[:, 0]
+            is_before = (
+                np.take_along_axis(found.sides, first, axis=1)[:, 0] < 0
+            )  # the side where it comes from: front
+            faces = set(body.faces)
+            inside = np.where(is_before, (number, True) in faces, (number, False) in faces)
+            is_in = np.where(distance < nearest, inside, is_in)
+            nearest = np.minimum(nearest, distance)
+        votes += np.where(is_in, 1, -1)
+    return votes > 0
+
+
+def skin_of(scene: Scene, body: Body) -> np.ndarray:
+    """Places (n, 3) [m] just under the surface of a finite body."""
+    faces = [(scene.surfaces[number].shape, is_front) for number, is_front in body.faces]
+    return np.concatenate([_under(shape, is_front) for shape, is_front in faces])
+
+
+def _under(shape: Shape, is_front: bool) -> np.ndarray:
+    """Places (n, 3) [m] close to one side of a surface: beside facets, or where lines through the box about it cross it."""
+    depth = SKIN * shape.extent
+    if isinstance(shape, Mesh):
+        most = max(8, min(PLACES, FACETS // shape.triangles))
+        facets = np.unique(np.linspace(0, shape.triangles - 1, most).astype(int))
+        way = shape.normals[facets] if is_front else -shape.normals[facets]
+        return shape.vertices[shape.faces[facets]].mean(axis=1) + depth * way
+    origins, ways = lines_through([shape], PLACES, shape.extent)
+    found = crossings(shape, origins, ways)
+    is_met = ~np.isnan(found.distances)
+    line, _ = np.nonzero(is_met)
+    into = found.sides[is_met] if is_front else -found.sides[is_met]
+    return origins[line] + (found.distances[is_met] + depth * into)[:, None] * ways[line]
+
+
+def is_in(scene: Scene, one: Body, other: Body) -> bool:
+    """Whether all of one body lies in another: exact for solids, else by places under its surface."""
+    a, b = solid_of(scene, one), solid_of(scene, other)
+    if a is not None and b is not None:
+        return is_within(a, b)
+    if _is_endless(scene, one):
+        return False
+    points = skin_of(scene, one)
+    return bool(held_by(scene, other, points).all()) and len(points) > 0
+
+
+def have_common_part(scene: Scene, one: Body, other: Body) -> bool:
+    """Whether two bodies have a volume in common: exact for solids, else by places under their surfaces."""
+    a, b = solid_of(scene, one), solid_of(scene, other)
+    if a is not None and b is not None:
+        return do_meet(a, b)
+    pairs = [(p, q) for p, q in ((one, other), (other, one)) if not _is_endless(scene, p)]
+    return any(held_by(scene, q, skin_of(scene, p)).any() for p, q in pairs)
+
+
+def _is_endless(scene: Scene, body: Body) -> bool:
+    return scene.surfaces[body.surfaces[0]].shape.is_infinite
