@@ -13,8 +13,8 @@ milne      A star's atmosphere: no absorption, light from far below.  What leave
            T = (4/3)/(tau + 2 q) (van de Hulst 1980, 5.4): at tau = 10 both hold to 1e-6, and q = 2/(3 T) - tau/2 is measured.
 
 Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux through a plane without
-end does not depend on where light leaves.  The mirrored part is a bin of its own, narrower than 1e-8 in mu, in which of
-other light there is less than 1e-8.
+end does not depend on where light leaves.  The mirrored part is counted in a cone of 1e-4 rad, in which there is less
+than 1e-7 of the other light.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ SETTINGS = ("darkening", "boundary", "milne")
 INCIDENCES = ("beam", "lambertian")
 BINS = 20
 EDGES = np.linspace(0, 1, BINS + 1)
-SHARP = 1e-8  # width in mu of the bin that holds what is mirrored
+SHARP = 1e-4  # rad, half angle of the cone that holds what is mirrored
+EDGE = 1e-6  # of the bins' edges, from which the mirrored ray keeps away
 GROUP = 4  # bins in a row of the table
 WHOLE, MIRRORED, DIFFUSE = "reflected R, with the specular", "reflected specular", "reflected diffuse"
 PASSED, HOPF = "transmitted T", "q(∞) by T"
@@ -85,15 +86,28 @@ def scene(
     has_boundary = setting == "boundary"
     extinction = 1 / mean_free_path
     medium = tp.Medium(
-        absorption=(1 - albedo) * extinction, scattering=albedo * extinction, index=index if has_boundary else 1.0
+        absorption=(1 - albedo) * extinction,
+        scattering=albedo * extinction,
+        index=index if has_boundary else 1.0,
     )
     face = tp.Dielectric(index) if has_boundary else tp.Transparent()
-    bins = tp.Directions(mu=[*EDGES[:-1], 1 - SHARP, 1]) if has_boundary and mu0 == 1 else tp.Directions(mu=BINS)
     return tp.Scene(
         _source(incidence, mu0, mean_free_path),
         tp.Surface(tp.Plane(), face, "face", inside=medium),
-        tp.Detector("face", setting, directions=bins),
+        _detectors(setting, mu0, has_boundary and incidence == "beam"),
     )
+
+
+def _detectors(setting: str, mu0: float, mirrors: bool) -> list[tp.Detector]:
+    """All that leaves, by cosine; and what is mirrored, in a cone too narrow for anything else."""
+    whole = tp.Detector("face", setting, directions=tp.Directions(mu=BINS))
+    if not mirrors:
+        return [whole]
+    if np.abs(EDGES[:-1] - mu0).min() < EDGE:
+        must = f"mu0 must not be an edge of the bins, a multiple of {1 / BINS:g}"
+        raise tp.SceneError(f"half_space: {must}, got {mu0}, where what is mirrored is in neither")
+    ray = tp.Directions.cone((math.sqrt((1 - mu0) * (1 + mu0)), 0, mu0), SHARP)
+    return [whole, tp.Detector("face", "mirrored", directions=ray)]
 
 
 def _source(incidence: str, mu0: float, height: float) -> tp.Source:
@@ -121,24 +135,39 @@ def _star(tau: float, mean_free_path: float) -> tp.Scene:
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     setting, emitted = result.scene.detectors[0].name, result.ledger["emitted"]
-    out = result[setting].flux_out / emitted
-    shares = shares_out(result)
+    out, shares = result[setting].flux_out / emitted, shares_out(result)
+    parts = {first: shares[first : first + GROUP].sum() for first in range(0, BINS, GROUP)}
     if setting == "milne":
-        depth = result.scene.surfaces[0].shape.thickness * result.scene.surfaces[0].inside.extinction
-        four_thirds, tau = constant(result, 4 / 3, "1"), constant(result, depth, "1")
-        rows = {PASSED: out, HOPF: (four_thirds / out - tau) / 2}
-        return rows | {_bin(k): shares[k : k + GROUP].sum() / out for k in range(0, BINS, GROUP)}
+        body = result.scene.surfaces[0]
+        tau = constant(result, body.shape.thickness * body.inside.extinction, "1")
+        rows = {PASSED: out, HOPF: (constant(result, 4 / 3, "1") / out - tau) / 2}
+        return rows | {_bin(first): part / out for first, part in parts.items()}
     rows = {WHOLE: out, ABSORBED: result.ledger["absorbed"] / emitted}
-    if len(shares) > BINS:
-        rows |= {MIRRORED: shares[BINS], DIFFUSE: out - shares[BINS]}
-    return rows | {_bin(k): shares[k : k + GROUP].sum() for k in range(0, BINS, GROUP)}
+    mirrored = share_mirrored(result)
+    if mirrored is not None:
+        rows |= {MIRRORED: mirrored, DIFFUSE: out - mirrored}
+        first = GROUP * (mirrored_bin(result) // GROUP)
+        parts[first] = parts[first] - mirrored
+    return rows | {_bin(first): part for first, part in parts.items()}
 
 
 def shares_out(result: tp.Result) -> tp.EstimateArray:
-    """Share of the light that leaves by the face, in each bin of cosine [1]."""
-    reading = result[result.scene.detectors[0].name]
-    widths = 2 * math.pi * np.diff(reading.intensity_out.coords["mu"])
-    return reading.intensity_out * widths * constant(result, 1.0, "sr") / result.ledger["emitted"]
+    """Share of the light that leaves by the face in each bin of cosine, with what is mirrored [1]."""
+    intensity = result[result.scene.detectors[0].name].intensity_out
+    return intensity * constant(result, 2 * math.pi / BINS, "sr") / result.ledger["emitted"]
+
+
+def share_mirrored(result: tp.Result) -> tp.Estimate | None:
+    """Share of a beam that the boundary mirrors; None without one [1]."""
+    if "mirrored" not in result:
+        return None
+    cone = constant(result, 4 * math.pi * math.sin(SHARP / 2) ** 2, "sr")
+    return result["mirrored"].intensity_out[0] * cone / result.ledger["emitted"]
+
+
+def mirrored_bin(result: tp.Result) -> int:
+    """The bin of cosine that the mirrored beam leaves in."""
+    return min(int(-result.scene.sources[0].emission.direction[2] * BINS), BINS - 1)
 
 
 def _bin(first: int) -> str:
@@ -154,9 +183,9 @@ def exact(setting: str = "darkening", **parameters: object) -> dict[str, float]:
     else:
         light = _light(setting, **parameters)
         rows = {WHOLE: light.reflected, ABSORBED: light.absorbed}
-        if setting == "boundary" and parameters.get("mu0", 1.0) == 1 and _cosine(parameters) is not None:
+        if setting == "boundary" and _cosine(parameters) is not None:
             rows |= {MIRRORED: light.unscattered_back, DIFFUSE: light.reflected_diffuse}
-        shares = light.reflected_in(EDGES[::GROUP])
+        shares = light.reflected_in(EDGES[::GROUP], straight=True)
     return rows | {_bin(k): float(shares[k // GROUP]) for k in range(0, BINS, GROUP)}
 
 
@@ -167,3 +196,80 @@ def _cosine(parameters: dict[str, object]) -> float | None:
 def _light(setting: str, **parameters: object) -> ordinates.Light:
     index = parameters.get("index", 1.5) if setting == "boundary" else 1.0
     return ordinates.half_space(parameters.get("albedo", 0.9), mu0=_cosine(parameters), index=index)
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = {
+        "darkening": "a half space returns {0[reflected R, with the specular].estimate}",
+        "boundary": "behind a boundary {0[reflected R, with the specular].estimate}",
+        "milne": "q(∞) of Milne's problem is {0[q(∞) by T].estimate}",
+    }
+    found = {o.result.scene.detectors[0].name: o for o in reversed(outcomes)}
+    parts = [words.format(found[setting]) for setting, words in said.items() if setting in found]
+    furthest = max(abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z))
+    return f"{parts[0][0].upper()}{'; '.join(parts)[1:]}; no share is further off than {furthest:.1f} standard errors."
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Limb darkening of all, and the star's disk where there is one."""
+    from viz.limb_darkening import Limb, limb_darkening
+
+    members = {}
+    for outcome in outcomes:
+        value, error, expected = _diffuse(outcome)
+        total = expected.sum()
+        scale = np.diff(EDGES**2) * total
+        is_star = outcome.result.scene.detectors[0].name == "milne"
+        members[_label(outcome)] = Limb(
+            EDGES, value / scale, error / scale, expected / scale, _law(outcome, total), is_star
+        )
+    limb_darkening(
+        members, path, title="A medium without end, seen from before it", note=provenance(outcomes)
+    )
+    return [Path(path)]
+
+
+def _diffuse(outcome: Outcome) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shares that leave by cosine, their errors, and exact ones, without what is mirrored of a beam."""
+    parameters = dict(outcome.parameters)
+    setting, result = parameters.pop("setting", "darkening"), outcome.result
+    if setting == "milne":
+        light = ordinates.slab(parameters.get("tau", 10.0), 1.0, mu0=None)
+        expected = light.transmitted_in(EDGES, straight=True)
+    else:
+        expected = _light(setting, **parameters).reflected_in(EDGES, straight=True)
+    shares, mirrored = shares_out(result), share_mirrored(result)
+    value, error = shares.value.copy(), shares.error.copy()
+    if mirrored is not None:
+        there = mirrored_bin(result)
+        without = shares[there] - mirrored
+        value[there], error[there] = without.value, without.error
+    return value, error, expected
+
+
+def _law(outcome: Outcome, total: float):
+    """pi L over the exitance, a function of mu."""
+    parameters = dict(outcome.parameters)
+    setting = parameters.pop("setting", "darkening")
+    if setting == "milne":
+        return lambda mu: math.pi * theory.milne_radiance(mu)
+    if setting == "boundary":
+        light = _light(setting, **parameters)
+        return lambda mu: math.pi * light.reflected_radiance(mu) / total
+    albedo, mu0 = parameters.get("albedo", 0.9), _cosine(parameters)
+    return lambda mu: math.pi * theory.darkening(mu, mu0, albedo) / total
+
+
+def _label(outcome: Outcome) -> str:
+    p = {"setting": "darkening", "albedo": 0.9, "mu0": 1.0} | outcome.parameters
+    if p["setting"] == "milne":
+        return f"Milne's problem, τ = {p.get('tau', 10.0):g}"
+    falls = "Lambertian light" if _cosine(p) is None else f"μ₀ = {p['mu0']:g}"
+    index = f", n = {p.get('index', 1.5):g}" if p["setting"] == "boundary" else ""
+    return f"a = {p['albedo']:g}, {falls}{index}"
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,7 +1,7 @@
 """What surfaces have on their two sides: the media that they name, and indices of refraction that fit their material.
 
 Looked at along some hundred straight lines, always the same ones: what is smaller than their spacing may be missed.
-Sides are not judged where surfaces lie closer together than 1e-11 of the scene's size, nor by lines that pass within
+Sides are not judged where surfaces lie closer together than 1e-11 of the scene's size (and their coordinates' rounding), nor by lines that pass within
 1e-9 of it of an edge or a tangent.
 """
 
@@ -19,7 +19,9 @@ from transport.media.medium import plain
 from transport.nesting import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
 from transport.regions import Body
 from transport.shapes import Mesh, Shape
+from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
+from transport.solids import magnitude
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
@@ -185,7 +187,8 @@ def _met(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, n
     codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
     order = np.argsort(places, axis=1, kind="stable")  # nan comes last
     places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
-    group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > FLUSH * size, axis=1)
+    flush = FLUSH * size + 256 * ROUNDING * max(map(magnitude, shapes))
+    group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
     keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
     places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))
     by_key = np.sort(keys, axis=2)  # flush ones may be in another order on a neighbour

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from transport.bodies import sides_of
+from transport.bodies import has_media, sides_of
 from transport.detectors import Detector
 from transport.materials import Surface, Transparent
 from transport.shapes import Box, Point, Revolved, Shape, Slab, Sphere, Triangle
@@ -79,7 +79,8 @@ def _precedence(member: Member) -> tuple[bool, float]:
 
 
 def _members(scene: Scene) -> Iterator[Member]:
-    for surface, sides in zip(scene.surfaces, sides_of(scene), strict=True):
+    bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
+    for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
         acts = not isinstance(surface.material, Transparent)
         mark = surface.name if surface.name in scene.visited else None

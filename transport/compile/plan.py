@@ -142,7 +142,7 @@ class Plan:
 
     @property
     def bounds_bodies(self) -> bool:
-        return any((rows["front"] != rows["back"]).any() for rows in self.layers)
+        return self.has_bodies and any((rows["front"] != rows["back"]).any() for rows in self.layers)
 
     @property
     def media_rows(self) -> int:
@@ -157,7 +157,7 @@ class Plan:
         absorbs = (self.media["sigma_a"] > 0) | (
             (self.media["mfp"] < math.inf) & (self.media["survival"] < 1)
         )
-        absorbs[[row["medium"] for row in self.grids if row["absorbs"]]] = True
+        absorbs[[row["medium"] for row in (*self.grids, *self.thinning_grids) if row["absorbs"]]] = True
         return np.flatnonzero(absorbs).tolist()
 
     @property

@@ -30,10 +30,11 @@ from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.scattering import (
     sample_henyey_greenstein,
     sample_rayleigh,
-    sample_tabulated,
+    choose_segment,
+    sample_segment,
     turned_by_angle,
 )
-from transport.physics.streams import PATH, random_words, short_uniform, uniform
+from transport.physics.streams import LOW32, PATH, random_words, short_uniform, uniform
 
 
 @lane_pass(NO_TABLE)
@@ -69,7 +70,7 @@ def fly(b, table, first, live):
         b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
-        b.u0[k], b.u1[k] = uniform(w2, w1 << uint64(20)), short_uniform(w3)
+        b.u0[k], b.u1[k] = uniform(w2, (w1 << uint64(20)) & LOW32), short_uniform(w3)
     return live
 
 
@@ -234,11 +235,32 @@ def scatter_by_rayleigh(b, table, first, live):
 
 
 @lane_pass(PHASE_LAW)
-def scatter_by_table(b, table, first, live):
-    """About the old direction by a tabulated phase function.  A gather keeps this loop scalar."""
-    number, rows = table.number, view(table.rows, table.count, SEGMENT)
+def choose_segment_of_table(b, table, first, live):
+    """Where in a tabulated phase function.  The gather is a pass of its own: it would hold up the loop that turns."""
+    number, count, rows = table.number, table.count, view(table.rows, table.count, SEGMENT)
     for k in range(first, live):
         if b.collides[k] == number:
-            mu, sine = sample_tabulated(rows, table.count, b.u0[k])
-            b.ux[k], b.uy[k], b.uz[k] = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
+            b.nx[k], b.ny[k], b.nz[k], b.u0[k] = choose_segment(rows, count, b.u0[k])
+    return live
+
+
+@lane_pass(PHASE_LAW)
+def scatter_by_table(b, table, first, live):
+    """About the old direction by a tabulated phase function: within the segment that was chosen."""
+    number = table.number
+    for k in range(first, live):
+        mu, sine = sample_segment(b.nx[k], b.ny[k], b.nz[k], b.u0[k])
+        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
+        here = b.collides[k] == number
+        b.ux[k] = ux if here else b.ux[k]
+        b.uy[k] = uy if here else b.uy[k]
+        b.uz[k] = uz if here else b.uz[k]
+    return live
+
+
+@lane_pass(NO_TABLE)
+def count_scatterings(b, table, first, live):
+    """What collides and lives on has been scattered."""
+    for k in range(first, live):
+        b.reflections[k] += 1 if b.collides[k] != 0 else 0
     return live

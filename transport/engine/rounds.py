@@ -122,5 +122,9 @@ def _scattering(plan):
         both = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
         both |= {"others": laws.ctypes.data, "other_count": len(laws)}
         yield step(collisions.choose_phase, layout.row(layout.TWO_ROWS, **both))
-    for law in plan.phase_laws:
-        yield named(law)
+    if plan.counts_reflections:
+        yield step(collisions.count_scatterings)
+    for name, law in plan.phase_laws:
+        if name == "scatter_by_table":
+            yield step(collisions.choose_segment_of_table, law)
+        yield named((name, law))

@@ -318,6 +318,7 @@ def _leaves_once(plan, detector: Detector) -> bool:
     return (
         not is_picky
         and not plan.acts
+        and not plan.has_media
         and not isinstance(shape, Mesh)
         and all(
             scene.shape_of(source) == shape

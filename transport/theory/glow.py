@@ -82,6 +82,16 @@ def ball_rim_share(x: float, edges: np.ndarray) -> np.ndarray:
     return (ray_share(2 * x * mu) * mu) @ weights / (mu @ weights)
 
 
+def slab_face_share(tau: float, edges: np.ndarray) -> np.ndarray:
+    """Radiance over L that leaves a slab, mean over bins of the cosine to its normal, (bins,) [1].
+
+    Of 1 - e^(-τ/μ) by projected solid angle: from 0 to m it is m² ε(τ/m).
+    """
+    edges = np.asarray(edges, dtype=float)
+    whole = edges**2 * slab_emissivity(tau / np.maximum(edges, TINY))
+    return np.diff(whole) / np.diff(edges**2)
+
+
 def ball_fluence_share(x: float, place: np.ndarray) -> np.ndarray:
     """Fluence rate within a ball with nothing around it over 4 π L, at these shares of its radius [1].  Vectorised.
 

@@ -71,6 +71,7 @@ class Light:
     transmitted_diffuse: float
     unscattered_back: float
     unscattered_on: float
+    mu0: float | None
     index: float
     edges: np.ndarray  # of the panels, in the cosine outside
     up: np.ndarray
@@ -104,9 +105,11 @@ class Light:
     def reflected_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
         """Shares that return in bins of cosine after scattering, (bins,) [1].
 
-        straight: of Lambertian light, also what the lower face mirrors.
+        straight: of Lambertian light, also what the faces mirror.
         """
-        return self._shares(self.up + self.up_straight if straight else self.up, edges)
+        if not straight:
+            return self._shares(self.up, edges)
+        return self._shares(self.up + self.up_straight, edges) + self._mirrored_in(edges)
 
     def transmitted_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
         """Shares that pass in bins of cosine after scattering, (bins,) [1].
@@ -114,6 +117,15 @@ class Light:
         straight: of Lambertian light, also what passes unscattered.
         """
         return self._shares(self.down + self.down_straight if straight else self.down, edges)
+
+    def _mirrored_in(self, edges: np.ndarray) -> np.ndarray:
+        """2 int r mu dmu over each bin: what the upper face mirrors outside of Lambertian light."""
+        if self.mu0 is not None or self.index == 1:
+            return np.zeros(len(edges) - 1)
+        cuts = np.union1d(edges, np.linspace(edges[0], edges[-1], 9))
+        mu, weight = gauss(cuts)
+        parts = (2 * weight * mu * fresnel.reflectance(mu, self.index)).reshape(-1, NODES).sum(axis=1)
+        return np.add.reduceat(parts, np.searchsorted(cuts, edges[:-1]))
 
     def _radiance(self, values: np.ndarray, mu: np.ndarray) -> np.ndarray:
         """Outside: what the face lets through of the polynomial through the nodes of each panel."""
@@ -269,6 +281,7 @@ def _lit(
         float(leaving @ down_scattered),
         float(back),
         float(on),
+        mu0,
         index,
         edges,
         *(each[:out].reshape(-1, NODES) for each in (up_scattered, down_scattered, *straight)),

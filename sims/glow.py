@@ -1,0 +1,332 @@
+"""Glow: hot fog between walls of its own temperature looks like nothing at all; alone in the dark it has a shape.
+
+Derivation.  What absorbs the share σ_a ds of radiance emits σ_a n² L₀ ds, L₀ being a black body's radiance at that
+temperature and n the index there (Kirchhoff 1860, Ann. Phys. 185, 275).  Along a ray dL/ds = σ_a (n² L₀ - L) + what
+scattering brings less what it takes.  If L = n² L₀ in all directions, absorption and emission are in balance, and so is
+scattering by any phase function, as ∫ p dω = 1: nothing changes along any ray.  Walls that give off (1 - albedo) L₀ and
+send back the rest complete it: L is n² L₀ everywhere, fluence rate 4π n² L₀, irradiance π n² L₀, and what a body absorbs
+is what it emits.
+
+Take the walls away, and a ray that comes from the dark and runs s through the fog brings L₀ (1 - exp(-σ_a s)): a thin fog
+shines by its depth, a thick one as a black body.  A ball of radius R sends out the share P = 3 ε/(4 σ_a R) of its own light,
+ε = 1 - (1 - (1 + 2x) e^(-2x))/2x², x = σ_a R; a slab (1 - 2 E₃(τ))/2τ (Case, de Hoffmann and Placzek 1953).
+
+Chi-square.  As in `furnace`: X² = Σ w (mean of d)² over all bins, d = L/(n² L₀) - 1, over its expectation; the bins are
+correlated, which `transport.theory.equilibrium` deals with.
+
+Scenes.  "furnace": a grey room of 1.2 m, in which air scatters but does not absorb, with a thin fog, a thick one that
+touches it, a ball, glass that absorbs, scatters and glows (so that it is bright beyond its escape cone as well), and
+voxels.  "ball", "slab": of the optical radius or thickness `depth`, alone; the slab is a box between four mirrors.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+import transport as tp
+from sims import constant, provenance
+from transport.experiment import Outcome
+from transport.theory import glow as theory
+from transport.theory.equilibrium import chi_square_values
+
+law = "L = n² L₀ between walls, L₀ (1 − e^(−σ_a s)) without; P = 3ε/4x, (1 − 2E₃)/2τ (Kirchhoff 1860; Case et al. 1953)"
+question = "What does hot fog look like between hot walls, and in the dark?"
+particles = 1_000_000
+
+SHOWS = ("furnace", "ball", "slab")
+ROOM, CELLS, SIDE = 1.2, 3, 0.3  # m; cells of the room along each axis; m, of a block of fog
+BINS = 10  # of the cosine, alone
+SHELLS = 8
+FOGS, BODIES = ("thin", "thick", "ball", "voxels"), ("thin", "thick", "ball", "voxels", "glass")
+KINDS = {
+    "the walls": ("walls",),
+    "faces of fog": tuple(f"{name} {side}" for name in FOGS for side in ("inside", "outside")),
+    "faces of glass": ("glass inside", "glass outside"),
+    "within fog": tuple(f"in {name}" for name in FOGS),
+    "within glass": ("in glass",),
+    "the whole room": ("in room",),
+}
+CHI_SQUARE, ESCAPED = "χ² of all bins / expectation", "escaped"
+SHARE, TAKEN = "share of its light that escapes", "share that it absorbs"
+RIM, STRAIGHT = "L/L₀ that leaves, μ 0 to 0.1", "L/L₀ that leaves, μ 0.9 to 1"
+CENTRE, CRUST = "fluence rate / 4π L₀, innermost shell", "fluence rate / 4π L₀, outermost shell"
+
+
+def cases() -> list[dict[str, object]]:
+    balls = [{"show": "ball", "depth": depth} for depth in (0.1, 1.0, 5.0)]
+    return [{"show": "furnace"}, *balls, {"show": "slab"}]
+
+
+def scene(
+    show: str = "furnace", depth: float = 1.0, albedo: float = 0.5, index: float = 1.5, radiance: float = 1.0
+) -> tp.Scene:
+    """Hot fog, one of SHOWS.  depth: optical, of a ball's radius or a slab;  albedo: of the furnace's walls, 0: black;
+    index: of its glass;  radiance: L₀ [W m^-2 sr^-1].
+    """
+    if show not in SHOWS:
+        raise tp.SceneError(f"glow: show must be one of {', '.join(SHOWS)}, got {show!r}")
+    if not 0 <= albedo < 1:
+        raise tp.SceneError(f"glow: albedo must be 0 to below 1, got {albedo}; a white wall does not glow")
+    if not 0 < depth < math.inf:
+        raise tp.SceneError(f"glow: depth must be above 0 and finite, got {depth}")
+    if show == "furnace":
+        return _furnace(albedo, index, radiance)
+    fog = tp.Medium(absorption=depth, emission=theory.emission(depth, radiance))
+    bins = tp.Directions(mu=BINS)
+    if show == "ball":
+        ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), "ball", inside=fog)
+        return tp.Scene(
+            (),
+            ball,
+            [tp.Detector("ball", directions=bins), tp.VolumeDetector("ball", "shells", cells=(SHELLS,))],
+        )
+    box = tp.Box(size=1.0)
+    sides = [face for face in box.faces().values() if face.normal[2] == 0]
+    top = next(face for face in box.faces().values() if face.normal[2] == 1)
+    slab = tp.Surface(box, tp.Transparent(), "slab", inside=fog)
+    mirrors = [tp.Surface(side, tp.Mirror(), f"mirror {k}") for k, side in enumerate(sides)]
+    return tp.Scene((), [slab, *mirrors], tp.Detector(top, "top", directions=bins))
+
+
+def _furnace(albedo: float, index: float, radiance: float) -> tp.Scene:
+    air = tp.Medium(scattering=2.0, phase=tp.Rayleigh())
+    wall = tp.Diffuse(albedo) if albedo > 0 else tp.Black()
+    surfaces = [tp.Surface(tp.Box(size=ROOM), wall, "room", inside=air), *_bodies(index, radiance)]
+    source = tp.Source("room", tp.Lambertian(radiance=(1 - albedo) * radiance), side="inside")
+    cosines, around = tp.Directions(mu=6, phi=8), tp.Directions.sphere(mu=6, phi=4)
+    meters = [tp.Detector("room", "walls", side="inside", directions=cosines)]
+    for body in BODIES:
+        for side in ("inside", "outside"):
+            meters.append(tp.Detector(body, f"{body} {side}", side=side, directions=cosines))
+        estimator = "collision" if body == "thick" else "track"
+        meters.append(tp.VolumeDetector(body, f"in {body}", directions=around, estimator=estimator))
+    cells = (CELLS,) * 3
+    return tp.Scene(
+        source, surfaces, [*meters, tp.VolumeDetector("room", "in room", cells=cells, directions=around)]
+    )
+
+
+def _bodies(index: float, radiance: float) -> list[tp.Surface]:
+    """What glows in the room, each within one cell of it."""
+    ball, glass = tp.Sphere(center=(0.4, 0.4, 0.4), radius=0.15), tp.Box(center=(-0.4, -0.4, 0.4), size=0.25)
+    thin, thick = (tp.Box(center=(x, -0.4, -0.4), size=SIDE) for x in (-0.15, 0.15))
+    voxels = tp.Box(center=(0, 0.4, 0), size=SIDE)
+    scattering = 100 * np.random.default_rng(1).random((4, 4, 4))
+    hg = tp.HenyeyGreenstein
+
+    def fog(absorption: float, scattering: float = 0.0, phase=None, n: float = 1.0) -> tp.Medium:
+        emission = theory.emission(absorption, radiance, n)
+        return tp.Medium(absorption, scattering, phase or tp.Isotropic(), n, emission)
+
+    grid = tp.Grid(
+        box=voxels,
+        absorption=4.0,
+        scattering=scattering,
+        phase=hg(-0.5),
+        emission=theory.emission(4.0, radiance),
+    )
+    return [
+        tp.Surface(thin, tp.Transparent(), "thin", inside=fog(0.5)),
+        tp.Surface(thick, tp.Transparent(), "thick", inside=fog(20.0, 60.0, hg(0.8))),
+        tp.Surface(ball, tp.Transparent(), "ball", inside=fog(2.0, 10.0)),
+        tp.Surface(voxels, tp.Transparent(), "voxels", inside=grid),
+        tp.Surface(glass, tp.Dielectric(index), "glass", inside=fog(3.0, 5.0, tp.Rayleigh(), index)),
+    ]
+
+
+def show_of(result: tp.Result) -> str:
+    return {"room": "furnace"}.get(result.scene.surfaces[0].name, result.scene.surfaces[0].name)
+
+
+def shine_of(result: tp.Result) -> float:
+    """L₀ [W m^-2 sr^-1]: what the first medium emits, over what it absorbs."""
+    medium = result.scene.surfaces[1 if show_of(result) == "furnace" else 0].inside
+    return medium.emission / medium.absorption
+
+
+# ---- what is measured ----
+
+
+def levels(scene: tp.Scene) -> dict[str, np.ndarray]:
+    """Radiance over L₀ that the furnace's meters should have: n² of the medium, a mean in the cell that holds the glass."""
+    glass = scene.surface("glass")
+    bright = glass.inside.index**2
+    found = {name: np.float64(1.0) for names in KINDS.values() for name in names}
+    found |= {"glass inside": np.float64(bright), "in glass": np.float64(bright)}
+    cells = np.ones((CELLS, CELLS, CELLS, 1, 1))
+    cells[0, 0, 2] += (bright - 1) * glass.shape.volume / (ROOM / CELLS) ** 3
+    return found | {"in room": cells}
+
+
+def deviations(result: tp.Result, expected: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(L/expected - 1) of all bins of these meters, (B, K), and their throughputs, of a volume's cells 1/4 of the
+    surface's solid angle, (K,).
+    """
+    found, weights, shine = [], [], shine_of(result)
+    for name, level in expected.items():
+        reading = result[name]
+        meter, shape = reading.detector, result.scene.shape_of(reading.detector)
+        mu, phi = meter.directions.edges().values()
+        if isinstance(meter, tp.VolumeDetector):
+            angles = np.outer(np.diff(mu), np.diff(phi)) / 4
+            sizes = (meter.volumes(shape) ** (2 / 3) * 6)[..., None, None]
+            radiances = (reading.radiance,)
+        else:
+            angles, sizes = np.outer(np.diff(mu**2), np.diff(phi)) / 2, shape.area
+            radiances = (reading.radiance, reading.radiance_out)
+        for radiance in radiances:
+            bright, throughput = np.broadcast_arrays(level, sizes * angles)
+            found.append((radiance.values / (shine * bright) - 1).reshape(len(result.run), -1))
+            weights.append((bright * throughput).ravel())
+    return np.concatenate(found, axis=1), np.concatenate(weights)
+
+
+def chi_square(result: tp.Result, expected: dict[str, np.ndarray]) -> tp.Estimate:
+    """X² over its expectation: 1 where all bins hold what is expected."""
+    found, weights = deviations(result, expected)
+    return tp.Estimate(chi_square_values(found, weights, result.run.sizes), result.run, "1")
+
+
+def mean_level(result: tp.Result, names: tuple[str, ...]) -> tp.Estimate:
+    """Radiance over n² L₀, the mean over all bins of these meters."""
+    expected = levels(result.scene)
+    found, weights = deviations(result, {name: expected[name] for name in names})
+    return tp.Estimate(1 + found @ weights / weights.sum(), result.run, "1")
+
+
+def measure(result: tp.Result) -> dict[str, tp.Estimate]:
+    if show_of(result) == "furnace":
+        rows = {CHI_SQUARE: chi_square(result, levels(result.scene))}
+        rows |= {f"L/n²L₀, {kind}": mean_level(result, names) for kind, names in KINDS.items()}
+        return rows | _balances(result) | {ESCAPED: result.ledger["escaped"]}
+    emitted, leaving = result.ledger["emitted"], leaving_share(result)
+    rows = {
+        SHARE: result.ledger["escaped"] / emitted,
+        TAKEN: result.ledger["absorbed"] / emitted,
+        RIM: leaving[0],
+        STRAIGHT: leaving[-1],
+    }
+    if show_of(result) == "slab":
+        return rows
+    shells = result["shells"].fluence_rate / constant(result, 4 * math.pi * shine_of(result), "W m^-2")
+    return rows | {CENTRE: shells[0], CRUST: shells[-1]}
+
+
+def leaving_share(result: tp.Result) -> tp.EstimateArray:
+    """Radiance that leaves a ball or slab in the dark, over L₀, by the cosine to its normal, (BINS,) [1]."""
+    meter = "ball" if show_of(result) == "ball" else "top"
+    return result[meter].radiance_out / constant(result, shine_of(result), "W m^-2 sr^-1")
+
+
+def _balances(result: tp.Result) -> dict[str, tp.Estimate]:
+    """What each body absorbs over what it emits, and the walls."""
+    scene, kept = result.scene, result.ledger.absorbed_by
+    glow = {
+        name: 4 * math.pi * scene.surface(name).inside.emission * scene.surface(name).shape.volume
+        for name in BODIES
+    }
+    rows = {_balance(name): kept[f"inside {name}"] / constant(result, glow[name], "W") for name in BODIES}
+    walls = math.pi * scene.sources[0].emission.radiance * scene.surface("room").shape.area
+    return rows | {_balance("walls"): kept["room"] / constant(result, walls, "W")}
+
+
+def _balance(name: str) -> str:
+    return f"absorbed / emitted, {name}"
+
+
+def exact(
+    show: str = "furnace", depth: float = 1.0, albedo: float = 0.5, index: float = 1.5, radiance: float = 1.0
+) -> dict[str, float]:
+    if show == "furnace":
+        ones = [CHI_SQUARE, *(f"L/n²L₀, {kind}" for kind in KINDS), *map(_balance, (*BODIES, "walls"))]
+        return dict.fromkeys(ones, 1.0) | {ESCAPED: 0.0}
+    leaving = expected_leaving(show, depth)
+    share = theory.ball_escape(depth) if show == "ball" else theory.slab_escape(depth)
+    rows = {
+        SHARE: float(share),
+        TAKEN: float(1 - share),
+        RIM: float(leaving[0]),
+        STRAIGHT: float(leaving[-1]),
+    }
+    if show == "slab":
+        return rows
+    shells = theory.ball_shell_shares(depth, np.linspace(0, 1, SHELLS + 1))
+    return rows | {CENTRE: float(shells[0]), CRUST: float(shells[-1])}
+
+
+def expected_leaving(show: str, depth: float) -> np.ndarray:
+    """Exact means of `leaving_share`, (BINS,)."""
+    share = theory.ball_rim_share if show == "ball" else theory.slab_face_share
+    return share(depth, np.linspace(0, 1, BINS + 1))
+
+
+# ---- answer and pictures ----
+
+
+def verdict(outcomes: list[Outcome]) -> str:
+    said = []
+    for outcome in outcomes:
+        if show_of(outcome.result) == "furnace":
+            bins = deviations(outcome.result, levels(outcome.result.scene))[1].size
+            said.append(
+                f"Between hot walls it looks like nothing: in {bins} bins of place and direction χ² is"
+                f" {outcome[CHI_SQUARE].estimate} of what chance makes it."
+            )
+    dark = [f"{o[SHARE].estimate} of {_words(o)}" for o in outcomes if show_of(o.result) != "furnace"]
+    if dark:
+        said.append(f"In the dark it shines by its depth: of its own light escapes {', '.join(dark)}.")
+    return " ".join(said)
+
+
+def _words(outcome: Outcome) -> str:
+    show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
+    return f"a ball, σ_a R = {depth:g}" if show == "ball" else f"a slab, τ = {depth:g}"
+
+
+def draw(outcomes: list[Outcome], path: str) -> list[Path]:
+    """Radiance by the length of the ray, in the dark and between walls; or, of a furnace alone, all its rows."""
+    from viz import comparison
+    from viz.rays import Rays, glowing_rays
+
+    path, lit = Path(path), [o for o in outcomes if show_of(o.result) == "furnace"]
+    dark = [o for o in outcomes if show_of(o.result) != "furnace"]
+    paths = []
+    if dark:
+        found = {_words(o): Rays(*_rays(o)) for o in dark}
+        found |= {"between hot walls": Rays(*_furnace_rays(o.result)) for o in lit[:1]}
+        title, note = "Hot fog in the dark and between hot walls", provenance(outcomes)
+        paths.append(path)
+        glowing_rays(found, paths[-1], dark=theory.ray_share, title=title, note=note)
+    if lit:
+        table = {row.name: (row.estimate, row.exact) for row in lit[0].rows if row.name != ESCAPED}
+        paths.append(path.with_stem(f"{path.stem}_furnace") if paths else path)
+        comparison(table, paths[-1], title="Fog in a furnace: the same everywhere", note=provenance(lit))
+    return paths
+
+
+def _rays(outcome: Outcome) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:
+    """Optical lengths of rays at the middles of bins, L/L₀ and its exact means."""
+    show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
+    middles = (np.arange(BINS) + 0.5) / BINS
+    lengths = 2 * depth * middles if show == "ball" else depth / middles
+    return lengths, list(leaving_share(outcome.result)), expected_leaving(show, depth)
+
+
+def _furnace_rays(result: tp.Result) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:
+    """σ_a times the mean chord of each fog, and the mean L/L₀ that leaves it."""
+    whole, lengths, found = constant(result, math.pi * shine_of(result), "W m^-2"), [], []
+    for name in FOGS:
+        surface = result.scene.surface(name)
+        chord = 4 * surface.shape.volume / surface.shape.area
+        lengths.append(chord * float(np.max(surface.inside.absorption)))
+        found.append(result[f"{name} outside"].exitance / whole)
+    return np.array(lengths), found, np.ones(len(FOGS))
+
+
+if __name__ == "__main__":
+    from sims import print_table
+
+    print_table(__file__)

@@ -1,0 +1,380 @@
+"""Bodies of media: which there are, what holds a place, what is refused; against inequalities written out here."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.bodies import (
+    bodies_of,
+    body_bits_around,
+    has_media,
+    media_at,
+    media_of,
+    sides_of,
+)
+from transport.shapes import Shape
+
+T, M, V = tp.Transparent(), tp.Medium, tp.Vacuum()
+LAMP = tp.Source(tp.Point(position=(1, 1.1, 1.2)), tp.Isotropic(power=1))
+AFAR = tp.Source(tp.Point(position=(1, 1.1, 500)), tp.Isotropic(power=1))
+GRID = tp.Grid(box=tp.Box(size=2), scattering=np.arange(24.0).reshape(2, 3, 4))
+
+
+def filled(shape: Shape, medium, material=T, **named):
+    return tp.Surface(shape, material, inside=medium, **named)
+
+
+def corner(size):
+    """A cube with a corner in the origin."""
+    return tp.Box(center=(size / 2,) * 3, size=size)
+
+
+def can(medium, material=T, center=(0, 0, 0), radius=1.0, outside=None):
+    """A cylinder with two lids, of which the lower one looks down."""
+    x, y, z = center
+    rim = tp.Cylinder(center=center, radius=radius, height=2 * radius)
+    lids = [tp.Disk(center=(x, y, z + s * radius), normal=(0, 0, s), radius=radius) for s in (1, -1)]
+    return [tp.Surface(shape, material, inside=medium, outside=outside) for shape in (rim, *lids)]
+
+
+def lens(medium, material):
+    """Half a ball and its flat side, on z = 0.9 of the unit sphere."""
+    flat = tp.Disk(center=(0, 0, 0.9), normal=(0, 0, -1), radius=math.sqrt(1 - 0.81))
+    return [tp.Surface(s, material, inside=medium) for s in (tp.Sphere(radius=1, mu_min=0.9), flat)]
+
+
+def stack(thicknesses, unit=1.0, shift=0.0):
+    """Slabs on one another, each of its own medium, from z = shift downwards."""
+    z, surfaces = shift, []
+    for k, thickness in enumerate(np.array(thicknesses) * unit):
+        shape = tp.Slab(center=(0, 0, z - thickness / 2), thickness=thickness)
+        surfaces.append(filled(shape, M((k + 1) / unit)))
+        z -= thickness
+    return surfaces
+
+
+# ---- what holds a place ----
+
+
+def test_nested_boxes_that_share_faces():
+    """The cubes of (0, 10), (0, 50) and (0, 100) m: the innermost counts, in whatever order they are written."""
+    sizes = {10.0: M(1), 50.0: V, 100.0: M(3)}
+    for order in ((10, 50, 100), (100, 50, 10), (50, 100, 10)):
+        scene = tp.Scene(LAMP, [filled(corner(size), sizes[size]) for size in order])
+        assert [body.medium for body in bodies_of(scene)] == [M(1), V, M(3)]
+        assert [scene.surfaces[body.surfaces[0]].shape.size[0] for body in bodies_of(scene)] == [10, 50, 100]
+        for x, medium, bits in ((5, M(1), 7), (20, V, 6), (70, M(3), 4), (101, V, 0), (-1, V, 0)):
+            assert scene.medium_at((x, 5, 5)) == medium
+            assert body_bits_around(scene, [(x, 5, 5)]).tolist() == [bits]
+        assert set(media_of(scene)) == {V, M(1), M(3)} and media_of(scene)[0] == V
+        shared = [(0.0, 5, 5)] * 2
+        assert body_bits_around(scene, shared, [(1, 0, 0), (-1, 0, 0)]).tolist() == [7, 0]
+
+
+def test_each_kind_of_body_holds_what_its_inequality_says():
+    """20000 places about five bodies beside one another; the walls of meshes are told by their winding number."""
+    up = np.array([1.0, 2.0, -0.5]) / math.sqrt(5.25)
+    ball = tp.Mesh.sphere(center=(4, 0, 0), radius=1, triangles=320)
+    surfaces = [
+        filled(tp.Sphere(radius=1.2), M(1)),
+        filled(tp.Box(center=(0, 4, 0), size=(1, 2, 3)), M(2)),
+        filled(ball, M(3)),
+        *can(M(4), center=(-4, 0, 0)),
+        filled(tp.Plane(center=7 * up, normal=-up), M(5)),
+        filled(tp.Slab(center=-7 * up, normal=up, thickness=2), M(6)),
+    ]
+    scene = tp.Scene(AFAR, surfaces)
+    r = np.random.default_rng(3).uniform(-8, 8, (20_000, 3))
+    x, y, z = r.T
+    expected = {
+        M(1): x * x + y * y + z * z < 1.44,
+        M(2): (abs(x) < 0.5) & (abs(y - 4) < 1) & (abs(z) < 1.5),
+        M(3): ((ball.vertices[ball.faces[:, 0]][None] - r[:, None]) * ball.normals).sum(axis=2).min(axis=1)
+        > 0,
+        M(4): ((x + 4) ** 2 + y * y < 1) & (abs(z) < 1),
+        M(5): r @ up > 7,
+        M(6): abs(r @ up + 7) < 1,
+    }
+    found = np.array(media_at(scene, r))
+    for medium, is_there in expected.items():
+        assert is_there.sum() > 10 and ((found == medium) == is_there).all(), medium
+    assert (found == V).sum() == len(r) - sum(is_there.sum() for is_there in expected.values())
+
+
+def test_a_body_of_open_surfaces_with_a_bubble_and_a_twin():
+    """Two cans of one medium are two bodies; one holds a bubble, a third can, whose walls name vacuum."""
+    glass = M(index=1.5)
+    wall = tp.Dielectric(1.5)
+    scene = tp.Scene(
+        AFAR,
+        [*can(glass, wall), *can(V, tp.Dielectric(1, 1.5), radius=0.4), *can(glass, wall, center=(5, 0, 0))],
+    )
+    bodies = bodies_of(scene)
+    assert [body.medium for body in bodies] == [V, glass, glass]
+    assert [body.surfaces for body in bodies] == [(3, 4, 5), (0, 1, 2), (6, 7, 8)]
+    places = [(0, 0, 0), (0.3, 0, -0.3), (0.5, 0, 0), (0, 0, -0.99), (0, 0, 1.01), (5, 0.9, 0.9), (5, 0, 1.1)]
+    assert media_at(scene, places) == [V, V, glass, glass, V, glass, V]
+    assert sides_of(scene)[0] == ((), (1,)) and sides_of(scene)[3] == ((), (0,))
+
+
+def test_what_is_named_outside_and_surrounds_a_body_is_no_body():
+    scene = tp.Scene(LAMP, can(M(1), outside=V))
+    assert [body.medium for body in bodies_of(scene)] == [M(1)]
+    scene = tp.Scene(LAMP, can(M(1), outside=M(0.1, 2)), medium=M(0.1, 2))
+    assert [body.medium for body in bodies_of(scene)] == [M(1)] and scene.medium_at((0, 0, 9)) == M(0.1, 2)
+
+
+def test_sides_of_surfaces_say_which_bodies_they_bound():
+    scene = tp.Scene(LAMP, [tp.Surface(tp.Plane(), T, back=M(1), front=M(2)), filled(corner(1), V)])
+    assert bodies_of(scene)[0].medium == V  # it lies in front of the plane
+    media = [body.medium for body in bodies_of(scene)]
+    front, back = sides_of(scene)[0]
+    assert [media[k] for k in front] == [M(2)] and [media[k] for k in back] == [M(1)]
+    assert sides_of(scene)[1] == ((), (0,))
+    assert scene.medium_at((0, 0, 2)) == M(2) and scene.medium_at((0, 0, -2)) == M(1)
+
+
+def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
+    """Along 300 lines: bits that change by what sides_of says are those that hold the place, in every gap."""
+    from transport.shapes.crossings import crossings
+
+    shapes = [corner(100), corner(50), corner(10), tp.Sphere(center=(75, 75, 75), radius=20)]
+    surfaces = [filled(shape, M(k + 1)) for k, shape in enumerate(shapes)]
+    surfaces += [
+        *can(M(9), center=(-20, 0, 0), radius=5),
+        tp.Surface(tp.Plane(center=(0, 0, -30)), T, inside=M(10)),
+    ]
+    scene, rng = tp.Scene(LAMP, surfaces), np.random.default_rng(5)
+    sides = [[sum(1 << k for k in side) for side in pair] for pair in sides_of(scene)]
+    u = rng.normal(size=(300, 3))
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    o = rng.uniform(-40, 110, (300, 3))
+    found = [crossings(surface.shape, o, u) for surface in surfaces]
+    for line in range(len(o)):
+        events = sorted(
+            (distance, number, way)
+            for number, f in enumerate(found)
+            for distance, way in zip(f.distances[line], f.sides[line], strict=True)
+            if distance > 0
+        )
+        bits = int(body_bits_around(scene, o[line])[0])
+        ends = [distance for distance, _, _ in [*events, (1e4, 0, 0)]][1:]
+        for (distance, number, way), end in zip(events, ends, strict=True):
+            front, back = sides[number]
+            bits = (bits & ~back) | front if way > 0 else (bits & ~front) | back
+            if end - distance > 1e-9:
+                place = o[line] + (distance + end) / 2 * u[line]
+                assert bits == body_bits_around(scene, place)[0]
+
+
+def test_whether_a_scene_has_media():
+    assert not has_media(tp.Scene(LAMP))
+    assert not has_media(tp.Scene(LAMP, filled(corner(1), V), medium=V))
+    assert not has_media(tp.Scene(LAMP, filled(corner(1), M(phase=tp.Rayleigh()))))
+    assert not has_media(tp.Scene(AFAR, tp.Surface(corner(1), tp.Dielectric(1.5))))
+    for medium in (M(1), M(0, 1), M(index=1.0000001), M(emission=1)):
+        material = tp.Dielectric(medium.index) if medium.index != 1 else T
+        assert has_media(tp.Scene(AFAR, filled(corner(1), medium, material)))
+    assert has_media(tp.Scene(LAMP, medium=M(1)))
+
+
+def test_a_position_is_three_numbers():
+    with pytest.raises(tp.SceneError, match="position must be three finite numbers"):
+        tp.Scene(LAMP).medium_at((1, 2))
+
+
+# ---- what is built ----
+
+BUILT = {
+    "slab": lambda: tp.Scene(LAMP, filled(tp.Slab(thickness=2.0), M(1, 2))),
+    "half space of glass": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Dielectric(1.5))),
+    "two boxes side by side": lambda: tp.Scene(LAMP, [filled(tp.Box(size=1), M(1)), filled(tp.Box(center=(1, 0, 0), size=1), M(2))]),
+    "box on a half space": lambda: tp.Scene(LAMP, [filled(tp.Plane(), M(1)), filled(tp.Box(center=(0, 0, 0.5), size=1), M(2))]),
+    "ball on a slab": lambda: tp.Scene(LAMP, [filled(tp.Slab(thickness=1), M(1)), filled(tp.Sphere(center=(0, 0, 1), radius=0.5), M(2))]),
+    "ball touching its box": lambda: tp.Scene(LAMP, [filled(tp.Box(size=1), M(1)), filled(tp.Sphere(radius=0.5), M(2))]),
+    "panes of two glasses": lambda: tp.Scene(
+        AFAR,
+        [
+            filled(tp.Slab(thickness=1), M(1, index=1.3)), filled(tp.Slab(center=(0, 0, 1), thickness=1), M(1, index=1.5)),
+            *(tp.Surface(tp.Plane(center=(0, 0, z)), tp.Dielectric(*pair)) for z, pair in ((-0.5, (1, 1.3)), (0.5, (1.3, 1.5)), (1.5, (1.5, 1)))),
+        ],
+    ),
+    "grid": lambda: tp.Scene(LAMP, filled(GRID.box, GRID)),
+    "grid in a ball": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=1), GRID)),
+    "grid in walls": lambda: tp.Scene(LAMP, filled(GRID.box, GRID, tp.Diffuse(0.5))),
+    "mesh of fog with a drop": lambda: tp.Scene(
+        AFAR, [filled(tp.Mesh.sphere(radius=1), M(2)), filled(tp.Sphere(radius=0.3), M(index=1.3), tp.Dielectric(1.3))]
+    ),
+    "can": lambda: tp.Scene(LAMP, can(M(1, 2))),
+    "can of glass": lambda: tp.Scene(AFAR, can(M(index=1.5), tp.Dielectric(1.5))),
+    "lens": lambda: tp.Scene(AFAR, lens(M(index=1.5), tp.Dielectric(1.5))),
+    "dusty lens": lambda: tp.Scene(AFAR, lens(M(index=1.5), tp.Mixture({tp.Dielectric(1.5): 0.9, tp.Black(): 0.1}))),
+    "bubble of open surfaces": lambda: tp.Scene(
+        AFAR, [filled(tp.Box(size=5), M(index=1.5), tp.Dielectric(1.5)), *can(V, tp.Dielectric(1, 1.5))]
+    ),
+    "fog in black walls": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Black())),
+    "fog all round in black walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Black()), medium=M(0, 1)),
+    "white walls full of fog": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(1), tp.Diffuse(1))),
+    "gap of vacuum": lambda: tp.Scene(LAMP, [filled(tp.Slab(thickness=2), M(1)), filled(tp.Slab(thickness=1e-9), V)]),
+    "one fog in two balls": lambda: tp.Scene(LAMP, [filled(tp.Sphere(center=(x, 0, 0), radius=1), M(1)) for x in (0, 1)]),
+    "sheet inside fog": lambda: tp.Scene(LAMP, tp.Surface(tp.Rectangle(width=1, height=1), tp.Mirror(0.5, 0.5)), medium=M(1)),
+    "glow": lambda: tp.Scene([], filled(tp.Box(size=5), M(1, emission=2), tp.Black())),
+    "glow in fog": lambda: tp.Scene([], [filled(tp.Box(size=5), M(1)), filled(tp.Sphere(radius=1), M(1, emission=2))]),
+    "glass with a clock": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, 9, index=1.4), tp.Dielectric(1.4)), duration=1e-9),
+    "particles": lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1)), duration=1),
+    "lamp in dull glass": lambda: tp.Scene(LAMP, filled(corner(9), M(1e-3, index=1.5), tp.Dielectric(1.5))),
+    "62 slabs": lambda: tp.Scene(AFAR, stack([1.0] * 62)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("make", BUILT.values(), ids=BUILT)
+def test_media_that_fit_together_are_accepted(make):
+    scene = make()
+    hash(scene)
+    assert has_media(scene)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e11])
+@pytest.mark.parametrize("shift", [0.0, 0.1, -1e6])
+def test_stacks_touch_whatever_their_unit_and_place(unit, shift):
+    """Layers of 0.1, 0.2, ... whose faces differ by roundings touch; each middle is in its own medium."""
+    thicknesses = np.random.default_rng(2).uniform(0.05, 3, 12).round(2)
+    surfaces = stack(thicknesses, unit, shift * unit)
+    source = tp.Source(tp.Point(position=(0, 0, (shift + 1) * unit)), tp.Isotropic(power=1))
+    scene = tp.Scene(source, surfaces)
+    middles = [surface.shape.center for surface in surfaces]
+    assert media_at(scene, np.array(middles)) == [surface.inside for surface in surfaces]
+
+
+# ---- what is refused ----
+
+CUT = ["overlap in part", "Medium(absorption=1.0)", "Medium(absorption=2.0)", "put one wholly into the other"]
+
+
+def pair(one, other):
+    return lambda: tp.Scene(AFAR, [filled(one, M(1), name="one"), filled(other, M(2))])
+
+
+REFUSED = {
+    "balls": (pair(tp.Sphere(radius=1), tp.Sphere(center=(1, 0, 0), radius=1)), ["Surface 'one' and surfaces[1]", *CUT]),
+    "boxes": (pair(tp.Box(size=1), tp.Box(center=(0.5, 0, 0), size=1)), CUT),
+    "crossed boxes": (pair(tp.Box(size=(1, 1, 9)), tp.Box(size=(9, 1, 1))), CUT),
+    "ball and box": (pair(tp.Box(size=2), tp.Sphere(center=(1.5, 1.5, 1.5), radius=1)), CUT),
+    "slab and box": (pair(tp.Slab(thickness=1), tp.Box(center=(0, 0, 0.5), size=1)), CUT),
+    "slab and ball": (pair(tp.Slab(normal=(1, 1, 0), thickness=1), tp.Sphere(radius=0.6)), CUT),
+    "slabs": (pair(tp.Slab(thickness=1), tp.Slab(normal=(0, 1, 1), thickness=1)), CUT),
+    "half spaces": (pair(tp.Plane(), tp.Plane(normal=(1, 0, 0))), CUT),
+    "half spaces face to face": (pair(tp.Plane(), tp.Plane(center=(0, 0, -1), normal=(0, 0, -1))), CUT),
+    "half space and box": (pair(tp.Plane(), tp.Box(size=1)), CUT),
+    "mesh and ball": (pair(tp.Mesh.sphere(radius=1), tp.Sphere(center=(1, 0, 0), radius=1)), CUT),
+    "meshes": (pair(tp.Mesh.sphere(radius=1), tp.Mesh.box(center=(1, 0, 0), size=1)), CUT),
+    "mesh and half space": (pair(tp.Mesh.sphere(radius=1), tp.Plane(center=(0, 0, 0.7))), CUT),
+    "can and ball": (
+        lambda: tp.Scene(AFAR, [*can(M(1)), filled(tp.Sphere(center=(1, 0, 0), radius=0.5), M(2))]),
+        ["surfaces[0], surfaces[1] and surfaces[2]", "surfaces[3]", *CUT],
+    ),
+    "one region twice": (pair(tp.Sphere(radius=1), tp.Sphere(radius=1)), ["one region of two media", "leave one out"]),
+    "glass behind a pane that lets all pass": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), name="sea")),
+        ["Surface 'sea'", "Dielectric", "Medium(absorption=1.0, index=1.5) behind", "Vacuum() in front", "write Dielectric(1.5, 1)"],
+    ),
+    "glass behind half a mirror": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Mirror(0.5, 0.5))), ["material", "Mirror", "write Dielectric(1.5, 1)"]
+    ),
+    "glasses side by side": (
+        lambda: tp.Scene(AFAR, [filled(tp.Box(size=1), M(index=1.5), T), filled(tp.Box(center=(1, 0, 0), size=1), M(index=1.4), T)]),
+        ["surfaces[", "must be a Dielectric", "Vacuum() in front"],
+    ),
+    "glass says another index": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.33), tp.Dielectric(1.5))),
+        ["surfaces[0]", "index_inside=1.5", "contradicts", "index=1.33", "write Dielectric(1.33, 1)"],
+    ),
+    "glass says another index outside": (
+        lambda: tp.Scene(AFAR, [filled(tp.Sphere(radius=1), M(index=1.5), tp.Dielectric(1.5, 1.1))]),
+        ["contradicts the medium outside", "outside=Medium(index=1.1)", "write Dielectric(1.5, 1)"],
+    ),
+    "unnamed glass in fog": (
+        lambda: tp.Scene(AFAR, tp.Surface(tp.Sphere(radius=1), tp.Dielectric(1.5)), medium=M(1)),
+        ["contradicts the medium inside", "Medium(absorption=1.0) of index 1", "inside=Medium(index=1.5)"],
+    ),
+    "turned glass": (
+        lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Dielectric(1, 1.5))), ["contradicts", "write Dielectric(1.5, 1)"]
+    ),
+    "another medium outside": (
+        lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=1), T, inside=M(1), outside=M(2))),
+        ["surfaces[0]: outside must be what is there, Vacuum()", "Medium(absorption=2.0)", "leave outside out"],
+    ),
+    "no medium outside in fog": (
+        lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=1), tp.Black(), outside=V), medium=M(1)),
+        ["outside must be what is there, Medium(absorption=1.0)", "got Vacuum()"],
+    ),
+    "can without a lid": (lambda: tp.Scene(LAMP, can(M(1))[:2]), ["surfaces[0]: back must be what is there", "close the gaps"]),
+    "can with a turned lid": (
+        lambda: tp.Scene(LAMP, [*can(M(1))[:2], filled(tp.Disk(center=(0, 0, -1), radius=1), M(1))]),
+        ["surfaces[2]: back", "turn round its normal"],
+    ),
+    "fog round a can that nothing else has": (lambda: tp.Scene(LAMP, can(None, outside=M(1))), ["front must be what is there"]),
+    "a sheet with a medium": (
+        lambda: tp.Scene(LAMP, filled(tp.Rectangle(width=1, height=1), M(1))), ["back must be what is there", "close the gaps"]
+    ),
+    "grid that is too small": (lambda: tp.Scene(LAMP, filled(tp.Box(size=2.1), GRID)), ["surfaces[0]", "box of the Grid", "Surface(grid.box"]),
+    "grid without end": (lambda: tp.Scene(LAMP, filled(tp.Plane(), GRID)), ["surfaces[0]", "box of the Grid"]),
+    "grid all round": (lambda: tp.Scene(LAMP, medium=GRID), ["Scene: medium must fill all space", "Surface(grid.box"]),
+    "medium as a number": (lambda: tp.Scene(LAMP, medium=3), ["Scene: medium", "got 3", "Medium("]),
+    "fog without end": (lambda: tp.Scene(LAMP, medium=M(0, 1)), ["Scene: medium must absorb", "duration"]),
+    "glowing slab": (lambda: tp.Scene(LAMP, filled(tp.Slab(thickness=1), M(1, emission=1))), ["emission needs a Box or Sphere", "Slab("]),
+    "glow with a hole": (
+        lambda: tp.Scene(LAMP, [filled(tp.Box(size=4), M(1, emission=1)), filled(tp.Sphere(radius=0.1), V, name="hole")]),
+        ["must hold no other one", "Surface 'hole'"],
+    ),
+    "glow cut by its like": (
+        lambda: tp.Scene(LAMP, [filled(tp.Sphere(center=(x, 0, 0), radius=1), M(1, emission=1)) for x in (0, 1)]),
+        ["must hold no other one"],
+    ),
+    "glow all round": (lambda: tp.Scene(LAMP, medium=M(1, emission=1)), ["medium must not emit without end", "give it to a body"]),
+    "nothing emits": (lambda: tp.Scene([], filled(corner(1), M(1))), ["at least one Source", "let a medium emit"]),
+    "glass of no medium with a clock": (
+        lambda: tp.Scene(LAMP, tp.Surface(tp.Plane(), tp.Dielectric(1.5)), duration=1e-9), ["Dielectric", "1e-09 s", "inside=Medium(index=1.5)"]
+    ),
+    "glass for particles": (
+        lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1, index=1.1), name="ice"), duration=1),
+        ["Surface 'ice'", "particles", "index=1.1"],
+    ),
+    "glow for particles": (
+        lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1, emission=3)), duration=1),
+        ["particles", "emission=3"],
+    ),
+    "63 slabs": (lambda: tp.Scene(AFAR, stack([1.0] * 63)), ["at most 62 bodies", "got 63", "Grid("]),
+    "lamp in clear glass": (lambda: tp.Scene(LAMP, filled(corner(9), M(index=1.5), tp.Dielectric(1.5))), ["total reflection"]),
+    "white walls full of clear fog": (
+        lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Diffuse(1))), ["nothing absorbs inside"]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "words"), REFUSED.values(), ids=REFUSED)
+def test_media_that_do_not_fit_together_are_refused(make, words):
+    with pytest.raises(tp.SceneError) as caught:
+        make()
+    message = str(caught.value)
+    assert [word for word in words if word not in message] == [], message
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e11])
+def test_what_is_refused_does_not_depend_on_the_unit(unit):
+    with pytest.raises(tp.SceneError, match="overlap in part"):
+        tp.Scene(AFAR, [filled(tp.Sphere(center=(x * unit, 0, 0), radius=unit), M(x + 1)) for x in (0, 1)])
+    with pytest.raises(tp.SceneError, match="write Dielectric"):
+        tp.Scene(AFAR, filled(tp.Slab(thickness=unit), M(1 / unit, index=1.5)))
+
+
+def test_checks_take_no_longer_than_a_second():
+    start = time.perf_counter()
+    ball, drop = (tp.Mesh.sphere(radius=r, triangles=20_000) for r in (1.0, 0.5))
+    tp.Scene(AFAR, [filled(ball, M(1)), filled(drop, M(2)), *stack([1.0] * 40, shift=-2)])
+    assert time.perf_counter() - start < 3

@@ -1,0 +1,140 @@
+"""Volume detectors as rows: where their cells lie, and where their sums."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.bodies import media_at
+from transport.compile import layout
+from transport.compile.looks import axis_columns
+from transport.media import Grid
+from transport.shapes import Box, Shape
+from transport.validation import refuse
+from transport.vectors import local_frame
+from transport.volumes import COLLISION, VolumeDetector
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+
+LOOKS = 9  # along each axis of a shape: where its media are looked at
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A volume detector made ready: its row of layout.VOLUME, and which passes serve it."""
+
+    detector: VolumeDetector
+    shape: Shape
+    row: np.ndarray
+    unit: float  # what a sum of 1 is [m]
+    has_cells: bool  # or directions: it is walked through
+    absorbs: bool
+
+    @property
+    def is_box(self) -> bool:
+        return isinstance(self.shape, Box)
+
+    @property
+    def counts_collisions(self) -> bool:
+        return self.detector.estimator == COLLISION
+
+
+def fill_volumes(plan: Plan) -> None:
+    """A row for each VolumeDetector; its sums lie behind those of phase space: a cell's outside of all bins of direction,
+    those bins, and then what the cells absorb."""
+    for detector in plan.scene.volumes:
+        volume = _volume(plan, detector)
+        plan.volumes.append(volume)
+        plan.bases[detector.name] = int(volume.row["first"])
+
+
+def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
+    shape, size = plan.scene.shape_of(detector), plan.space.size
+    _check_media(plan, detector, shape)
+    cells = detector.volumes(shape).size
+    absorbs, first = bool(plan.absorbing_media), plan.rows
+    values = layout.center_columns(plan.space.place(shape.center)) | _cells(plan, detector, shape)
+    values |= _directions(plan, detector) | {"first": first}
+    rows = values.get("rows", 1)
+    plan.volume_rows += cells * rows
+    if absorbs:
+        values["kept"] = plan.rows
+        plan.volume_rows += cells
+    values["scale"] = _scale(plan, detector, shape)
+    row = layout.row(layout.VOLUME, **{"rows": 1} | values)
+    return Volume(detector, shape, row, size / values["scale"], cells * rows > 1, absorbs)
+
+
+def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
+    """One over the largest score of weight 1 [scene lengths]: the longest way, or the longest mean free path."""
+    if detector.estimator == COLLISION:
+        paths = plan.media["mfp"]
+        return 1.0 / float(paths[paths < math.inf].max())
+    return plan.space.size / (2 * shape.extent)
+
+
+def _cells(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, float]:
+    size, edges = plan.space.size, detector.edges(shape)
+    if not isinstance(shape, Box):
+        radii = np.ascontiguousarray(edges.get("r", np.array([0.0, shape.radius])) / size)
+        plan.kept.append(radii)
+        return {"hx": radii[-1], "cells_x": len(radii) - 1, "radii": radii.ctypes.data}
+    values = {}
+    for x, side in zip("xyz", shape.size, strict=True):
+        count = len(edges[x]) - 1 if edges else 1
+        width = side / size / count
+        values |= {f"h{x}": side / size / 2, f"width_{x}": width, f"per_{x}": 1 / width, f"cells_{x}": count}
+    return values
+
+
+def _directions(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
+    if detector.directions is None:
+        return {}
+    edges = detector.directions.edges()
+    turns = len(edges["phi"]) - 1 if "phi" in edges else 1
+    cosines = edges.get("mu", np.array([-2.0, 2.0]))
+    values = layout.frame_columns(local_frame(detector.directions.axis, None))
+    values |= axis_columns(plan, "mu", _widened(cosines), turns)
+    if "phi" in edges:
+        values |= axis_columns(plan, "turn", edges["phi"], 1) | {"turn_low": edges["phi"][0]}
+    return values | {"rows": 1 + (len(cosines) - 1) * turns}
+
+
+def _widened(cosines: np.ndarray) -> np.ndarray:
+    """Edges at -1 and 1 a little beyond: a cosine may be off by its last digit."""
+    return np.where(np.abs(cosines) == 1.0, 2.0 * cosines, cosines)
+
+
+def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
+    """Refuse collisions asked for where there are none, as far as a lattice of places tells."""
+    if not plan.has_media:
+        if detector.estimator == COLLISION:
+            refuse(detector, "estimator must be 'track' in a scene without media, got 'collision'; leave it out")
+        return
+    media = media_at(plan.scene, _places(shape))
+    if any(isinstance(medium, Grid) for medium in media):
+        _check_grid(detector)
+    is_weighted = plan.tracking.absorption == "weighted"
+    for medium in set(media):
+        if detector.estimator == COLLISION and not (medium.scattering if is_weighted else medium.extinction):
+            what = "scatter, as tracking is weighted" if is_weighted else "absorb or scatter"
+            must = f"all that fills it must {what}, for estimator 'collision'"
+            refuse(detector, f"{must}, got {medium!r} in it; write estimator='track'")
+
+
+def _check_grid(detector: VolumeDetector) -> None:
+    refuse(detector, "a Grid in it is not there yet")
+
+
+def _places(shape: Shape) -> np.ndarray:
+    """Places [m] all over a shape, (n, 3), off its symmetries."""
+    steps = (np.arange(LOOKS) + 0.4817) / LOOKS * 2 - 1
+    offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    if isinstance(shape, Box):
+        return np.array(shape.center) + offsets * np.array(shape.size) / 2
+    inside = offsets[(offsets**2).sum(axis=1) < 1]
+    return np.array(shape.center) + inside * shape.radius

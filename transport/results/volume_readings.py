@@ -1,0 +1,148 @@
+"""What a VolumeDetector read: means over the cells of a volume, each with its standard error."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from transport.results.estimates import Estimate, EstimateArray
+from transport.results.quantified import Quantified
+from transport.units import Unit
+from transport.validation import SceneError
+from transport.volumes import VolumeDetector
+
+VOLUME_QUANTITIES = (
+    "fluence_rate", "absorbed_power", "absorbed_density", "radiance", "counts", "fluence", "absorbed_energy",
+)  # fmt: skip
+VOLUMES_CLOCKED = ("fluence", "absorbed_energy")
+
+
+class VolumeReading(Quantified):
+    """One VolumeDetector's quantities, with the dims of its cells, (x, y, z) or (r,); plain Estimates without cells.
+
+    Raises SceneError for a quantity that it was not set up for.
+    """
+
+    known, title = VOLUME_QUANTITIES, "volume detector "
+
+    def __init__(self, result, detector: VolumeDetector) -> None:
+        self.detector, self.name = detector, detector.name
+        self._plan, self._run, self._batches = result.plan, result.run, result.batches
+        self._volume = next(volume for volume in self._plan.volumes if volume.detector is detector)
+        self._axes = detector.edges(self._volume.shape)
+        self._rate = Unit.parse("W" if self._plan.scene.measured_in == "watts" else "s^-1")
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Volume of each cell [m^3]."""
+        return self.detector.volumes(self._volume.shape)
+
+    @cached_property
+    def fluence_rate(self) -> Estimate | EstimateArray:
+        """Mean of ∫ L dω over each cell, φ [W m^-2 or s^-1 m^-2]; with a clock over its duration as well."""
+        return self._per_volume(self._plan.tempo, self._rate)
+
+    @cached_property
+    def fluence(self) -> Estimate | EstimateArray:
+        """Fluence rate over the duration, H [J m^-2 or m^-2]; mean over each cell."""
+        self._need_clock("fluence")
+        return self._per_volume(1.0, self._rate * Unit.parse("s"))
+
+    @cached_property
+    def absorbed_power(self) -> Estimate | EstimateArray:
+        """What the media absorb in each cell [W or s^-1]: absorption coefficient times fluence rate, over its volume."""
+        return self._estimate(self._kept / self._plan.tempo, self._rate, self._kept_counts)
+
+    @cached_property
+    def absorbed_energy(self) -> Estimate | EstimateArray:
+        """What the media absorb in each cell within the duration [J], or particles."""
+        self._need_clock("absorbed_energy")
+        return self._estimate(self._kept, self._rate * Unit.parse("s"), self._kept_counts)
+
+    @cached_property
+    def absorbed_density(self) -> Estimate | EstimateArray:
+        """Absorbed power per volume [W m^-3 or s^-1 m^-3]."""
+        values = self._kept / self._plan.tempo / self.volumes
+        return self._estimate(values, self._rate / Unit.parse("m^3"), self._kept_counts)
+
+    @cached_property
+    def radiance(self) -> EstimateArray:
+        """Mean over each cell and each bin of direction of flight, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
+        directions = self.detector.directions
+        if directions is None:
+            self._refuse("radiance", "directions=..., got None", "write directions=Directions.sphere(mu=8, phi=16)")
+        axes, angles = directions.edges(), directions.solid_angles()
+        values, counts = (
+            rows[..., 1:].reshape(*rows.shape[:-1], *angles.shape) for rows in (self._sums, self._counts)
+        )
+        volumes = np.reshape(self.volumes, (*np.shape(self.volumes), *(1,) * angles.ndim))
+        values = values * (self._unit / self._plan.tempo) / volumes / angles
+        return self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
+
+    @cached_property
+    def counts(self) -> Estimate | EstimateArray:
+        """Number of scores in the whole run: of ways through each cell, or of collisions there."""
+        counts = self._counts.sum(axis=-1)
+        return self._estimate(counts * self._run.sizes.sum(), Unit.parse("1"), counts)
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether nothing was counted at all."""
+        return not self._counts.any()
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"
+
+    # ---- from sums to estimates ----
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        """(B, *cells, 1 + bins of direction): sums of weight times way."""
+        return self._rows("weights", "first", int(self._volume.row["rows"]))
+
+    @cached_property
+    def _counts(self) -> np.ndarray:
+        return self._rows("counts", "first", int(self._volume.row["rows"]))
+
+    @property
+    def _unit(self) -> float:
+        """What a sum of 1 is [m W, m s^-1, m J or m]."""
+        return self._volume.unit * self._plan.unit
+
+    @cached_property
+    def _kept(self) -> np.ndarray:
+        if not self._volume.absorbs:
+            self._refuse("absorbed power", "a medium that absorbs", "write Medium(absorption=...)")
+        return self._rows("weights", "kept", 1)[..., 0] * self._plan.unit
+
+    @cached_property
+    def _kept_counts(self) -> np.ndarray:
+        return self._rows("counts", "kept", 1)[..., 0]
+
+    def _rows(self, kind: str, column: str, each: int) -> np.ndarray:
+        first, shape = int(self._volume.row[column]), np.shape(self.volumes)
+        rows = slice(first, first + np.size(self.volumes) * each)
+        return np.array([getattr(batch, kind)[rows] for batch in self._batches]).reshape(-1, *shape, each)
+
+    def _per_volume(self, seconds: float, unit: Unit) -> Estimate | EstimateArray:
+        values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes
+        return self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
+
+    def _estimate(
+        self, values: np.ndarray, unit: Unit, counts: np.ndarray, axes: dict[str, np.ndarray] | None = None
+    ) -> Estimate | EstimateArray:
+        """Sums (B, *axes) of a run's batches as means over its histories."""
+        axes = self._axes | (axes or {})
+        values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
+        counts = counts.sum(axis=0)
+        if not axes:
+            return Estimate(values, self._run, unit, counts=int(counts))
+        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
+
+    def _need_clock(self, quantity: str) -> None:
+        if self._plan.scene.duration is None:
+            self._refuse(quantity, "a clock", "write Scene(..., duration=...)")
+
+    def _refuse(self, quantity: str, need: str, cure: str) -> None:
+        raise SceneError(f"VolumeDetector {self.name!r}: {quantity} needs {need}; {cure}")
