@@ -29,12 +29,13 @@ radius, as in sims/lambert_disk.py.
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import transport as tp
-from sims import constant, provenance
+from sims import constant, provenance, sharp
 from transport.experiment import Outcome
 from transport.theory import attenuation, emitters, sun
 
@@ -53,6 +54,8 @@ LAMP_G = 0.8  # mean cosine of the scattering angle
 WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
 SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
 ATMOSPHERE = math.log(SURFACE / GROUND)
+SUN_RADIUS = float(sun.sphere_radius(sun.AREA))  # m
+SUN_ANGLE = math.asin(SUN_RADIUS / tp.au)
 AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
 READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "all")
 IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
@@ -78,16 +81,12 @@ def scene(
     tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith.
     place: of the fog before the disk: in a "slab" or a "box" between, or "all" about.  zenith_angle: of the sun [rad].
     """
-    _check("reading", reading, READINGS)
-    _check("place", place, PLACES)
+    for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
+        if value not in known:
+            raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
     if reading == "room":
         return _room(tau)
     return _sun(tau, zenith_angle) if reading == "sun" else _disk(reading, tau, place)
-
-
-def _check(name: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def _disk(reading: str, tau: float, place: str) -> tp.Scene:
@@ -96,22 +95,23 @@ def _disk(reading: str, tau: float, place: str) -> tp.Scene:
     radius, distance, size = LAMP if is_lamp else DISK
     meter = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=size)
     middle, depth = (0, 0, distance / 2), distance if place == "all" else distance / 2
+    fog = tp.Medium(absorption=tau / depth)
     if is_lamp:
         fog = tp.Medium(scattering=tau / depth, phase=tp.HenyeyGreenstein(LAMP_G))
-        direct = tp.Detector(meter, "direct", directions=tp.Directions(theta=_edges("lamp")), events=0)
-        views = [tp.Detector(meter, "view", directions=tp.Directions(theta=ANGLES))]
-        views.append(tp.Detector(meter, "direct view", directions=tp.Directions(theta=ANGLES), events=0))
-    else:
-        fog = tp.Medium(absorption=tau / depth)
-        direct = tp.Detector(meter, "meter", directions=tp.Directions(theta=_edges("disk")))
-        views = [tp.Detector(meter, "view", directions=tp.Directions(theta=ANGLES))]
+
+    def look(name: str, angles: np.ndarray, events: int | None = None) -> tp.Detector:
+        return tp.Detector(meter, name, directions=tp.Directions(theta=angles), events=events)
+
+    bins, views = _edges(reading), [look("view", ANGLES)]
+    if is_lamp:
+        views += [look("direct", bins, 0), look("direct view", ANGLES, 0)]
     body = tp.Slab(center=middle, thickness=depth)
     if place == "box":
         body = tp.Box(center=middle, size=(3 * radius, 3 * radius, depth))
     return tp.Scene(
         tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=RADIANCE), aim=None if is_lamp else meter),
         [] if place == "all" else tp.Surface(body, tp.Transparent(), name="fog", inside=fog),
-        [direct, *views],
+        views if is_lamp else [look("meter", bins), *views],
         medium=fog if place == "all" else tp.Vacuum(),
     )
 
@@ -133,8 +133,8 @@ def _room(tau: float) -> tp.Scene:
         tp.Source("room", tp.Lambertian(radiance=RADIANCE), side="inside"),
         tp.Surface(ball, tp.Black(), name="room", inside=fog),
         [
-            tp.Detector("room", "wall", side="inside", directions=bins),
-            tp.Detector("room", "direct", side="inside", directions=bins, events=0),
+            tp.Detector("room", name, side="inside", directions=bins, events=events)
+            for name, events in (("wall", None), ("direct", 0))
         ],
     )
 
@@ -144,20 +144,12 @@ def _sun(tau: float, zenith_angle: float) -> tp.Scene:
     up = (math.cos(zenith_angle), 0, math.sin(zenith_angle))
     air = tp.Slab(center=[(AIR[0] + AIR[1] / 2) * x for x in up], normal=up, thickness=AIR[1])
     meter = tp.Rectangle(normal=(1, 0, 0), width=1, height=1)
-    ball = tp.Sphere(center=(tp.au, 0, 0), radius=_sun_radius())
+    ball = tp.Sphere(center=(tp.au, 0, 0), radius=SUN_RADIUS)
     return tp.Scene(
         tp.Source(ball, tp.Lambertian(radiance=SURFACE), aim=meter),
         tp.Surface(air, tp.Transparent(), name="air", inside=tp.Medium(absorption=tau / AIR[1])),
-        tp.Detector(meter, "meter", directions=tp.Directions.cone((1, 0, 0), _sun_angle())),
+        tp.Detector(meter, "meter", directions=tp.Directions.cone((1, 0, 0), SUN_ANGLE)),
     )
-
-
-def _sun_radius() -> float:
-    return float(sun.sphere_radius(sun.AREA))
-
-
-def _sun_angle() -> float:
-    return math.asin(_sun_radius() / tp.au)
 
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
@@ -165,7 +157,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         wall, direct = result["wall"], result["direct"]
         rows = {_bin("radiance", WALL, i): each for i, each in enumerate(wall.radiance)}
         rows |= {_bin("radiance, direct", WALL, i): each for i, each in enumerate(direct.radiance)}
-        return rows | {IRRADIANCE: wall.irradiance, DIRECT: direct.irradiance}
+        return rows | {IRRADIANCE: sharp(wall.irradiance, of=wall.irradiance), DIRECT: direct.irradiance}
     if "direct" in result:
         return {DIRECT: result["direct"].irradiance, IN_LAMP: result["direct"].radiance[0]}
     meter = result["meter"]
@@ -186,8 +178,8 @@ def exact(
         irradiance = math.pi * RADIANCE
         return rows | {IRRADIANCE: irradiance, DIRECT: irradiance * attenuation.ball_transmittance(tau)}
     if reading == "sun":
-        left = attenuation.cone_transmittance(tau, zenith_angle, _sun_angle())
-        clear = emitters.sphere_irradiance(SURFACE, _sun_radius(), tp.au)
+        left = attenuation.cone_transmittance(tau, zenith_angle, SUN_ANGLE)
+        clear = emitters.sphere_irradiance(SURFACE, SUN_RADIUS, tp.au)
         return {SUN: SURFACE * left, POWER: float(clear * left)}
     radius, distance, size = LAMP if reading == "lamp" else DISK
     cosines = np.cos(_edges(reading))
@@ -228,10 +220,8 @@ def verdict(outcomes: list[Outcome]) -> str:
             f" of which {outcome[DIRECT].estimate} straight"
         )
     if suns := found["sun"]:
-        seen = ", ".join(f"{o[SUN].estimate} at {math.degrees(_given(o, 'zenith_angle')):.3g}°" for o in suns)
-        said.append(
-            f"the sun's {SURFACE:.2g} W m^-2 sr^-1 are seen through the air as {seen} from the zenith"
-        )
+        seen = ", ".join(f"{o[SUN].estimate} through τ = {_air(o):.2g}" for o in suns)
+        said.append(f"the sun's radiance is {seen}")
     words = "; ".join(said)
     return f"{words[0].upper()}{words[1:]}."
 
@@ -249,12 +239,21 @@ def _given(outcome: Outcome, name: str) -> object:
     return outcome.parameters.get(name, defaults[name])
 
 
+def _air(outcome: Outcome) -> float:
+    """Optical depth of the air before the sun."""
+    return _given(outcome, "tau") / math.cos(_given(outcome, "zenith_angle"))
+
+
+def _label(outcome: Outcome) -> str:
+    words = {"slab": "in a slab", "box": "in a box", "all": "all about"}
+    return f"τ = {_given(outcome, 'tau'):.3g}, {words[_given(outcome, 'place')]}"
+
+
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, as far as there are such."""
     path, paths = Path(path), []
-    pictures = {
-        "disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,), "sun": (draw_sun,),
-    }  # fmt: skip
+    pictures = {"disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,)}
+    pictures["sun"] = (draw_sun,)
     for reading, functions in pictures.items():
         shown = [o for o in outcomes if _given(o, "reading") == reading]
         for function in functions if shown else ():
@@ -268,18 +267,27 @@ def draw_disk(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter sees it, from clear air to thick fog."""
     from viz.views import views
 
-    seen, laws = {}, {}
-    for outcome in outcomes:
-        tau = _given(outcome, "tau")
-        seen[f"τ = {tau:.3g}"] = outcome.result["view"].radiance
-        laws[f"τ = {tau:.3g}"] = lambda theta, tau=tau: _straight(theta, tau, DISK)
+    seen = {_label(o): o.result["view"].radiance for o in outcomes}
+    laws = {_label(o): partial(_direct, tau=_given(o, "tau"), of=DISK) for o in outcomes}
     title = "A bright disk seen through fog: radiance is not invariant there"
     views(seen, path, exact=laws, title=title, note=provenance(outcomes))
 
 
-def _straight(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np.ndarray:
+def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
+    """A lamp in scattering fog: all light, and what of it came straight."""
+    from viz.views import views
+
+    tau, result = _given(outcomes[0], "tau"), outcomes[0].result
+    seen = {"all light": result["view"].radiance, "direct": result["direct view"].radiance}
+    laws = {"direct": partial(_direct, tau=tau, of=LAMP)}
+    title = f"A lamp in fog that scatters, τ = {tau:.3g}: its light glows about it"
+    views(seen, path, exact=laws, title=title, log=True, note=provenance(outcomes))
+
+
+def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np.ndarray:
     """Radiance that comes straight from the disk or the lamp."""
-    return np.where(theta < math.atan(of[0] / of[1]), RADIANCE * np.exp(-tau / np.cos(theta)), 0.0)
+    radius, distance, size = of
+    return attenuation.disk_radiance(theta, RADIANCE, radius, distance, tau, size)
 
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
@@ -294,8 +302,8 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
         rows = [row for row in outcome.rows if row.name.startswith("radiance, cosθ")]
         shares = [row.estimate / level for row in rows]
         expected = [row.exact / RADIANCE for row in rows]
-        label = f"τ = {_given(outcome, 'tau'):.3g}, {outcome.parameters.get('place', 'slab')}"
-        entries[label] = Entry(_given(outcome, "tau") / middles, shares, lambda way: math.exp(-way), expected)
+        depths = _given(outcome, "tau") / middles
+        entries[_label(outcome)] = Entry(depths, shares, lambda way: math.exp(-way), expected)
     catalogue(
         entries,
         path,
@@ -311,36 +319,18 @@ def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
     """Irradiance against the optical depth, with the guess that forgets the slant."""
     from viz import profile
 
-    taus = [_given(o, "tau") for o in outcomes]
-    guides = {
-        "wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed),
-        "half the world aglow: 2 E3(τ) of that": lambda t: (
-            guessed(0.0) * attenuation.lambertian_transmission(t)
-        ),
-    }
     profile(
-        taus,
+        [_given(o, "tau") for o in outcomes],
         [o[IRRADIANCE].estimate for o in outcomes],
         path,
         exact=np.vectorize(lambda t: attenuation.disk_irradiance(RADIANCE, *DISK[:2], t, DISK[2])),
-        guides=guides,
+        guides={"wrong guess: exp(-τ) of that in clear air": np.vectorize(guessed)},
         xlabel="optical depth τ straight from the disk to the meter",
         ylabel="irradiance",
         title="Irradiance in fog falls faster than exp(-τ)",
         log_y=True,
         note=provenance(outcomes),
     )
-
-
-def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
-    """A lamp in scattering fog: all light, and what of it came straight."""
-    from viz.views import views
-
-    outcome, tau = outcomes[0], _given(outcomes[0], "tau")
-    seen = {"all light": outcome.result["view"].radiance, "direct": outcome.result["direct view"].radiance}
-    laws = {"direct": lambda theta: _straight(theta, tau, LAMP)}
-    title = f"A lamp in fog that scatters, τ = {_given(outcome, 'tau'):.3g}: its light glows about it"
-    views(seen, path, exact=laws, title=title, log=True, note=provenance(outcomes))
 
 
 def draw_room(outcomes: list[Outcome], path: Path) -> None:
@@ -357,7 +347,7 @@ def draw_sun(outcomes: list[Outcome], path: Path) -> None:
     from viz import profile
 
     profile(
-        [_given(o, "tau") / math.cos(_given(o, "zenith_angle")) for o in outcomes],
+        [_air(o) for o in outcomes],
         [o[SUN].estimate for o in outcomes],
         path,
         exact=lambda depth: SURFACE * np.exp(-depth),

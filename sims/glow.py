@@ -296,7 +296,8 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     paths = []
     if dark:
         found = {_words(o): Rays(*_rays(o)) for o in dark}
-        found |= {"between hot walls": Rays(*_furnace_rays(o.result)) for o in lit[:1]}
+        if lit:
+            found["between hot walls"] = Rays(*_furnace_rays(lit[0].result))
         title, note = "Hot fog in the dark and between hot walls", provenance(outcomes)
         paths.append(path)
         glowing_rays(found, paths[-1], dark=theory.ray_share, title=title, note=note)

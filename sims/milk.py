@@ -202,9 +202,13 @@ def draw_depths(outcome: Outcome, path: Path) -> None:
         path,
         exact=lambda z: half_space.fluence(z * optical),
         guides={"diffusion": lambda z: diffusion.fluence(z * optical)},
-        title=f"Light in milk: σ_s/σ_a = {medium.scattering / medium.absorption:.4g}, g = {medium.phase.g:g}, n = {medium.index:g}",
+        title=f"Light in milk: {_ratio(medium)}, $g = {medium.phase.g:g}$, $n = {medium.index:g}$",
         note=provenance([outcome]),
     )
+
+
+def _ratio(medium: tp.Medium) -> str:
+    return rf"$\sigma_s/\sigma_a = {medium.scattering / medium.absorption:.4g}$"
 
 
 def draw_angles(outcomes: list[Outcome], path: Path) -> None:
@@ -221,7 +225,7 @@ def draw_angles(outcomes: list[Outcome], path: Path) -> None:
             each * per_bin / constant(result, float(a), "1")
             for each, a in zip(result["diffuse"].intensity_out, areas, strict=True)
         ]
-        entries[f"σ_s/σ_a = {medium.scattering / medium.absorption:.4g}"] = Entry(
+        entries[_ratio(medium)] = Entry(
             edges,
             shares,
             lambda mu, h=half_space: math.pi * h.radiance(mu),

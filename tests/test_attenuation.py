@@ -112,6 +112,21 @@ def test_the_mean_over_a_meter_is_that_of_its_points(radii):
     close(fog.disk_irradiance(1.0, radius, 0.4, 3.0, meter), summed, 1e-12)
 
 
+@pytest.mark.parametrize("radii", [(0.5, 0.2), (0.2, 0.5)])
+def test_radiance_of_a_disk_by_direction_adds_up_to_its_irradiance(radii):
+    """E = 2π ∫ L cosθ sinθ dθ, cut where the disk begins to leave the sight of the meter's rim, and where it has left."""
+    radius, meter = radii
+    ends = np.arctan([1e-300, abs(radius - meter) / 0.4, (radius + meter) / 0.4])
+    x, w = np.polynomial.legendre.leggauss(2000)
+    summed = 0.0
+    for low, high in zip(ends[:-1], ends[1:], strict=True):
+        theta = low + (high - low) * (1 + x) / 2
+        seen = fog.disk_radiance(theta, 3.0, radius, 0.4, 0.8, meter)
+        summed += math.pi * (high - low) * (w @ (seen * np.cos(theta) * np.sin(theta)))
+    close(summed, fog.disk_irradiance(3.0, radius, 0.4, 0.8, meter), 1e-8)
+    assert fog.disk_radiance(1.4, 3.0, radius, 0.4, 0.8, meter) == 0
+
+
 def test_clear_irradiance_times_the_straight_transmittance_is_too_much():
     """The wrong guess that the sim shows: slanted rays have more fog before them."""
     guess = math.exp(-1.0) * fog.disk_irradiance(1.0, 0.5, 0.1, 0.0)

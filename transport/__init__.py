@@ -60,6 +60,7 @@ from transport.units import (
     us,
 )
 from transport.validation import SceneError
+from transport.volumes import VolumeDetector
 
 __version__ = "0.1.0"
 
@@ -70,7 +71,7 @@ __all__ = [
     "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
     "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
     "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Transparent",
-    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "arcmin", "arcsec", "au", "cm", "deg",
+    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "cm", "deg",
     "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us",
     "view_factor",
 ]  # fmt: skip

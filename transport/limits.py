@@ -10,8 +10,10 @@ import numpy as np
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.results.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
+from transport.results.volume_readings import VOLUME_QUANTITIES, VOLUMES_CLOCKED
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
+from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches
 HOPELESS = 10**7  # particles without a score, after which a run for an error ends
@@ -67,15 +69,17 @@ def _check_quantity(scene: Scene, name: str) -> None:
             f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace"
         )
     known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
+    known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
-    if quantity in (*OF_MOMENTS, *OF_PHASE_MOMENTS) and not asked.moments:
+    has_moments = getattr(asked, "moments", False)
+    if quantity in (*OF_MOMENTS, *OF_PHASE_MOMENTS) and not has_moments:
         raise SceneError(f"simulate: error of {name!r} needs moments; write moments=True")
     if isinstance(asked, PhaseSpace):
         return
     if quantity in BY_DIRECTION and asked.directions is None:
         raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...; add them")
-    if quantity in CLOCKED and scene.duration is None:
+    if quantity in (*CLOCKED, *VOLUMES_CLOCKED) and scene.duration is None:
         raise SceneError(f"simulate: error of {name!r} needs a clock; write Scene(..., duration=...)")
 
 

@@ -23,8 +23,9 @@ from transport.validation import (
     suggestion,
 )
 from transport.vectors import Vector
+from transport.volumes import VolumeDetector
 
-Looking = Detector | PhaseSpace | Snapshot
+Looking = Detector | PhaseSpace | Snapshot | VolumeDetector
 
 
 @scene_object
@@ -32,7 +33,7 @@ class Scene:
     """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
 
     No source is needed where a medium emits.
-    Among the detectors are those at a place, the `meters`, and `phase_spaces` and `snapshots` of a time.
+    Among the detectors are those at a place, the `meters`, `volumes`, and `phase_spaces` and `snapshots` of a time.
 
     `medium` fills all space that no body of the surfaces' media claims; left out, nothing does.
     With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
@@ -48,7 +49,7 @@ class Scene:
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
         _settle_parts(self, "surfaces", Surface)
-        _settle_parts(self, "detectors", Detector, PhaseSpace, Snapshot)
+        _settle_parts(self, "detectors", Detector, PhaseSpace, Snapshot, VolumeDetector)
         if self.duration is not None:
             settle_positive(self, "duration")
         self._check_medium()
@@ -56,7 +57,7 @@ class Scene:
         self._check_names()
         self._check_via()
         self._check_emissions()
-        for user in (*self.sources, *self.meters):
+        for user in (*self.sources, *self.meters, *self.volumes):
             user.check_shape(self.shape_of(user))
         for user in (*self.sources, *self.detectors):
             user.check_clock(self.duration)
@@ -81,6 +82,11 @@ class Scene:
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The detectors made as Snapshot."""
         return tuple(part for part in self.detectors if isinstance(part, Snapshot))
+
+    @property
+    def volumes(self) -> tuple[VolumeDetector, ...]:
+        """The detectors made as VolumeDetector."""
+        return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
 
     @property
     def visited(self) -> tuple[str, ...]:
@@ -144,7 +150,7 @@ class Scene:
                 )
 
     def _meters_its_namesake(self, part: Looking) -> bool:
-        return isinstance(part, Detector) and self.shape_of(part) == self.surface(part.name).shape
+        return isinstance(part, Detector | VolumeDetector) and self.shape_of(part) == self.surface(part.name).shape
 
     def _check_via(self) -> None:
         names = [part.name for part in (*self.meters, *self.surfaces) if part.name is not None]

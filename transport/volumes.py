@@ -34,7 +34,7 @@ class VolumeDetector:
     absorption lessens the weights on the way, their mean on it.  "collision": weight over the coefficient by which
     collisions happen, at each: of more noise in thin media, of less work in thick ones.  Followed by weight, only
     scattering makes collisions: then all that fills the shape must scatter.
-    A way along a face belongs to the volume; one along a face between two voxels to the upper one.
+    A way along a face belongs to the volume; one along a face between two voxels to one of them.
     """
 
     shape: Shape | str
@@ -80,11 +80,10 @@ class VolumeDetector:
         if self.cells is None:
             return {}
         if isinstance(shape, Box):
-            counts = self.cells
-            if len(counts) != 3 or not all(map(is_count, counts)):
-                cure = "write cells=(nx, ny, nz)"
-                refuse(self, f"cells must be three whole numbers for a Box, got {shown(counts)}; {cure}")
-            spans = zip("xyz", *shape.bounds, counts, strict=True)
+            if len(self.cells) != 3 or not all(map(_is_number_of_cells, self.cells)):
+                must = f"three whole numbers for a Box, each from 1 to {MOST_CELLS}"
+                refuse(self, f"cells must be {must}, got {shown(self.cells)}; write cells=(nx, ny, nz)")
+            spans = zip("xyz", *shape.bounds, self.cells, strict=True)
             return {name: np.linspace(low, high, count + 1) for name, low, high, count in spans}
         return {"r": self._radii(shape)}
 
@@ -101,14 +100,15 @@ class VolumeDetector:
     def _radii(self, shape: Sphere) -> np.ndarray:
         cells = self.cells
         if len(cells) == 1:
-            if not is_count(cells[0]):
-                must = "a number of shells or two radii at least for a Sphere"
+            if not _is_number_of_cells(cells[0]):
+                must = f"a number of shells from 1 to {MOST_CELLS}, or two radii at least, for a Sphere"
                 refuse(self, f"cells must be {must}, got {shown(cells)}; write cells=(10,)")
             return np.linspace(0.0, shape.radius, cells[0] + 1)
         radii = np.array(cells, dtype=float)
         if radii[-1] > shape.radius * (1 + 4e-16) or not (np.diff(radii) > 0).all():
             must = f"radii that rise within [0, {shape.radius!r}] m of the Sphere"
-            refuse(self, f"cells must be {must}, got {shown(cells)}; write numpy.linspace(0, radius, shells + 1)")
+            cure = "write numpy.linspace(0, radius, shells + 1)"
+            refuse(self, f"cells must be {must}, got {shown(cells)}; {cure}")
         return radii.clip(0.0, shape.radius)
 
     def _settle_cells(self) -> None:
@@ -116,15 +116,11 @@ class VolumeDetector:
         if self.cells is None:
             return
         given = (self.cells,) if is_count(self.cells) else self.cells
-        must = "(nx, ny, nz) of a Box, or a number of shells or the radii between them of a Sphere"
         if as_floats(given) is None or len(given) == 0 or min(map(as_float, given)) < 0:
+            must = "(nx, ny, nz) of a Box, or a number of shells or the radii between them of a Sphere"
             refuse(self, f"cells must be {must}, got {shown(self.cells)}")
-        plain = tuple(int(each) if is_count(each) else as_float(each) for each in given)
-        if len(plain) in (1, 3) and all(map(is_count, plain)) and not self._are_radii(plain):
-            if not all(1 <= count <= MOST_CELLS for count in plain):
-                refuse(self, f"cells must be {must}, each from 1 to {MOST_CELLS}, got {shown(self.cells)}")
-        store(self, cells=plain)
+        store(self, cells=tuple(int(each) if is_count(each) else as_float(each) for each in given))
 
-    def _are_radii(self, numbers: tuple[float, ...]) -> bool:
-        """Three whole numbers may be radii, where the shape is not known to be a Box."""
-        return len(numbers) == 3 and not isinstance(self.shape, Box)
+
+def _is_number_of_cells(value: float) -> bool:
+    return is_count(value) and 1 <= value <= MOST_CELLS

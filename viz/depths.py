@@ -47,7 +47,7 @@ def depth_windows(
             lower.set_xlabel("depth  [mm]")
         axes[0, 0].set_ylabel("fluence rate / irradiance")
         axes[1, 0].set_ylabel("residual\n[std. errors]")
-        axes[0, -1].legend(loc="upper right")
+        axes[0, -1].legend(loc="lower left" if windows[-1].is_log else "upper right")
         figure.align_ylabels()
     return path
 

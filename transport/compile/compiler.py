@@ -18,6 +18,7 @@ from transport.compile.meshes import mesh_table
 from transport.compile.pieces import covers_alike, outward_of, piece_row, quadric_columns, rim_row
 from transport.compile.plan import Plan
 from transport.compile.space import space_of
+from transport.compile.volumes import fill_volumes
 from transport.scene import Scene
 from transport.scene_speeds import scene_speeds
 from transport.shapes import Mesh, Revolved, Shape, Sphere
@@ -55,6 +56,7 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None) -> Plan:
     _fill_moments(plan)
     fill_phase_spaces(plan)
     fill_snapshots(plan)
+    fill_volumes(plan)
     return plan
 
 

@@ -155,7 +155,7 @@ PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count")) 
 # steps along each axis in numbers, 0 where one number serves all; size [m] of a scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z size")
-    + _integers("medium ledger absorbs block nx ny nz mx my mz tops")
+    + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count")
     + [
         column
         for name in ("absorption", "scattering")
@@ -163,6 +163,17 @@ GRID = np.dtype(
     ]
 )
 SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ahead and behind
+
+# A volume detector: a box of half sides h, or a ball of radius hx with the radii of its shells.  scale: one over the largest score of
+# weight 1 [1/scene lengths];  first: its first row;  rows: of a cell, the outside of all bins of direction and those;  kept: first row of
+# what its cells absorb, 0 where nothing does;  per: cells per scene length.
+VOLUME = np.dtype(
+    _floats(FRAME + " hx hy hz width_x width_y width_z per_x per_y per_z scale turn_low")
+    + _integers("first rows kept cells_x cells_y cells_z radii")
+    + [column for axis in ("mu", "turn") for column in _axis(axis)]
+)
+
+VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])  # fades: 1 where weights are lessened on the way
 
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")

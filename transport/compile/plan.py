@@ -54,6 +54,8 @@ class Plan:
     snapshots: list[np.ndarray] = field(default_factory=list)
     long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
     long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
+    volumes: list = field(default_factory=list)  # a compile.volumes.Volume for each volume detector
+    volume_rows: int = 0  # of their sums, behind those of phase space
     has_media: bool = False
     bodies: tuple = ()  # of scene.bodies, innermost first
     distinct_media: tuple = ()
@@ -138,7 +140,7 @@ class Plan:
     def can_escape_at_once(self) -> bool:
         """Whether what leaves to where nothing is need not fly to find that out."""
         is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
-        return is_empty and self.scatters and not self.has_clock
+        return is_empty and self.scatters and not self.has_clock and not self.scene.volumes
 
     @property
     def bounds_bodies(self) -> bool:
@@ -243,8 +245,8 @@ class Plan:
 
     @property
     def rows(self) -> int:
-        """Rows of sums: the meters' arrivals, their departures, phase space."""
-        return 2 * self.half + sum(
+        """Rows of sums: the meters' arrivals, their departures, phase space, volumes."""
+        return 2 * self.half + self.volume_rows + sum(
             1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces
         )
 

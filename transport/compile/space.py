@@ -34,7 +34,7 @@ class Space:
 def space_of(scene: Scene) -> Space:
     """The coordinates in which a scene is simulated."""
     shapes = [piece for surface in scene.surfaces for piece in _pieces(surface.shape)]
-    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters)]
+    shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
     largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())

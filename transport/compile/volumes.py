@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import media_at
+from transport.bodies import AnyMedium, media_at
 from transport.compile import layout
 from transport.compile.looks import axis_columns
 from transport.media import Grid
@@ -33,6 +34,7 @@ class Volume:
     unit: float  # what a sum of 1 is [m]
     has_cells: bool  # or directions: it is walked through
     absorbs: bool
+    grids: tuple[np.ndarray, ...]  # of layout.VOLUME_IN_GRID: grids that absorb in it
 
     @property
     def is_box(self) -> bool:
@@ -66,14 +68,17 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
         plan.volume_rows += cells
     values["scale"] = _scale(plan, detector, shape)
     row = layout.row(layout.VOLUME, **{"rows": 1} | values)
-    return Volume(detector, shape, row, size / values["scale"], cells * rows > 1, absorbs)
+    grids = tuple(_grids(plan, shape, row))
+    return Volume(detector, shape, row, size / values["scale"], cells * rows > 1, absorbs, grids)
 
 
 def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
     """One over the largest score of weight 1 [scene lengths]: the longest way, or the longest mean free path."""
     if detector.estimator == COLLISION:
         paths = plan.media["mfp"]
-        return 1.0 / float(paths[paths < math.inf].max())
+        grids = [plan.bodies[int(row["medium"]) - 1].medium for row in plan.grids]
+        thinnest = [float(grid.extinction.min()) * plan.space.size for grid in grids]
+        return min([1.0 / float(path) for path in paths[paths < math.inf]] + [t for t in thinnest if t > 0])
     return plan.space.size / (2 * shape.extent)
 
 
@@ -109,25 +114,35 @@ def _widened(cosines: np.ndarray) -> np.ndarray:
     return np.where(np.abs(cosines) == 1.0, 2.0 * cosines, cosines)
 
 
+def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]:
+    """Rows of the grids that absorb and may lie in the volume."""
+    for fades, grids in enumerate((plan.grids, plan.thinning_grids)):
+        for grid in grids:
+            box = plan.bodies[int(grid["medium"]) - 1].medium.box
+            sides = zip(*shape.bounds, *box.bounds, strict=True)
+            if grid["absorbs"] and all(a <= d and c <= b for a, b, c, d in sides):
+                row = layout.row(layout.VOLUME_IN_GRID, fades=fades)
+                row["volume"], row["grid"] = volume, grid
+                yield row
+
+
 def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
     """Refuse collisions asked for where there are none, as far as a lattice of places tells."""
-    if not plan.has_media:
-        if detector.estimator == COLLISION:
-            refuse(detector, "estimator must be 'track' in a scene without media, got 'collision'; leave it out")
+    if detector.estimator != COLLISION:
         return
-    media = media_at(plan.scene, _places(shape))
-    if any(isinstance(medium, Grid) for medium in media):
-        _check_grid(detector)
     is_weighted = plan.tracking.absorption == "weighted"
-    for medium in set(media):
-        if detector.estimator == COLLISION and not (medium.scattering if is_weighted else medium.extinction):
-            what = "scatter, as tracking is weighted" if is_weighted else "absorb or scatter"
-            must = f"all that fills it must {what}, for estimator 'collision'"
-            refuse(detector, f"{must}, got {medium!r} in it; write estimator='track'")
+    cure = "write estimator='track'"
+    for medium in dict.fromkeys(media_at(plan.scene, _places(shape))):
+        if not _collides_everywhere(medium, is_weighted):
+            what = "scatter, as tracking is weighted," if is_weighted else "absorb or scatter"
+            must = f"all that fills it must {what} for estimator 'collision'"
+            refuse(detector, f"{must}, got {medium!r} in it; {cure}")
 
 
-def _check_grid(detector: VolumeDetector) -> None:
-    refuse(detector, "a Grid in it is not there yet")
+def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
+    if isinstance(medium, Grid):
+        return bool((medium.extinction > 0).all()) and not (is_weighted and not medium.scattering.any())
+    return (medium.scattering if is_weighted else medium.extinction) > 0
 
 
 def _places(shape: Shape) -> np.ndarray:

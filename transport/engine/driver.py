@@ -18,6 +18,7 @@ from transport.engine.program import Program
 from transport.physics.streams import SHARES, random_words, uniform
 
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
+MOST_SCORED = 1 << 60  # units of 2^-32 that volume detectors add up in a batch, and 2^28 for each score: the same for theirs
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 
 
@@ -96,7 +97,7 @@ def _drive(
             live = call_pass(entries[p], handle, tables[p], b.first, live)
             if live == 0:
                 break
-        if b.stop != 0 or b.crossings >= MOST_CROSSINGS:
+        if b.stop != 0 or b.crossings >= MOST_CROSSINGS or b.scored >= MOST_SCORED:
             return
 
 
@@ -110,7 +111,7 @@ def _fly_on(b, handle, entries, tables, ready, inner, live):
     """
     for p in range(ready):
         call_pass(entries[p], handle, tables[p], 0, live)
-    others = float64(len(entries) - inner) / float64(inner)
+    others = 1.0 * float64(len(entries) - inner) / float64(inner)
     flights, rounds = 0.0, 0.0
     while True:
         for p in range(ready, ready + inner):
@@ -212,6 +213,7 @@ def run_batch(
         "started": 0,
         "crossings": 0,
         "collisions": 0,
+        "scored": 0,
     }
     for name, value in header.items():
         bundle[name] = value
@@ -233,6 +235,11 @@ def run_batch(
         raise OverflowError(
             f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
+        )
+    if int(bundle["scored"][0]) >= MOST_SCORED:
+        raise OverflowError(
+            f"a batch of {histories} histories scored more in volumes than the exact sums of volume detectors hold; ask"
+            " for more batches"
         )
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
     return RawSums(

@@ -9,18 +9,22 @@ cells are left by counting their indices up or down, never by comparing places, 
 import math
 
 import numpy as np
-from numba import int64, uint64
+from numba import float64, int64, uint64
 
 from transport.compile.layout import GRID, NO_TABLE, SLACK
 from transport.engine.addresses import view
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.streams import PATH, VOXELS, random_words, short_uniform, uniform
 
-FASTEST = 1e-280  # direction along an axis, in voxels per scene length, below which a flight never leaves a cell that way
-NEVER = 1e300  # one over it
+FLIES, TRIES, ENDED, COLLIDED = range(4)  # what a walk is doing
+SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
+WALK = [name for name, _ in SCRATCH if name.startswith("walk_") or name == "cell"]
+WALK_FIELDS = len(WALK)
+WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
 STEPS = uint64(6)  # bits of a purpose below the number of the draw
 LOW32 = uint64(0xFFFFFFFF)
 
@@ -41,143 +45,224 @@ def fly_in_grids(b, table, first, live):
     return live
 
 
-@device
-def axis_of(p, v, start, block, cells, count):
-    """Along one axis, for a ray p + v t in voxels: the macro cell at `start`, the step to the next one, the face between them, and 1/v."""
-    moves = abs(v) > FASTEST
-    step = -1 if (v < 0.0) & moves else 1
-    cell = int64((p + start * v) / block)
-    cell = 0 if cell < 0 else (cells - 1 if cell >= cells else cell)
-    face = float64_of(cell if step < 0 else cell + 1) * block
-    return cell, step, face if face < count else count, 1.0 / v if moves else NEVER
-
-
-@device
-def float64_of(n):
-    """An integer as a number."""
-    return n * 1.0
-
-
-@device
-def voxel_of(place, cell, block, count):
-    """The voxel at a place, kept within its macro cell: so its extinction is never above the majorant."""
-    low, high = cell * block, cell * block + block - 1
-    high = high if high < count else count - 1
-    voxel = int64(place)
-    return low if voxel < low else (high if voxel > high else voxel)
-
-
 @lane_pass(GRID)
 def collide_in_grid(b, table, first, live):
     """The first real collision in one grid, where it comes before the surface that was found.
 
-    Leaves what `collide` needs, and in `survival` the albedo of the voxel.  A tentative collision draws only where its voxel is
-    below the majorant: block after block of random numbers, told apart by their purpose.
+    Leaves what `collide` needs, and in `survival` the albedo of the voxel.  All flights walk together, in turns of two kinds: each
+    goes on to the next macro cell; and, once half of them have come to a tentative collision, these are decided.
     """
-    tops = view(table.tops, table.mx * table.my * table.mz, np.float64)
+    tops = view(table.tops, table.top_count, np.float64)
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    size, width = table.size, table.block
-    nx, ny, nz, block = (
-        float64_of(table.nx),
-        float64_of(table.ny),
-        float64_of(table.nz),
-        float64_of(table.block),
-    )
+    words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
+    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
+    medium, cx, cy, cz = table.medium, table.cx, table.cy, table.cz
+    walking = 0
     for k in range(first, live):
-        if b.flies[k] == 0 or b.medium[k] != table.medium:
-            continue
-        vx, vy, vz = b.ux[k] * table.per_x, b.uy[k] * table.per_y, b.uz[k] * table.per_z
-        px, py = (b.x[k] - table.cx) * table.per_x, (b.y[k] - table.cy) * table.per_y
-        pz = (b.z[k] - table.cz) * table.per_z
-        t, limit, depth, draws = b.start[k], b.distance[k] - 2.0 * SLACK, b.depth[k], 0
-        i, step_x, face_x, ix = axis_of(px, vx, t, block, table.mx, nx)
-        j, step_y, face_y, iy = axis_of(py, vy, t, block, table.my, ny)
-        m, step_z, face_z, iz = axis_of(pz, vz, t, block, table.mz, nz)
-        t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
-        while True:
-            leaves = min(t_x, min(t_y, t_z))
-            end = leaves if leaves < limit else limit
-            top = tops[(i * table.my + j) * table.mz + m] * size
-            if depth < top * (end - t):
-                t += depth / top
-                vi = voxel_of(px + t * vx, i, width, table.nx)
-                vj = voxel_of(py + t * vy, j, width, table.ny)
-                vm = voxel_of(pz + t * vz, m, width, table.nz)
-                scatters = scattering[
-                    vi * table.scattering_x + vj * table.scattering_y + vm * table.scattering_z
-                ]
-                here = absorption[vi * table.absorption_x + vj * table.absorption_y + vm * table.absorption_z]
-                here += scatters
-                accepted = here * size >= top
-                if not accepted:
-                    purpose = uint64(VOXELS) | uint64(draws) << STEPS
-                    w0, w1, w2, w3 = random_words(
-                        b.history[k], batch, b.event[k], purpose, seed_low, seed_high
-                    )
-                    draws += 1
-                    accepted = uniform(w2, w3) * top < here * size
-                    depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
-                if accepted:
-                    b.distance[k] = t + 2.0 * SLACK
-                    b.hit[k] = 0
-                    b.survival[k] = scatters / here
-                    break
-            elif leaves < limit:
-                spent = top * (end - t)
-                depth -= spent if spent > 0.0 else 0.0
-                t = leaves if leaves > t else t
-                if leaves == t_x:
-                    i += step_x
-                    face_x = min(face_x + step_x * block, nx) if step_x > 0 else float64_of(i) * block
-                    t_x = (face_x - px) * ix
-                elif leaves == t_y:
-                    j += step_y
-                    face_y = min(face_y + step_y * block, ny) if step_y > 0 else float64_of(j) * block
-                    t_y = (face_y - py) * iy
-                else:
-                    m += step_z
-                    face_z = min(face_z + step_z * block, nz) if step_z > 0 else float64_of(m) * block
-                    t_z = (face_z - pz) * iz
-                if (i < 0) | (j < 0) | (m < 0) | (i >= table.mx) | (j >= table.my) | (m >= table.mz):
-                    break
-            else:
-                break
+        walks = (b.flies[k] != 0) & (b.medium[k] == medium)
+        start = b.start[k]
+        px, py, pz = (b.x[k] - cx) * per_x, (b.y[k] - cy) * per_y, (b.z[k] - cz) * per_z
+        vx, ix = pace(b.ux[k] * per_x)
+        vy, iy = pace(b.uy[k] * per_y)
+        vz, iz = pace(b.uz[k] * per_z)
+        b.walk_i[k] = cell_at(px + start * vx, table.mx)
+        b.walk_j[k] = cell_at(py + start * vy, table.my)
+        b.walk_m[k] = cell_at(pz + start * vz, table.mz)
+        b.walk_px[k], b.walk_py[k], b.walk_pz[k] = px, py, pz
+        b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
+        b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
+        b.walk_t[k], b.walk_end[k], b.walk_depth[k] = start, b.distance[k] - 2.0 * SLACK, b.depth[k]
+        b.walk_history[k], b.walk_event[k], b.walk_draw[k], b.walk_lane[k] = b.history[k], b.event[k], 0, k
+        b.walk_state[k] = FLIES if walks else ENDED
+        b.cell[k] = place_of(b.walk_i[k], b.walk_j[k], b.walk_m[k], table.my, table.mz)
+        walking += 1 if walks else 0
+    last = live
+    while walking > 0:
+        if walking * 2 < int64(last) - int64(first):
+            last = close_ranks(b, words, first, last, walking)
+        for k in range(first, last):
+            b.walk_top[k] = tops[b.cell[k]]
+        trying, walking = cross(b, table, first, last)
+        if trying * 2 >= walking:
+            find_voxels(b, table, first, last)
+            for k in range(first, last):
+                b.scatters[k], b.absorbs[k] = scattering[b.cell[k]], absorption[b.other[k]]
+            decide(b, table, first, last)
+            walking = 0
+            for k in range(first, last):
+                walking += 1 if b.walk_state[k] < ENDED else 0
+                if b.walk_state[k] == COLLIDED:
+                    lane = b.walk_lane[k]
+                    b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
+                    b.hit[lane] = 0
+                    b.survival[lane] = b.scatters[k] / (b.scatters[k] + b.absorbs[k])
+                    b.walk_state[k] = ENDED
+            if walking > 0:
+                locate(b, table, first, last)
     return live
+
+
+@device
+def pace(v):
+    """Direction along an axis in macro cells per scene length, 0 where it never leaves one that way, and one over it."""
+    moves = abs(v) > SLOWEST
+    return v if moves else 0.0, 1.0 / v if moves else NEVER
+
+
+@device
+def cell_at(place, count):
+    """The macro cell along an axis at a place, kept within the grid."""
+    cell = math.floor(place)
+    highest = count - 1.0
+    cell = cell if cell > 0.0 else 0.0
+    return cell if cell < highest else highest
+
+
+@device
+def place_of(i, j, m, my, mz):
+    """Where in the table of majorants a macro cell is: it has one more on every side."""
+    return int64(((i + 1.0) * (my + 2.0) + (j + 1.0)) * (mz + 2.0) + (m + 1.0))
+
+
+@device
+def cross(b, table, first, last):
+    """Each walk to the end of its macro cell, to its tentative collision or to its end; how many try, and how many have not ended."""
+    trying, walking = 0, 0
+    my, mz = table.my, table.mz
+    for k in range(first, last):
+        i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
+        state, top, depth = b.walk_state[k], b.walk_top[k], b.walk_depth[k]
+        up_x, up_y, up_z = b.walk_vx[k] >= 0.0, b.walk_vy[k] >= 0.0, b.walk_vz[k] >= 0.0
+        t_x = (i + (1.0 if up_x else 0.0) - b.walk_px[k]) * b.walk_ix[k]
+        t_y = (j + (1.0 if up_y else 0.0) - b.walk_py[k]) * b.walk_iy[k]
+        t_z = (m + (1.0 if up_z else 0.0) - b.walk_pz[k]) * b.walk_iz[k]
+        leaves = t_y if t_y < t_x else t_x
+        leaves = t_z if t_z < leaves else leaves
+        stop = leaves if leaves < end else end
+        stop = stop if stop > t else t
+        spent = top * (stop - t)
+        flies, tries = state == FLIES, depth < spent
+        ends = (not tries) & ((leaves >= end) | (top < 0.0))
+        crosses = flies & (not tries) & (not ends)
+        is_x = leaves == t_x
+        is_y = (leaves == t_y) & (not is_x)
+        is_z = (not is_x) & (not is_y)
+        i += (1.0 if up_x else -1.0) if crosses & is_x else 0.0
+        j += (1.0 if up_y else -1.0) if crosses & is_y else 0.0
+        m += (1.0 if up_z else -1.0) if crosses & is_z else 0.0
+        b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
+        b.walk_t[k] = (t + depth / top if tries else stop) if flies else t
+        b.walk_depth[k] = depth - spent if crosses else depth
+        new = TRIES if tries else (ENDED if ends else FLIES)
+        new = new if flies else state
+        b.walk_state[k] = new
+        b.cell[k] = place_of(i, j, m, my, mz)
+        trying += 1 if new == TRIES else 0
+        walking += 1 if new < ENDED else 0
+    return trying, walking
+
+
+@device
+def voxel_along(place, cell, block, count):
+    """The voxel at a place along an axis, kept within its macro cell: so its extinction is never above the majorant."""
+    low, high = cell * block, cell * block + (block - 1.0)
+    high = high if high < count else count - 1.0
+    voxel = math.floor(place * block)
+    voxel = voxel if voxel > low else low
+    return voxel if voxel < high else high
+
+
+@device
+def find_voxels(b, table, first, last):
+    """Where the coefficients are at each tentative collision."""
+    block = float64(table.block)
+    nx, ny, nz = float64(table.nx), float64(table.ny), float64(table.nz)
+    sx, sy, sz = float64(table.scattering_x), float64(table.scattering_y), float64(table.scattering_z)
+    ax, ay, az = float64(table.absorption_x), float64(table.absorption_y), float64(table.absorption_z)
+    for k in range(first, last):
+        t, tries = b.walk_t[k], b.walk_state[k] == TRIES
+        x = voxel_along(b.walk_px[k] + t * b.walk_vx[k], b.walk_i[k], block, nx)
+        y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
+        z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
+        b.cell[k] = int64(x * sx + y * sy + z * sz if tries else 0.0)
+        b.other[k] = int64(x * ax + y * ay + z * az if tries else 0.0)
+
+
+@device
+def decide(b, table, first, last):
+    """Which tentative collisions are real; the others draw a new depth."""
+    seed_low, seed_high, batch, size = b.seed_low, b.seed_high, b.batch, table.size
+    for k in range(first, last):
+        tries = b.walk_state[k] == TRIES
+        purpose = uint64(VOXELS) | uint64(b.walk_draw[k]) << STEPS
+        w0, w1, w2, w3 = random_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
+        accepted = uniform(w2, w3) * b.walk_top[k] < (b.scatters[k] + b.absorbs[k]) * size
+        depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
+        b.walk_depth[k] = depth if tries else b.walk_depth[k]
+        b.walk_draw[k] += 1 if tries else 0
+        b.walk_state[k] = (COLLIDED if accepted else FLIES) if tries else b.walk_state[k]
+
+
+@device
+def locate(b, table, first, last):
+    """Where in the table of majorants each walk is."""
+    my, mz = table.my, table.mz
+    for k in range(first, last):
+        b.cell[k] = place_of(b.walk_i[k], b.walk_j[k], b.walk_m[k], my, mz)
+
+
+@device
+def close_ranks(b, words, first, last, walking):
+    """The last walks move into the gaps that ended ones left; how far they reach then, in full vectors."""
+    reach = int64(first) + walking
+    gaps, movers = 0, 0
+    for k in range(first, uint64(reach)):
+        b.listed[gaps] = k
+        gaps += 1 if b.walk_state[k] == ENDED else 0
+    for k in range(uint64(reach), last):
+        b.movers[movers] = k
+        movers += 1 if b.walk_state[k] != ENDED else 0
+    for f in range(WALK_FIELDS):
+        row = WALK_WORDS + f * PITCH
+        for g in range(gaps):
+            words[row + b.listed[g]] = words[row + b.movers[g]]
+    full = (reach + 7) // 8 * 8
+    full = full if full < int64(last) else int64(last)
+    for k in range(uint64(reach), uint64(full)):
+        b.walk_state[k] = ENDED
+    return uint64(full)
 
 
 @device
 def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
     """Optical depth along a ray from the distance `start` to `end`: exact, voxel by voxel."""
-    vx, vy, vz = ux * table.per_x, uy * table.per_y, uz * table.per_z
-    px, py, pz = (x - table.cx) * table.per_x, (y - table.cy) * table.per_y, (z - table.cz) * table.per_z
-    i, step_x, face_x, ix = axis_of(px, vx, start, 1.0, table.nx, float64_of(table.nx))
-    j, step_y, face_y, iy = axis_of(py, vy, start, 1.0, table.ny, float64_of(table.ny))
-    m, step_z, face_z, iz = axis_of(pz, vz, start, 1.0, table.nz, float64_of(table.nz))
-    t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
+    per_x, per_y, per_z = table.per_x * table.block, table.per_y * table.block, table.per_z * table.block
+    px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
+    vx, ix = pace(ux * per_x)
+    vy, iy = pace(uy * per_y)
+    vz, iz = pace(uz * per_z)
+    i, j, m = cell_at(px + start * vx, table.nx), cell_at(py + start * vy, table.ny), cell_at(pz + start * vz, table.nz)
+    up_x, up_y, up_z = 1.0 if vx >= 0.0 else 0.0, 1.0 if vy >= 0.0 else 0.0, 1.0 if vz >= 0.0 else 0.0
     t, depth, going = start, 0.0, True
     while going:
+        t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz
         leaves = min(t_x, min(t_y, t_z))
-        last = leaves if leaves < end else end
-        here = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-        here += absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
-        depth += here * (last - t) if last > t else 0.0
-        t = last if last > t else t
+        stop = leaves if leaves < end else end
+        here = scattering[int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)]
+        here += absorption[int64(i * table.absorption_x + j * table.absorption_y + m * table.absorption_z)]
+        depth += here * (stop - t) if stop > t else 0.0
+        t = stop if stop > t else t
         going = leaves < end
         if leaves == t_x:
-            i += step_x
-            face_x += step_x
-            t_x = (face_x - px) * ix
+            i += 2.0 * up_x - 1.0
+            going &= (i >= 0.0) & (i < table.nx)
         elif leaves == t_y:
-            j += step_y
-            face_y += step_y
-            t_y = (face_y - py) * iy
+            j += 2.0 * up_y - 1.0
+            going &= (j >= 0.0) & (j < table.ny)
         else:
-            m += step_z
-            face_z += step_z
-            t_z = (face_z - pz) * iz
-        going &= (i >= 0) & (j >= 0) & (m >= 0) & (i < table.nx) & (j < table.ny) & (m < table.nz)
+            m += 2.0 * up_z - 1.0
+            going &= (m >= 0.0) & (m < table.nz)
     return depth * table.size
 
 

@@ -64,7 +64,8 @@ class Program:
     @cached_property
     def carried_numbers(self) -> np.ndarray:
         """Their numbers among CARRIED; the table of `fill_gaps` points here."""
-        return np.array([k for k, (name, _) in enumerate(CARRIED) if name in self.carried], np.int64)
+        numbers = [k for k, (name, _) in enumerate(CARRIED) if name in self.carried]
+        return np.array(lanes.padded(numbers), np.int64)
 
 
 def program_of(plan: Plan) -> Program:

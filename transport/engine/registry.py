@@ -26,13 +26,14 @@ from transport.engine import (
     snapshots,
     speeds,
     surfaces,
+    volumes,
 )
 from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
     aims, birthplaces, births, bodies, clocks, collisions, flats, flights, grids, histories, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, snapshots, speeds, surfaces,
+    refinements, rims, snapshots, speeds, surfaces, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)

@@ -10,10 +10,11 @@ Lengths are counted in lengths of the volume, so that a score is 1 at most; what
 import math
 
 import numpy as np
-from numba import int64
+from numba import float64, int64
 
-from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, VOLUME
+from transport.compile.layout import CLOCK, GRID, MEDIA, MEDIA_CLOCK, NO_TABLE, VOLUME, VOLUME_IN_GRID
 from transport.engine.addresses import add_to_row, view
+from transport.engine.grids import axis_of
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.sums import limbs
@@ -225,50 +226,41 @@ def next_face(place, number, u, inverse, width, count):
     return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
 
 
-@lane_pass(VOLUME)
-def walk_through_voxels(b, table, first, live):
-    """From face to face (Amanatides and Woo 1987), each one's distance anew from its number: no rounding adds up."""
-    n = 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
-        b.listed[n] = k
-        n += 1 if b.within[k] > 0.0 else 0
-    for item in range(n):
-        k = b.listed[item]
-        ux, uy, uz, weight, fade, keep = b.ux[k], b.uy[k], b.uz[k], b.weight[k], 0.0, 0.0
-        if table.kept != 0:
-            fade, keep = b.fade[k], b.keep[k]
-            weight *= exp_negative(-fade * b.lead[k])
-        ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
-        px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
-        t = b.start[k] + b.lead[k]
-        end = t + b.within[k]
-        i = number_along(px + t * ux, table.per_x, table.cells_x)
-        j = number_along(py + t * uy, table.per_y, table.cells_y)
-        m = number_along(pz + t * uz, table.per_z, table.cells_z)
-        bin = direction_bin(table, ux, uy, uz)
-        t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
-        t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
-        t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
-        going = True
-        while going:
-            face = min(t_x, min(t_y, t_z))
-            going = face < end
-            way = (face if going else end) - t
-            if way > 0.0:  # of a face at a place that rounding has put behind it there is none
-                number = (i * table.cells_y + j) * table.cells_z + m
-                weight = score_part(b, table, number, bin, way, weight, fade, keep)
-                t = face
-            if going:
-                if face == t_x:
-                    i += 1 if ux > 0.0 else -1
-                    t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
-                elif face == t_y:
-                    j += 1 if uy > 0.0 else -1
-                    t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
-                else:
-                    m += 1 if uz > 0.0 else -1
-                    t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
-    return live
+@device
+def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
+    """From face to face of the voxels that a flight comes through from t to end (Amanatides and Woo 1987).
+
+    Each face's distance comes anew from its number: no rounding adds up.  Returns the weight that is left.
+    """
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
+    px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
+    i = number_along(px + t * ux, table.per_x, table.cells_x)
+    j = number_along(py + t * uy, table.per_y, table.cells_y)
+    m = number_along(pz + t * uz, table.per_z, table.cells_z)
+    t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+    t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+    t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    going = True
+    while going:
+        face = min(t_x, min(t_y, t_z))
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:  # there is none to a face that rounding has put behind
+            number = (i * table.cells_y + j) * table.cells_z + m
+            weight = score_part(b, table, number, bin, way, weight, fade, keep)
+            t = face
+        if going:
+            if face == t_x:
+                i += 1 if ux > 0.0 else -1
+                t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+            elif face == t_y:
+                j += 1 if uy > 0.0 else -1
+                t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+            else:
+                m += 1 if uz > 0.0 else -1
+                t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    return weight
 
 
 @device
@@ -286,47 +278,141 @@ def half_chord(radius, q):
     return math.sqrt(d if d > 0.0 else 0.0)
 
 
-@lane_pass(VOLUME)
-def walk_through_shells(b, table, first, live):
-    """Inwards from sphere to sphere as far as the ray meets them, then outwards."""
-    n, count = 0, table.cells_x
+@device
+def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
+    """Inwards from sphere to sphere as far as the ray meets them, then outwards.  Returns the weight that is left."""
+    count = table.cells_x
     radii = view(table.radii, count + 1, np.float64)
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ox, oy, oz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    t, end = start + h, last + h  # from the place nearest the centre
+    shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
+    going = True
+    while going:
+        inwards = (t < 0.0) & (shell >= 0)
+        if inwards:
+            inwards = radii[shell] > q
+        if inwards:
+            face = -half_chord(radii[shell], q)
+        else:
+            face = half_chord(radii[shell + 1], q) if shell + 1 < count else math.inf
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:
+            if shell >= 0:
+                weight = score_part(b, table, shell, bin, way, weight, fade, keep)
+            elif table.kept != 0:
+                weight *= exp_negative(-fade * way)
+            t = face
+        if going:
+            shell += -1 if inwards else 1
+    return weight
+
+
+@device
+def walk(b, table, k, bin, t, end, weight, fade, keep):
+    """Through the cells of a volume, from the distance t on a flight to `end`; returns the weight that is left."""
+    if table.radii != 0:
+        return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
+    return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
+
+
+@lane_pass(VOLUME)
+def walk_through_cells(b, table, first, live):
+    """Count in each cell the way through it."""
+    n = 0
     for k in range(first, live):  # no branch, so nothing to mispredict
         b.listed[n] = k
         n += 1 if b.within[k] > 0.0 else 0
     for item in range(n):
         k = b.listed[item]
-        ux, uy, uz, weight, fade, keep = b.ux[k], b.uy[k], b.uz[k], b.weight[k], 0.0, 0.0
+        weight, fade, keep = b.weight[k], 0.0, 0.0
         if table.kept != 0:
             fade, keep = b.fade[k], b.keep[k]
             weight *= exp_negative(-fade * b.lead[k])
-        ox, oy, oz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
-        h = ox * ux + oy * uy + oz * uz
-        qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
-        q = math.sqrt(qx * qx + qy * qy + qz * qz)
-        t = b.start[k] + h + b.lead[k]  # from the place nearest the centre
-        end = t + b.within[k]
-        shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
-        bin = direction_bin(table, ux, uy, uz)
+        bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+        t = b.start[k] + b.lead[k]
+        walk(b, table, k, bin, t, t + b.within[k], weight, fade, keep)
+    return live
+
+
+@lane_pass(VOLUME_IN_GRID)
+def walk_through_grid(b, table, first, live):
+    """The same for what flies in a grid that absorbs, voxel by voxel of the grid; the passes behind pass these lanes over."""
+    n, grid, volume = 0, table.grid, table.volume
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if (b.within[k] > 0.0) & (b.medium[k] == grid.medium) else 0
+    absorption = view(grid.absorption, grid.absorption_count, np.float64)
+    for item in range(n):
+        k = b.listed[item]
+        weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.lead[k]
+        end = entry + b.within[k]
+        b.within[k] = 0.0
+        bin = direction_bin(volume, b.ux[k], b.uy[k], b.uz[k])
+        vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
+        px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
+        pz = (b.z[k] - grid.cz) * grid.per_z
+        i, step_x, face_x, ix = axis_of(px, vx, t, 1.0, grid.nx, float64(grid.nx))
+        j, step_y, face_y, iy = axis_of(py, vy, t, 1.0, grid.ny, float64(grid.ny))
+        m, step_z, face_z, iz = axis_of(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
+        t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
         going = True
         while going:
-            inwards = (t < 0.0) & (shell >= 0)
-            if inwards:
-                inwards = radii[shell] > q
-            if inwards:
-                face = -half_chord(radii[shell], q)
+            leaves = min(t_x, min(t_y, t_z))
+            last = leaves if leaves < end else end
+            here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
+            keep = absorption[here] * grid.size
+            fade = keep if table.fades != 0 else 0.0
+            before = (entry if entry < last else last) - t
+            if before > 0.0:
+                weight *= exp_negative(-fade * before)
+                t += before
+            if last > t:
+                weight = walk(b, volume, k, bin, t, last, weight, fade, keep)
+                t = last
+            going = leaves < end
+            if leaves == t_x:
+                i, face_x = i + step_x, face_x + step_x
+                t_x = (face_x - px) * ix
+            elif leaves == t_y:
+                j, face_y = j + step_y, face_y + step_y
+                t_y = (face_y - py) * iy
             else:
-                face = half_chord(radii[shell + 1], q) if shell + 1 < count else math.inf
-            going = face < end
-            way = (face if going else end) - t
-            if way > 0.0:
-                if shell >= 0:
-                    weight = score_part(b, table, shell, bin, way, weight, fade, keep)
-                elif table.kept != 0:
-                    weight *= exp_negative(-fade * way)
-                t = face
-            if going:
-                shell += -1 if inwards else 1
+                m, face_z = m + step_z, face_z + step_z
+                t_z = (face_z - pz) * iz
+            going &= (i >= 0) & (j >= 0) & (m >= 0) & (i < grid.nx) & (j < grid.ny) & (m < grid.nz)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def know_collisions(b, table, first, live):
+    """The mean free path where it collides, and by what is absorbed there."""
+    for k in range(first, live):
+        b.within[k] = b.mfp[k]
+        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+    return live
+
+
+@lane_pass(GRID)
+def know_collisions_in_grid(b, table, first, live):
+    """The same in a grid: in the voxel where it collides."""
+    absorption = view(table.absorption, table.absorption_count, np.float64)
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.collides[k] != 0) & (b.medium[k] == table.medium):
+            i = number_along(b.x[k] - table.cx, table.per_x, table.nx)
+            j = number_along(b.y[k] - table.cy, table.per_y, table.ny)
+            m = number_along(b.z[k] - table.cz, table.per_z, table.nz)
+            keep = absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
+            sigma = (
+                keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+            )
+            b.within[k] = 1.0 / (sigma * table.size) if sigma > 0.0 else 0.0
+            b.keep[k] = keep * table.size
     return live
 
 
@@ -344,9 +430,8 @@ def score_collisions_in_box(b, table, first, live):
         j = number_along(b.y[k] - table.cy + hy, table.per_y, table.cells_y)
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
         bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
-        keep = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
         number = (i * table.cells_y + j) * table.cells_z + m
-        score_in_cell(b, table, number, bin, b.weight[k] * b.mfp[k], keep)
+        score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k])
     return live
 
 
@@ -364,6 +449,5 @@ def score_collisions_in_ball(b, table, first, live):
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
             bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
-            keep = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
-            score_in_cell(b, table, shell, bin, b.weight[k] * b.mfp[k], keep)
+            score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k])
     return live

@@ -2,6 +2,7 @@
 
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.results.estimates import Estimate
+from transport.volumes import VolumeDetector
 
 
 def report_of(result) -> str:
@@ -23,6 +24,8 @@ def _title(detector, reading) -> str:
             return f"phase space {name!r}"
         case Snapshot(name=name):
             return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
+        case VolumeDetector(name=name):
+            return f"volume detector {name!r}"
     return f"detector {detector.name!r}, {detector.side}"
 
 

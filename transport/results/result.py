@@ -12,10 +12,12 @@ from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.results.batches import Batch
 from transport.results.estimates import Batches, Estimate
-from transport.results.phase_readings import PHASE_QUANTITIES, PhaseReading, SnapshotReading
+from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.readings import QUANTITIES, Reading
+from transport.results.volume_readings import VolumeReading
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
+from transport.volumes import VolumeDetector
 
 FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
 
@@ -80,6 +82,8 @@ class Result:
             return PhaseReading(self, detector)
         if isinstance(detector, Snapshot):
             return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
+        if isinstance(detector, VolumeDetector):
+            return VolumeReading(self, detector)
         return Reading(self, detector)
 
     def __contains__(self, name: object) -> bool:
@@ -92,7 +96,7 @@ class Result:
     def quantity(self, name: str):
         """The Estimate or EstimateArray called "detector.quantity"."""
         detector, _, quantity = name.partition(".")
-        known = PHASE_QUANTITIES if isinstance(self[detector], PhaseReading) else QUANTITIES
+        known = self[detector].known
         if quantity not in known:
             raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
         return getattr(self[detector], quantity)

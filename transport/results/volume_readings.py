@@ -71,7 +71,9 @@ class VolumeReading(Quantified):
         """Mean over each cell and each bin of direction of flight, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
         directions = self.detector.directions
         if directions is None:
-            self._refuse("radiance", "directions=..., got None", "write directions=Directions.sphere(mu=8, phi=16)")
+            self._refuse(
+                "radiance", "directions=..., got None", "write directions=Directions.sphere(mu=8, phi=16)"
+            )
         axes, angles = directions.edges(), directions.solid_angles()
         values, counts = (
             rows[..., 1:].reshape(*rows.shape[:-1], *angles.shape) for rows in (self._sums, self._counts)

@@ -105,6 +105,22 @@ def disk_irradiance(radiance: float, radius: float, distance: float, tau: float,
     return 2 * math.pi * radiance * float(whole + rim) * (small / meter) ** 2
 
 
+def disk_radiance(
+    theta: float, radiance: float, radius: float, distance: float, tau: float, meter: float
+) -> np.ndarray:
+    """Radiance that arrives from a Lambert disk at the angles theta [rad] through fog, the mean over a coaxial meter.
+
+    L exp(-tau/cosθ) as long as the disk is met from all of the meter, then falling as the two overlap, seen along
+    the ray, to 0 [W m^-2 sr^-1].  meter: its radius, above 0 [m].  Vectorised over theta from 0 to below pi/2.
+    """
+    theta = np.asarray(theta, dtype=float)
+    shift, (small, large) = distance * np.tan(theta), sorted((radius, meter))
+    partly = (shift > large - small) & (shift < large + small)
+    rim = _overlap(large, small, np.where(partly, shift, large))
+    area = np.where(partly, rim, np.where(shift < large, math.pi * small**2, 0.0))
+    return radiance * np.exp(-tau / np.cos(theta)) * area / (math.pi * meter**2)
+
+
 def _overlap(large: float, small: float, shift: np.ndarray) -> np.ndarray:
     """Area that two disks share whose middles are that far apart: two segments over the common chord."""
     sides = (shift + large + small, small + shift - large, shift - small + large, large + small - shift)

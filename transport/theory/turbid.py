@@ -17,7 +17,7 @@ J/μ, A (of even l) and B (of odd l) being symmetric and positive.  With A = C C
 Σ Vᵀ, Vᵀ Cᵀ J = p + m and Uᵀ Dᵀ K = p - m part into p' = -Σ p + q e^(-z/μ₀), m' = Σ m + r e^(-z/μ₀): what decays
 downwards and upwards.  Singular values, unlike the eigenvalues of B A/μ², keep the digits of the slowest mode.
 
-Against 128 nodes, 96 are within 1e-10 for g = 0.9 and 1e-8 for 0.95.  A slab's unscattered light goes to and fro:
+Against 128 nodes, 96 are within 1e-10 for g = 0.9 and 1e-8 for 0.95; doubling (ordinates.py) agrees to 1e-13.  A slab's unscattered light goes to and fro:
 what starts at the bottom does as what starts at the top, mirrored.
 """
 

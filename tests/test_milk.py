@@ -1,0 +1,126 @@
+"""Milk: reflectance and fluence with depth meet discrete ordinates; other laws are rejected.
+
+Each statistical judgement fails right code in one of 10^5 seeds; the seed is 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import transport as tp
+from sims import milk
+from sims.milk import DIFFUSE, FIRST, LOWER, SPECULAR
+from tests.agreement import assert_agrees
+from transport.experiment import run_experiment
+from transport.theory.turbid_diffusion import Diffusion
+
+FALSE_ALARM = 1e-5
+MILD = {"scattering": 1e3}
+
+
+def run(particles, **parameters):
+    return tp.simulate(milk.scene(**parameters), particles=particles, seed=1, threads=1)
+
+
+@pytest.fixture(scope="module")
+def mild():
+    return run(1_000_000, **MILD)
+
+
+def assert_rejected(estimate, wrong):
+    with pytest.raises(AssertionError):
+        assert_agrees(estimate, wrong, FALSE_ALARM)
+
+
+@pytest.mark.parametrize(
+    ("particles", "parameters"),
+    [
+        (30_000, {}),  # tissue: a thousand scatterings to an absorption
+        (300_000, {"scattering": 1e4}),
+        (300_000, {"scattering": 300.0, "index": 1.0, "g": 0.8}),
+        (300_000, {"scattering": 900.0, "index": 1.5, "g": 0.0}),
+        (300_000, {"scattering": 200.0, "g": -0.5}),
+        (300_000, {"scattering": 1e9, "absorption": 1e8}),  # layers of nanometres
+        (300_000, {"scattering": 1e-15, "absorption": 1e-15}),  # of light years
+    ],
+)
+def test_rows_are_met(particles, parameters):
+    result = run(particles, **parameters)
+    rows, exact = milk.measure(result), milk.exact(**parameters)
+    assert rows.keys() == exact.keys()
+    for name, estimate in rows.items():
+        if exact[name] == 0:
+            assert estimate.value == 0
+        else:
+            assert_agrees(estimate, exact[name], FALSE_ALARM)
+    assert result.ledger["lost"].value == 0
+
+
+def test_every_layer_is_met_and_diffusion_rejected(mild):
+    for name in milk.CELLS:
+        depths, layers = milk.depths(name, **MILD), milk.fluence(mild, name)
+        assert_agrees(layers, milk.solution(**MILD).mean_fluence(depths), FALSE_ALARM)
+        middles = (depths[1:] + depths[:-1]) / 2
+        assert_rejected(layers, Diffusion(10 / 11, 0.9, 1.37).fluence(middles))
+        assert_rejected(layers, milk.solution(**MILD).mean_fluence(depths)[::-1])
+
+
+def test_directions_are_met_and_a_lambertian_surface_rejected(mild):
+    edges = np.linspace(0, 1, milk.ANGLES + 1)
+    leaving = mild["diffuse"].intensity_out * (2 * math.pi / milk.ANGLES)
+    assert_agrees(leaving, milk.solution(**MILD).leaving(edges), FALSE_ALARM)
+    assert_rejected(leaving, milk.solution(**MILD).reflectance * np.diff(edges**2))
+
+
+def test_other_reflectances_are_rejected(mild):
+    """Planted: the specular share counted in, no boundary, isotropic scattering of σ_s, diffusion."""
+    diffuse, half_space = milk.measure(mild)[DIFFUSE], milk.solution(**MILD)
+    assert_agrees(diffuse, half_space.reflectance, FALSE_ALARM)
+    for wrong in (
+        half_space.reflectance + half_space.specular,
+        milk.solution(**MILD, index=1.0).reflectance * (1 - half_space.specular),
+        milk.solution(**MILD, g=0.0).reflectance,
+        Diffusion(10 / 11, 0.9, 1.37).reflectance,
+    ):
+        assert_rejected(diffuse, wrong)
+
+
+def test_a_slightly_other_milk_is_rejected(mild):
+    """Planted: g of 0.89, 5 % more absorption, an index of 1.40."""
+    rows = milk.measure(mild)
+    for change in ({"g": 0.89}, {"absorption": 105.0}):
+        assert_rejected(rows[DIFFUSE], milk.exact(**MILD | change)[DIFFUSE])
+        assert_rejected(rows[LOWER], milk.exact(**MILD | change)[LOWER])
+    assert_rejected(rows[FIRST], milk.exact(**MILD | {"index": 1.40})[FIRST])
+    assert_rejected(rows[SPECULAR], milk.exact(**MILD | {"index": 1.40})[SPECULAR])
+
+
+def test_all_light_is_accounted_for(mild):
+    rows, ledger = milk.measure(mild), mild.ledger
+    out = rows[SPECULAR] + rows[DIFFUSE]
+    assert out.value == pytest.approx(ledger["escaped"].value / milk.POWER, rel=1e-12)
+    taken = ledger["absorbed"].value + ledger["roulette"].value + ledger["lost"].value
+    assert out.value + taken / milk.POWER == pytest.approx(1, rel=1e-12)
+
+
+def test_light_beside_a_narrow_box_is_missed(monkeypatch):
+    """Planted: boxes four lengths of decay wide."""
+    monkeypatch.setattr(milk, "WIDTH", 4.0)
+    assert_rejected(milk.measure(run(300_000, **MILD))[LOWER], milk.exact(**MILD)[LOWER])
+
+
+def test_what_has_no_exact_value_is_refused():
+    for wrong in ({"scattering": 0.0}, {"absorption": 0.0}, {"scattering": 1e9}, {"g": 0.96}, {"index": 0.9}):
+        with pytest.raises(tp.SceneError, match="others have no exact value here"):
+            milk.scene(**wrong)
+
+
+def test_the_verdict_and_the_figures(tmp_path):
+    outcomes = run_experiment(milk, MILD, particles=5_000, seed=1, threads=1)
+    assert milk.verdict(outcomes).endswith("standard errors off.")
+    paths = milk.draw(outcomes, tmp_path / "milk.png")
+    assert [path.stem for path in paths] == ["milk", "milk_angles"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
