@@ -40,6 +40,7 @@ SHOWS = ("furnace", "ball", "slab")
 ROOM, CELLS, SIDE = 1.2, 3, 0.3  # m; cells of the room along each axis; m, of a block of fog
 BINS = 10  # of the cosine, alone
 SHELLS = 8
+BRIGHTEST = 1 - 1e-9  # L/L₀: what is nearer to a black body is drawn there
 FOGS, BODIES = ("thin", "thick", "ball", "voxels"), ("thin", "thick", "ball", "voxels", "glass")
 KINDS = {
     "the walls": ("walls",),
@@ -283,7 +284,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def _words(outcome: Outcome) -> str:
     show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
-    return f"a ball, σ_a R = {depth:g}" if show == "ball" else f"a slab, τ = {depth:g}"
+    return f"a {show} of optical {'radius' if show == 'ball' else 'thickness'} {depth:g}"
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
@@ -302,18 +303,22 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
         paths.append(path)
         glowing_rays(found, paths[-1], dark=theory.ray_share, title=title, note=note)
     if lit:
-        table = {row.name: (row.estimate, row.exact) for row in lit[0].rows if row.name != ESCAPED}
+        table = {
+            row.name: (row.estimate, row.exact)
+            for row in lit[0].rows
+            if row.name not in (ESCAPED, CHI_SQUARE)
+        }
         paths.append(path.with_stem(f"{path.stem}_furnace") if paths else path)
         comparison(table, paths[-1], title="Fog in a furnace: the same everywhere", note=provenance(lit))
     return paths
 
 
 def _rays(outcome: Outcome) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:
-    """Optical lengths of rays at the middles of bins, L/L₀ and its exact means."""
+    """Optical lengths of the mean rays of bins, L/L₀ and its exact means."""
     show, depth = show_of(outcome.result), outcome.result.scene.surfaces[0].inside.absorption
-    middles = (np.arange(BINS) + 0.5) / BINS
-    lengths = 2 * depth * middles if show == "ball" else depth / middles
-    return lengths, list(leaving_share(outcome.result)), expected_leaving(show, depth)
+    expected = expected_leaving(show, depth)
+    lengths = theory.mean_beam_length(np.minimum(expected, BRIGHTEST), 1.0)
+    return lengths, list(leaving_share(outcome.result)), expected
 
 
 def _furnace_rays(result: tp.Result) -> tuple[np.ndarray, list[tp.Estimate], np.ndarray]:

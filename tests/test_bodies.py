@@ -17,6 +17,7 @@ from transport.bodies import (
     media_of,
     sides_of,
 )
+from transport.regions import held_by, skin_of
 from transport.shapes import Shape
 
 T, M, V = tp.Transparent(), tp.Medium, tp.Vacuum()
@@ -129,6 +130,28 @@ def test_what_is_named_outside_and_surrounds_a_body_is_no_body():
     assert [body.medium for body in bodies_of(scene)] == [M(1)] and scene.medium_at((0, 0, 9)) == M(0.1, 2)
 
 
+def test_what_a_plane_has_in_front_is_no_body_where_it_surrounds_all():
+    scene = tp.Scene(LAMP, tp.Surface(tp.Plane(), T, back=M(1), front=V))
+    assert [body.medium for body in bodies_of(scene)] == [M(1)] and sides_of(scene) == [((), (0,))]
+
+
+@pytest.mark.parametrize("kind", ["mesh", "can", "lens", "shell"])
+def test_places_under_the_skin_of_a_body_are_within_it(kind):
+    """By how far each is looked at: those beside the skin, 1e-6 further out, are not."""
+    surfaces = {
+        "mesh": [filled(tp.Mesh.sphere(radius=1), M(1))],
+        "can": can(M(1)),
+        "lens": lens(M(1), T),
+        "shell": can(M(1)) + [tp.Surface(surface.shape, T, outside=M(1)) for surface in can(V, radius=0.5)],
+    }[kind]
+    scene = tp.Scene(AFAR, surfaces)
+    [body] = bodies_of(scene)
+    places = skin_of(scene, body)
+    assert len(places) >= 60 and held_by(scene, body, places).all()
+    middle = np.array([0, 0, 0.95 if kind == "lens" else 0])
+    assert not held_by(scene, body, middle + (places - middle) * (1 + 1e-6))[: len(places) // 2].any()
+
+
 def test_sides_of_surfaces_say_which_bodies_they_bound():
     scene = tp.Scene(LAMP, [tp.Surface(tp.Plane(), T, back=M(1), front=M(2)), filled(corner(1), V)])
     assert bodies_of(scene)[0].medium == V  # it lies in front of the plane
@@ -190,6 +213,11 @@ def test_a_position_is_three_numbers():
 
 # ---- what is built ----
 
+
+def pair(one, other):
+    return lambda: tp.Scene(AFAR, [filled(one, M(1), name="one"), filled(other, M(2))])
+
+
 BUILT = {
     "slab": lambda: tp.Scene(LAMP, filled(tp.Slab(thickness=2.0), M(1, 2))),
     "half space of glass": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, index=1.5), tp.Dielectric(1.5))),
@@ -204,6 +232,20 @@ BUILT = {
             *(tp.Surface(tp.Plane(center=(0, 0, z)), tp.Dielectric(*pair)) for z, pair in ((-0.5, (1, 1.3)), (0.5, (1.3, 1.5)), (1.5, (1.5, 1)))),
         ],
     ),
+    "balls side by side": pair(tp.Sphere(radius=1), tp.Sphere(center=(2, 0, 0), radius=1)),
+    "panes that all but touch": lambda: tp.Scene(
+        AFAR, [filled(tp.Slab(center=(0, 0, z), thickness=1), M(index=1.5), tp.Dielectric(1.5)) for z in (0, 1 + 1e-12)]
+    ),
+    "mesh of water and a ball of glass": lambda: tp.Scene(
+        AFAR,
+        [
+            filled(tp.Mesh.sphere(radius=1), M(index=1.3), tp.Dielectric(1.3)),
+            filled(tp.Sphere(center=(3, 0, 0), radius=1), M(index=1.5), tp.Dielectric(1.5)),
+        ],
+    ),
+    "water in black walls": lambda: tp.Scene(LAMP, filled(corner(3), M(index=1.33), tp.Black())),
+    "haze all round": lambda: tp.Scene(LAMP, medium=M(0.1, 1)),
+    "haze in white walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Diffuse(1)), medium=M(1)),
     "grid": lambda: tp.Scene(LAMP, filled(GRID.box, GRID)),
     "grid in a ball": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=1), GRID)),
     "grid in walls": lambda: tp.Scene(LAMP, filled(GRID.box, GRID, tp.Diffuse(0.5))),
@@ -254,10 +296,6 @@ def test_stacks_touch_whatever_their_unit_and_place(unit, shift):
 # ---- what is refused ----
 
 CUT = ["overlap in part", "Medium(absorption=1.0)", "Medium(absorption=2.0)", "put one wholly into the other"]
-
-
-def pair(one, other):
-    return lambda: tp.Scene(AFAR, [filled(one, M(1), name="one"), filled(other, M(2))])
 
 
 REFUSED = {

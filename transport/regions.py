@@ -76,11 +76,11 @@ def _by_lines(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
             ahead = np.where(found.distances > 0, found.distances, np.inf)
             first = np.argmin(ahead, axis=1)[:, None]
             distance = np.take_along_axis(ahead, first, axis=1)[:, 0]
-            is_before = (
+            is_in_front = (
                 np.take_along_axis(found.sides, first, axis=1)[:, 0] < 0
-            )  # the side where it comes from: front
+            )  # it comes against the normal
             faces = set(body.faces)
-            inside = np.where(is_before, (number, True) in faces, (number, False) in faces)
+            inside = np.where(is_in_front, (number, True) in faces, (number, False) in faces)
             is_in = np.where(distance < nearest, inside, is_in)
             nearest = np.minimum(nearest, distance)
         votes += np.where(is_in, 1, -1)

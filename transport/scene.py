@@ -150,7 +150,10 @@ class Scene:
                 )
 
     def _meters_its_namesake(self, part: Looking) -> bool:
-        return isinstance(part, Detector | VolumeDetector) and self.shape_of(part) == self.surface(part.name).shape
+        return (
+            isinstance(part, Detector | VolumeDetector)
+            and self.shape_of(part) == self.surface(part.name).shape
+        )
 
     def _check_via(self) -> None:
         names = [part.name for part in (*self.meters, *self.surfaces) if part.name is not None]

@@ -63,7 +63,7 @@ def glowing_rays(
         )
         main.set_ylim(0.7 * dark(fine[:1])[0], 2)
         main.legend(loc="lower right", title="points: simulated, ± 2 standard errors", title_fontsize=15)
-        lower.set(xlabel="optical length of the ray  $\\tau = \\sigma_a s$", ylim=(-reach, reach))
+        lower.set(xlabel="optical length of the (mean) ray  $\\tau = \\sigma_a s$", ylim=(-reach, reach))
         lower.set_ylabel("residual\n[std. errors]")
         figure.align_ylabels()
     return path

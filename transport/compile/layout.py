@@ -173,7 +173,18 @@ VOLUME = np.dtype(
     + [column for axis in ("mu", "turn") for column in _axis(axis)]
 )
 
-VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])  # fades: 1 where weights are lessened on the way
+# fades: 1 where weights are lessened on the way
+VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])
+
+# A point detector: where it is, the first of its POINT_ROWS rows of sums (compile/points.py), its number among their draws.
+POINT = np.dtype(_floats("x y z") + _integers("first number"))
+# What each birth sends there: intensity in all directions alike, and along the normal of a diffuse emitter, over the weight [sr^-1].
+POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("first"))
+# A box of half sides h, or a ball of radius hx, about c that emits uniformly; scale: one over its volume.
+POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
+# A phase function, or part of a mixture that begins with `number`, as a density per steradian.
+POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
+WORD = np.dtype(_integers("source target"))  # of two bundles: a word of the one is moved into a word of the other; -1: 0
 
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")

@@ -5,7 +5,7 @@ was known before: so a mistake does not last.
 """
 
 import numpy as np
-from numba import float64
+from numba import float64, uint64
 
 from transport.compile.layout import (
     BODY,
@@ -41,7 +41,7 @@ def cross_boundary(b, table, first, live):
     """What leaves a surface to one side is in the bodies of that side.  Bodies that share a face are each told by its own."""
     rows, layer = view(table.rows, table.count, LAYER), table.layer
     for k in range(first, live):
-        row = rows[b.hit[k] >> SHEET_SHIFT]
+        row = rows[uint64(b.hit[k] >> SHEET_SHIFT)]
         front, back = row.front, row.back
         covered = ((b.hit[k] >> layer) & 1) != 0
         side = front if b.mu[k] > 0.0 else back
@@ -102,6 +102,6 @@ def know_bodies(b, table, first, live):
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
         medium = innermost(b.inside[k])
-        row = rows[medium]
+        row = rows[uint64(medium)]
         b.medium[k], b.mfp[k], b.sigma_a[k], b.survival[k] = medium, row.mfp, row.sigma_a, row.survival
     return live

@@ -35,6 +35,9 @@ HEADER = (
     "first",  # the first of the lanes that met a surface (lanes.part); 0 where all do
     "colliding",  # lanes that fly on in a medium, of those that flew last
     "scored",  # what volume detectors have added up: a bound of their sums (driver.MOST_SCORED)
+    "shadow",  # address of the bundle of shadow rays, where there are point detectors ...
+    "cast",  # ... how many of them lanes cast in the last pass ...
+    "taken",  # ... and how many of these are under way
     "stop",  # set by another thread: end before the batch is complete
 )
 HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one
@@ -108,7 +111,7 @@ SCRATCH = (
     ("high", "i8"),  # the weight to score in units of 2^-32 ...
     ("low", "i8"),  # ... the rest in units of 2^-63 ...
     ("slant", "i8"),  # ... and weight/|mu| in units of 2^-22
-    ("reach", "f8"),  # where on the ray a flight ends, for volume detectors: at what is next or when the clock stops
+    ("reach", "f8"),  # where on the ray a flight ends: at what is next, or when the clock stops
     ("lead", "f8"),  # how far it flies before it is in the volume ...
     ("within", "f8"),  # ... and how far in it
     ("fade", "f8"),  # by which absorption lessens its weight on the way [1/scene lengths] ...
@@ -138,6 +141,19 @@ SCRATCH = (
     ("other", "i8"),  # ... and of the other one
     ("scatters", "f8"),  # coefficients of its voxel [m^-1]
     ("absorbs", "f8"),
+    ("sx", "f8"),  # where a shadow ray begins ...
+    ("sy", "f8"),
+    ("sz", "f8"),
+    ("vx", "f8"),  # ... its direction ...
+    ("vy", "f8"),
+    ("vz", "f8"),
+    ("gap", "f8"),  # ... how far it is to the point detector ...
+    ("score", "f8"),  # ... what it brings there if nothing stops it [weight per squared scene length] ...
+    ("bent", "f8"),  # ... the cosine of the angle that it is scattered by ...
+    ("phase", "f8"),  # ... and the density with which it is [sr^-1]
+    ("law", "i8"),  # number of the phase function here
+    ("stands", "i8"),  # the sheet that the ray begins on
+    ("tally", "i8"),  # first row of its point detector
     ("listed", "i8"),  # lanes picked out by a pass
     ("movers", "i8"),
 )

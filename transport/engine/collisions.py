@@ -28,9 +28,9 @@ from transport.engine.sums import limbs
 from transport.physics.directions import sample_isotropic
 from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.scattering import (
+    choose_segment,
     sample_henyey_greenstein,
     sample_rayleigh,
-    choose_segment,
     sample_segment,
     turned_by_angle,
 )

@@ -17,9 +17,10 @@ from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
 from transport.physics.streams import SHARES, random_words, uniform
 
+REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which serves a part of the lanes
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
-MOST_SCORED = 1 << 60  # units of 2^-32 that volume detectors add up in a batch, and 2^28 for each score: the same for theirs
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
+MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
 @dataclass(frozen=True)
@@ -106,20 +107,20 @@ def _fly_on(b, handle, entries, tables, ready, inner, live):
     """Fly and collide, again and again, while the lanes that met a surface wait.
 
     A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
-    serves those that wait.  The flights for the cost are most when a round's are no more than the mean so far (the
-    marginal value theorem of Charnov 1976): then it is time to stop.
+    serves those that wait.  Flights are cheapest when the next round would make fewer than the mean for its cost so far
+    (the marginal value theorem of Charnov 1976): then it is time to stop.
     """
     for p in range(ready):
         call_pass(entries[p], handle, tables[p], 0, live)
-    others = 1.0 * float64(len(entries) - inner) / float64(inner)
-    flights, rounds = 0.0, 0.0
+    others = REST * float64(len(entries) - inner) / float64(inner)
+    flights, rounds = float64(live), 1.0
     while True:
         for p in range(ready, ready + inner):
             call_pass(entries[p], handle, tables[p], 0, live)
-        flights += float64(b.colliding)
-        rounds += 1.0
         if b.colliding * (rounds + others) <= flights or rounds >= MOST_ROUNDS:
             return
+        flights += float64(b.colliding)
+        rounds += 1.0
 
 
 @njit(inline="always")

@@ -56,7 +56,8 @@ def collide_in_grid(b, table, first, live):
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
-    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
+    shrink = 1.0 / float64(table.block)
+    per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
     medium, cx, cy, cz = table.medium, table.cx, table.cy, table.cz
     walking = 0
     for k in range(first, live):
@@ -101,6 +102,16 @@ def collide_in_grid(b, table, first, live):
             if walking > 0:
                 locate(b, table, first, last)
     return live
+
+
+@device
+def axis_of(p, v, start, block, cells, count):
+    """Along one axis, for a ray p + v t in voxels: the cell at `start`, the step to the next one, the face between them, and 1/v."""
+    v, inverse = pace(v)
+    step = 1 if v >= 0.0 else -1
+    cell = int64(cell_at((p + start * v) / block, cells))
+    face = (float64(cell) + (1.0 if v >= 0.0 else 0.0)) * block
+    return cell, step, face if face < count else count, inverse
 
 
 @device
@@ -237,7 +248,7 @@ def close_ranks(b, words, first, last, walking):
 @device
 def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
     """Optical depth along a ray from the distance `start` to `end`: exact, voxel by voxel."""
-    per_x, per_y, per_z = table.per_x * table.block, table.per_y * table.block, table.per_z * table.block
+    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
     px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
     vx, ix = pace(ux * per_x)
     vy, iy = pace(uy * per_y)

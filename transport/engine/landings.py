@@ -2,6 +2,8 @@
 
 import math
 
+from numba import uint64
+
 from transport.compile.layout import (
     CONTACT,
     NO_TABLE,
@@ -31,7 +33,8 @@ def stand_on_sheet(b, table, first, live):
     for k in range(first, live):
         s = b.hit[k] >> SHEET_SHIFT
         b.sheet[k] = s
-        b.nx[k], b.ny[k], b.nz[k] = sheets[s].nx, sheets[s].ny, sheets[s].nz
+        row = sheets[uint64(s)]
+        b.nx[k], b.ny[k], b.nz[k] = row.nx, row.ny, row.nz
     return live
 
 

@@ -4,7 +4,7 @@ Layer l of a sheet holds at most one meter; a lane finds it by (sheet, layer).  
 the last one fastest, behind one row for what falls outside all of them; departures follow all arrivals.
 """
 
-from numba import float64, int64
+from numba import float64, int64, uint64
 
 from transport.compile.layout import (
     LAYER,
@@ -28,7 +28,7 @@ def look_up_meter(b, table, first, live):
     """The meter of this layer on the sheet that was hit."""
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
-        b.look[k] = rows[b.hit[k] >> SHEET_SHIFT].look
+        b.look[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
     return live
 
 
@@ -96,7 +96,7 @@ def score(b, table, first, live):
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
     for j in range(n):
-        k = b.listed[j]
+        k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
     return live
 

@@ -26,6 +26,7 @@ from transport.engine import (
     snapshots,
     speeds,
     surfaces,
+    volume_cells,
     volumes,
 )
 from transport.engine.passes import Pass
@@ -33,7 +34,7 @@ from transport.engine.passes import Pass
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
     aims, birthplaces, births, bodies, clocks, collisions, flats, flights, grids, histories, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, snapshots, speeds, surfaces, volumes,
+    refinements, rims, snapshots, speeds, surfaces, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)

@@ -6,7 +6,17 @@ In media these are done again and again for what collides, before those that met
 import numpy as np
 
 from transport.compile import layout
-from transport.engine import bodies, clocks, collisions, flats, flights, grids, snapshots, surfaces, volumes
+from transport.engine import (
+    bodies,
+    clocks,
+    collisions,
+    flats,
+    flights,
+    grids,
+    snapshots,
+    surfaces,
+    volume_steps,
+)
 from transport.engine.registry import named, rows_of, step
 
 PARALLEL = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
@@ -41,7 +51,7 @@ def rounds_of(plan):
     yield from _members(plan)
     for row in plan.grids:
         yield step(grids.collide_in_grid, row)
-    yield from _tracks(plan)
+    yield from volume_steps.ways(plan)
     if plan.has_clock:
         yield from _clock(plan)
     if plan.attenuates:
@@ -50,7 +60,7 @@ def rounds_of(plan):
     yield from _thinned(plan)
     if plan.scatters:
         yield step(collisions.collide)
-        yield from _collisions(plan)
+        yield from volume_steps.collided(plan)
         if plan.absorbs_by_share:
             yield step(grids.absorb_share)
             yield from _absorbed(plan)
@@ -84,50 +94,12 @@ def _members(plan):
         yield named(("cover_plane", waiting))
 
 
-def _tracks(plan):
-    """Count in volumes how far each flight goes there, before absorption on it and the end of the clock are told."""
-    tracks = [volume for volume in plan.volumes if not volume.counts_collisions]
-    if not tracks:
-        return
-    yield step(volumes.reach_next_in_media if plan.has_media else volumes.reach_next)
-    if plan.has_clock and plan.has_media:
-        yield step(volumes.reach_until_end_in_media, _pace(plan))
-    elif plan.has_clock and plan.has_speeds:
-        yield step(volumes.reach_until_end_by_speed)
-    elif plan.has_clock:
-        yield step(volumes.reach_until_end, layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness))
-    for volume in tracks:
-        yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)
-        for row in volume.grids:
-            yield step(volumes.walk_through_grid, row)
-        if volume.has_cells:
-            yield step(volumes.walk_through_cells, volume.row)
-        else:
-            yield step(volumes.score_way_in_media if volume.absorbs else volumes.score_way, volume.row)
-
-
-def _collisions(plan):
-    """Count in volumes what collides there, before it is absorbed or scattered."""
-    counting = [volume for volume in plan.volumes if volume.counts_collisions]
-    if counting:
-        yield step(volumes.know_collisions)
-        for row in plan.grids:
-            yield step(volumes.know_collisions_in_grid, row)
-    for volume in counting:
-        in_box, in_ball = volumes.score_collisions_in_box, volumes.score_collisions_in_ball
-        yield step(in_box if volume.is_box else in_ball, volume.row)
-
-
-def _pace(plan):
-    """How fast particles are in each medium."""
-    rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
-    return layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
-
-
 def _clock(plan):
     clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
     if plan.has_media:
-        yield step(clocks.time_arrival_in_media, _pace(plan))
+        rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
+        law = layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
+        yield step(clocks.time_arrival_in_media, law)
     else:
         yield step(clocks.time_arrival_by_speed) if plan.has_speeds else step(clocks.time_arrival, clock)
     for row in plan.phase_spaces:

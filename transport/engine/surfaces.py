@@ -1,6 +1,7 @@
 """What an acting surface does: absorb, reflect, play roulette with what is left."""
 
 import numpy as np
+from numba import uint64
 
 from transport.compile.layout import (
     ABSORBED,
@@ -35,7 +36,7 @@ def look_up_surface(b, table, first, live):
     """The albedo of the surface that acts; row 0 lets everything through."""
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
-        b.albedo[k] = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].albedo
+        b.albedo[k] = surfaces[uint64((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK)].albedo
     return live
 
 

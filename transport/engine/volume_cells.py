@@ -1,0 +1,305 @@
+"""Volume detectors with cells: flights are walked through cell by cell, from boundary to boundary; collisions in cells.
+
+The parts of a way add up to the whole: each begins where the last one ended, and a boundary that rounding has put behind
+that place is passed at once.  Every step leaves a cell for the next one on the way, so the walk ends.
+"""
+
+import math
+
+import numpy as np
+from numba import float64, int64
+
+from transport.compile.layout import GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
+from transport.engine.addresses import add_to_row, view
+from transport.engine.grids import axis_of
+from transport.engine.passes import lane_pass
+from transport.engine.refinements import cell
+from transport.engine.sums import limbs
+from transport.engine.volumes import A_SCORE, mean_of_fading
+from transport.physics.device import device
+from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
+
+
+@device
+def direction_bin(table, ux, uy, uz):
+    """Which of a cell's rows a direction counts in: 0 without directions, and outside of their bins."""
+    bin = 0
+    if table.rows > 1:
+        found, turn = cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges), 0
+        if table.turn_cells > 0:
+            e_u = ux * table.eux + uy * table.euy + uz * table.euz
+            e_v = ux * table.evx + uy * table.evy + uz * table.evz
+            angle = azimuth_turn(e_u, e_v) * TWO_PI  # within a turn from the first edge
+            if angle < table.turn_low:
+                angle += TWO_PI
+            elif angle >= table.turn_low + TWO_PI:
+                angle -= TWO_PI
+            turn = cell(angle, table.turn_cells, table.turn_edges)
+        if (found >= 0) & (turn >= 0):
+            bin = 1 + found * table.mu_stride + turn * table.turn_stride
+    return bin
+
+
+@device
+def score_in_cell(b, table, number, bin, track, keep):
+    """Add weight times way, in scene lengths, to a cell's rows."""
+    high, low = limbs(track * table.scale)
+    add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, 1, 0)
+    b.scored += high + A_SCORE
+    if table.kept != 0:
+        high, low = limbs(track * keep)
+        add_to_row(b.tallies + 32 * (table.kept + number), high, low, 1, 0)
+        b.scored += high
+
+
+@device
+def score_part(b, table, number, bin, way, weight, fade, keep):
+    """Score the way through one cell; returns the weight that is left behind it."""
+    if table.kept == 0:
+        score_in_cell(b, table, number, bin, weight * way, 0.0)
+        return weight
+    mean, less = mean_of_fading(fade * way)
+    score_in_cell(b, table, number, bin, weight * way * mean, keep)
+    return weight + weight * less
+
+
+@device
+def number_along(place, per_length, count):
+    """The cell along one axis that holds a place, from the lower face."""
+    number = int64(math.floor(place * per_length))
+    return 0 if number < 0 else (count - 1 if number >= count else number)
+
+
+@device
+def next_face(place, number, u, inverse, width, count):
+    """Where the ray leaves the cells of this number along one axis; never, beyond the last ones."""
+    if u > 0.0:
+        return (width * (number + 1) - place) * inverse if number + 1 < count else math.inf
+    return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
+
+
+@device
+def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
+    """From face to face of the voxels that a flight comes through from t to end (Amanatides and Woo 1987).
+
+    Each face's distance comes anew from its number: no rounding adds up.  Returns the weight that is left.
+    """
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
+    px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
+    i = number_along(px + t * ux, table.per_x, table.cells_x)
+    j = number_along(py + t * uy, table.per_y, table.cells_y)
+    m = number_along(pz + t * uz, table.per_z, table.cells_z)
+    t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+    t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+    t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    going = True
+    while going:
+        face = min(t_x, min(t_y, t_z))
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:  # there is none to a face that rounding has put behind
+            number = (i * table.cells_y + j) * table.cells_z + m
+            weight = score_part(b, table, number, bin, way, weight, fade, keep)
+            t = face
+        if going:
+            if face == t_x:
+                i += 1 if ux > 0.0 else -1
+                t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+            elif face == t_y:
+                j += 1 if uy > 0.0 else -1
+                t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+            else:
+                m += 1 if uz > 0.0 else -1
+                t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    return weight
+
+
+@device
+def shell_at(radius, count, radii):
+    """The shell that holds a place at this distance of the centre; -1 within the first radius, the last one beyond all."""
+    bounds = view(radii, count + 1, np.float64)
+    found = cell(radius, count, radii)
+    return (-1 if radius < bounds[0] else count - 1) if found < 0 else found
+
+
+@device
+def half_chord(radius, q):
+    """Half the chord of a sphere at the distance q of its centre."""
+    d = (radius - q) * (radius + q)
+    return math.sqrt(d if d > 0.0 else 0.0)
+
+
+@device
+def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
+    """Inwards from sphere to sphere as far as the ray meets them, then outwards.  Returns the weight that is left."""
+    count = table.cells_x
+    radii = view(table.radii, count + 1, np.float64)
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ox, oy, oz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    t, end = start + h, last + h  # from the place nearest the centre
+    shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
+    going = True
+    while going:
+        inwards = (t < 0.0) & (shell >= 0)
+        if inwards:
+            inwards = radii[shell] > q
+        if inwards:
+            face = -half_chord(radii[shell], q)
+        else:
+            face = half_chord(radii[shell + 1], q) if shell + 1 < count else math.inf
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:
+            if shell >= 0:
+                weight = score_part(b, table, shell, bin, way, weight, fade, keep)
+            elif table.kept != 0:
+                weight *= exp_negative(-fade * way)
+            t = face
+        if going:
+            shell += -1 if inwards else 1
+    return weight
+
+
+@device
+def walk(b, table, k, bin, t, end, weight, fade, keep):
+    """Through the cells of a volume, from the distance t on a flight to `end`; returns the weight that is left."""
+    if table.radii != 0:
+        return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
+    return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
+
+
+@lane_pass(VOLUME)
+def walk_through_cells(b, table, first, live):
+    """Count in each cell the way through it."""
+    n = 0
+    for k in range(first, live):  # no branch, so nothing to mispredict
+        b.listed[n] = k
+        n += 1 if b.within[k] > 0.0 else 0
+    for item in range(n):
+        k = b.listed[item]
+        weight, fade, keep = b.weight[k], 0.0, 0.0
+        if table.kept != 0:
+            fade, keep = b.fade[k], b.keep[k]
+            weight *= exp_negative(-fade * b.lead[k])
+        bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+        t = b.start[k] + b.lead[k]
+        walk(b, table, k, bin, t, t + b.within[k], weight, fade, keep)
+    return live
+
+
+@lane_pass(VOLUME_IN_GRID)
+def walk_through_grid(b, table, first, live):
+    """The same for what flies in a grid that absorbs, voxel by voxel of the grid; the passes behind pass these lanes over."""
+    n, grid, volume = 0, table.grid, table.volume
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if (b.within[k] > 0.0) & (b.medium[k] == grid.medium) else 0
+    absorption = view(grid.absorption, grid.absorption_count, np.float64)
+    for item in range(n):
+        k = b.listed[item]
+        weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.lead[k]
+        end = entry + b.within[k]
+        b.within[k] = 0.0
+        bin = direction_bin(volume, b.ux[k], b.uy[k], b.uz[k])
+        vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
+        px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
+        pz = (b.z[k] - grid.cz) * grid.per_z
+        i, step_x, face_x, ix = axis_of(px, vx, t, 1.0, grid.nx, float64(grid.nx))
+        j, step_y, face_y, iy = axis_of(py, vy, t, 1.0, grid.ny, float64(grid.ny))
+        m, step_z, face_z, iz = axis_of(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
+        t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
+        going = True
+        while going:
+            leaves = min(t_x, min(t_y, t_z))
+            last = leaves if leaves < end else end
+            here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
+            keep = absorption[here] * grid.size
+            fade = keep if table.fades != 0 else 0.0
+            before = (entry if entry < last else last) - t
+            if before > 0.0:
+                weight *= exp_negative(-fade * before)
+                t += before
+            if last > t:
+                weight = walk(b, volume, k, bin, t, last, weight, fade, keep)
+                t = last
+            going = leaves < end
+            if leaves == t_x:
+                i, face_x = i + step_x, face_x + step_x
+                t_x = (face_x - px) * ix
+            elif leaves == t_y:
+                j, face_y = j + step_y, face_y + step_y
+                t_y = (face_y - py) * iy
+            else:
+                m, face_z = m + step_z, face_z + step_z
+                t_z = (face_z - pz) * iz
+            going &= (i >= 0) & (j >= 0) & (m >= 0) & (i < grid.nx) & (j < grid.ny) & (m < grid.nz)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def know_collisions(b, table, first, live):
+    """The mean free path where it collides, and by what is absorbed there."""
+    for k in range(first, live):
+        b.within[k] = b.mfp[k]
+        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+    return live
+
+
+@lane_pass(GRID)
+def know_collisions_in_grid(b, table, first, live):
+    """The same in a grid: in the voxel where it collides."""
+    absorption = view(table.absorption, table.absorption_count, np.float64)
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.collides[k] != 0) & (b.medium[k] == table.medium):
+            i = number_along(b.x[k] - table.cx, table.per_x, table.nx)
+            j = number_along(b.y[k] - table.cy, table.per_y, table.ny)
+            m = number_along(b.z[k] - table.cz, table.per_z, table.nz)
+            keep = absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
+            sigma = (
+                keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+            )
+            b.within[k] = 1.0 / (sigma * table.size) if sigma > 0.0 else 0.0
+            b.keep[k] = keep * table.size
+    return live
+
+
+@lane_pass(VOLUME)
+def score_collisions_in_box(b, table, first, live):
+    """Weight times mean free path at each collision."""
+    n, hx, hy, hz = 0, table.hx, table.hy, table.hz
+    for k in range(first, live):
+        dx, dy, dz = abs(b.x[k] - table.cx), abs(b.y[k] - table.cy), abs(b.z[k] - table.cz)
+        b.listed[n] = k
+        n += 1 if (b.collides[k] != 0) & (dx <= hx) & (dy <= hy) & (dz <= hz) else 0
+    for item in range(n):
+        k = b.listed[item]
+        i = number_along(b.x[k] - table.cx + hx, table.per_x, table.cells_x)
+        j = number_along(b.y[k] - table.cy + hy, table.per_y, table.cells_y)
+        m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
+        bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+        number = (i * table.cells_y + j) * table.cells_z + m
+        score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k])
+    return live
+
+
+@lane_pass(VOLUME)
+def score_collisions_in_ball(b, table, first, live):
+    """The same in the shells of a ball."""
+    n, radius = 0, table.hx
+    for k in range(first, live):
+        dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        b.listed[n] = k
+        n += 1 if (b.collides[k] != 0) & (dx * dx + dy * dy + dz * dz <= radius * radius) else 0
+    for item in range(n):
+        k = b.listed[item]
+        dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
+        if shell >= 0:
+            bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+            score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k])
+    return live

@@ -1,0 +1,46 @@
+"""The steps of volume detectors, in a flight: ways before absorption on them, collisions before what they do."""
+
+from transport.compile import layout
+from transport.engine import volume_cells, volumes
+from transport.engine.registry import step
+
+
+def ways(plan):
+    """Count how far each flight goes in volumes, before its end at the end of the clock and its lost weight are told."""
+    tracks = [volume for volume in plan.volumes if not volume.counts_collisions]
+    if not tracks:
+        return
+    yield step(volumes.reach_next_in_media if plan.has_media else volumes.reach_next)
+    if plan.has_clock:
+        yield _end_of_clock(plan)
+    for volume in tracks:
+        yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)
+        for row in volume.grids:
+            yield step(volume_cells.walk_through_grid, row)
+        if volume.has_cells:
+            yield step(volume_cells.walk_through_cells, volume.row)
+        else:
+            yield step(volumes.score_way_in_media if volume.absorbs else volumes.score_way, volume.row)
+
+
+def _end_of_clock(plan):
+    if plan.has_media:
+        rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
+        law = layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
+        return step(volumes.reach_until_end_in_media, law)
+    if plan.has_speeds:
+        return step(volumes.reach_until_end_by_speed)
+    return step(volumes.reach_until_end, layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness))
+
+
+def collided(plan):
+    """Count what collides in volumes."""
+    counting = [volume for volume in plan.volumes if volume.counts_collisions]
+    if not counting:
+        return
+    yield step(volume_cells.know_collisions)
+    for row in plan.grids:
+        yield step(volume_cells.know_collisions_in_grid, row)
+    for volume in counting:
+        in_box, in_ball = volume_cells.score_collisions_in_box, volume_cells.score_collisions_in_ball
+        yield step(in_box if volume.is_box else in_ball, volume.row)
