@@ -1,29 +1,24 @@
 """Fog: the exception to the law that radiance is the same all along a ray.
 
-Derivation.  In vacuum radiance is invariant along a ray.  In a medium each length ds of the way takes the share
-σ ds out of the ray, σ the extinction, so that L falls by exp(-τ), τ = ∫ σ ds (Bouguer 1729; Lambert 1760; Beer 1852).  What is left
-never collided.  If all that collides is absorbed, this is all the light; what is scattered instead comes
-from elsewhere, and the light is more than its direct part.  Surfaces "look the same at all distances, ignoring
-atmospheric effects such as fog" (Akenine-Möller, Haines, Hoffman 2008, 7.1): here they are not ignored.
+Derivation.  In vacuum radiance is invariant along a ray; in a medium each length ds takes the share σ ds out of
+it, σ the extinction, so that L falls by exp(-τ), τ = ∫ σ ds (Bouguer 1729; Beer 1852).  What is left never
+collided.  Where all that collides is absorbed this is all the light; what is scattered comes on top.
 
-"disk".  A Lambertian disk and a meter on its axis, with absorbing fog between them that has the depth τ straight
-through.  A ray at the angle θ has τ/cosθ before it, so that a bin of directions holds the mean of L exp(-τ/μ) over
-it, weighted with μ, and the irradiance is 2π L ∫ μ exp(-τ/μ) dμ: not exp(-τ) times that in clear air, which is
-too much, since slanted rays have more fog before them; a disk that fills half the world leaves 2 E3(τ) of it.
-"lamp".  The same with fog that only scatters, mostly forward.  Of the light of a lamp that reaches the meter the
-direct part is that of absorbing fog; the rest is a glow about the lamp, and the irradiance is higher.
-"room".  A ball of fog within a wall that glows evenly.  Conservative fog takes nothing: into each ray it scatters
-as much as out of it, and radiance is L everywhere in every direction, though of what comes from the wall opposite, by
-a chord of 2R μ, only exp(-2Rσ μ) is direct.
-"sun".  Its radiance is 2.3e7 W m⁻² sr⁻¹ at its surface and about 1.4e7 seen from the ground (Scratchapixel, "Introduction to
-light, color and color space"): so the atmosphere has τ = ln(2.3/1.4) = 0.50, if that is with the sun at the zenith; the source
-does not say so, nor which part of the spectrum is meant.  With τ given the law tells the rest: at the zenith angle
-z it is exp(-τ/cos z) in a flat atmosphere.  Read against 1/cos z and drawn on to 0, radiances
-measured on the ground give that beyond the atmosphere (Langley 1903).
+"disk".  A Lambertian disk and a meter on its axis, with absorbing fog of the depth τ between.  A ray at the
+angle θ has τ/cosθ before it: a bin of directions holds the mean of L exp(-τ/μ), weighted with μ, and the
+irradiance is 2π L ∫ μ exp(-τ/μ) dμ.  It is not exp(-τ) times that in clear air, which forgets the slant; of a
+disk that fills half the world 2 E3(τ) is left.
+"lamp".  The same in fog that only scatters, mostly forward.  What comes straight is that of absorbing fog; the
+rest is a glow about the lamp, and the irradiance is higher.
+"room".  A ball of fog within a wall that glows evenly.  Conservative fog takes nothing and scatters into each
+ray what it scatters out of it: radiance is L everywhere; of what comes by a chord 2R μ exp(-2R σ μ) is direct.
+"sun".  Its radiance is 2.3e7 W m⁻² sr⁻¹ at its surface and about 1.4e7 seen from the ground (Scratchapixel, on
+radiometric quantities), so that the atmosphere has τ = ln(2.3/1.4) = 0.50, if that is at the zenith: inferred,
+the source says neither this nor which part of the spectrum is meant.  At the zenith angle z it is exp(-τ/cos z)
+in a flat atmosphere; logarithms read on the ground, drawn on to no air, give that above it (Langley 1903).
 
-Scene.  Fog is what is inside of a Slab or a Box without a wall, or of the whole scene: `place`.  Where light is
-absorbed only, directions are aimed at the meter.  Bins of direction keep off the disk's rim by the meter's
-radius, as in sims/lambert_disk.py.
+Scene.  Fog is in a Slab or a Box without a wall, or all about: `place`.  Where light is absorbed only,
+directions are aimed at the meter.  Bins keep off the disk's rim by the meter's radius (sims/lambert_disk.py).
 """
 
 from __future__ import annotations
@@ -37,7 +32,7 @@ import numpy as np
 import transport as tp
 from sims import constant, provenance, sharp
 from transport.experiment import Outcome
-from transport.theory import attenuation, emitters, sun
+from transport.theory import attenuation, sun
 
 law = (
     "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ, whatever is scattered beside it"
@@ -54,12 +49,11 @@ LAMP_G = 0.8  # mean cosine of the scattering angle
 WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
 SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
 ATMOSPHERE = math.log(SURFACE / GROUND)
-SUN_RADIUS = float(sun.sphere_radius(sun.AREA))  # m
-SUN_ANGLE = math.asin(SUN_RADIUS / tp.au)
+SUN_ANGLE = math.asin(float(sun.sphere_radius(sun.AREA)) / tp.au)
 AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
 READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "all")
 IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
-IN_LAMP, POWER, SUN = "radiance of the lamp, direct", "power on 1 m^2", "radiance of the sun"
+IN_LAMP, SUN = "radiance of the lamp, direct", "radiance of the sun"
 
 
 def cases() -> list[dict[str, object]]:
@@ -76,10 +70,11 @@ def cases() -> list[dict[str, object]]:
 def scene(
     reading: str = "disk", tau: float = 1.0, place: str = "slab", zenith_angle: float = 0.0
 ) -> tp.Scene:
-    """One of four scenes: a "disk" in absorbing fog, a "lamp" in scattering fog, a "room" full of it, the "sun".
+    """One of four scenes: a "disk" in absorbing fog, a "lamp" in scattering fog, a "room" full of it, the
+    "sun".
 
-    tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith.
-    place: of the fog before the disk: in a "slab" or a "box" between, or "all" about.  zenith_angle: of the sun [rad].
+    tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith. place:
+    of the fog before the disk: in a "slab" or a "box" between, or "all" about.  zenith_angle: of the sun [rad].
     """
     for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
         if value not in known:
@@ -91,8 +86,7 @@ def scene(
 
 def _disk(reading: str, tau: float, place: str) -> tp.Scene:
     """Source and meter face each other; in a slab or a box the fog fills the middle half of the way."""
-    is_lamp = reading == "lamp"
-    radius, distance, size = LAMP if is_lamp else DISK
+    is_lamp, (radius, distance, size) = reading == "lamp", LAMP if reading == "lamp" else DISK
     meter = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=size)
     middle, depth = (0, 0, distance / 2), distance if place == "all" else distance / 2
     fog = tp.Medium(absorption=tau / depth)
@@ -144,7 +138,7 @@ def _sun(tau: float, zenith_angle: float) -> tp.Scene:
     up = (math.cos(zenith_angle), 0, math.sin(zenith_angle))
     air = tp.Slab(center=[(AIR[0] + AIR[1] / 2) * x for x in up], normal=up, thickness=AIR[1])
     meter = tp.Rectangle(normal=(1, 0, 0), width=1, height=1)
-    ball = tp.Sphere(center=(tp.au, 0, 0), radius=SUN_RADIUS)
+    ball = tp.Sphere(center=(tp.au, 0, 0), radius=tp.au * math.sin(SUN_ANGLE))
     return tp.Scene(
         tp.Source(ball, tp.Lambertian(radiance=SURFACE), aim=meter),
         tp.Surface(air, tp.Transparent(), name="air", inside=tp.Medium(absorption=tau / AIR[1])),
@@ -162,7 +156,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return {DIRECT: result["direct"].irradiance, IN_LAMP: result["direct"].radiance[0]}
     meter = result["meter"]
     if "air" in [surface.name for surface in result.scene.surfaces]:
-        return {SUN: meter.radiance[0], POWER: meter.flux_in}
+        return {SUN: meter.radiance[0]}
     seen, cosines = meter.radiance, np.cos(_edges("disk"))
     rows = {_bin("radiance", cosines, i): seen[i] for i in range(BINS)}
     return rows | {IRRADIANCE: meter.irradiance, "radiance beside the disk": seen[BINS + 1]}
@@ -178,9 +172,7 @@ def exact(
         irradiance = math.pi * RADIANCE
         return rows | {IRRADIANCE: irradiance, DIRECT: irradiance * attenuation.ball_transmittance(tau)}
     if reading == "sun":
-        left = attenuation.cone_transmittance(tau, zenith_angle, SUN_ANGLE)
-        clear = emitters.sphere_irradiance(SURFACE, SUN_RADIUS, tp.au)
-        return {SUN: SURFACE * left, POWER: float(clear * left)}
+        return {SUN: SURFACE * attenuation.cone_transmittance(tau, zenith_angle, SUN_ANGLE)}
     radius, distance, size = LAMP if reading == "lamp" else DISK
     cosines = np.cos(_edges(reading))
     left = attenuation.mean_slant_transmittance(tau, cosines[1:-2], cosines[:-3]) * RADIANCE
@@ -197,28 +189,22 @@ def _bin(quantity: str, cosines: np.ndarray, index: int) -> str:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    said = []
     found = {reading: [o for o in outcomes if _given(o, "reading") == reading] for reading in READINGS}
+    said = []
     if disks := found["disk"]:
-        rows = [row for o in disks for row in o.rows if row.exact != 0]
-        worst = max((abs(row.z) for row in rows if math.isfinite(row.z)), default=0.0)
+        scores = [abs(row.z) for o in disks for row in o.rows if row.exact != 0]
+        worst = f"{len(scores)} readings at most {max(scores):.1f} standard errors off"
+        said.append(f"radiance is L exp(-τ/cosθ), {worst}")
+        tau, irradiance = max((_given(o, "tau"), o[IRRADIANCE].estimate.value) for o in disks)
         said.append(
-            f"through fog radiance is L exp(-τ/cosθ), the furthest of {len(rows)} readings {worst:.1f} standard errors off"
+            f"exp(-τ) of the clear air's irradiance would be {guessed(tau) / irradiance:.3g} times too much at τ = {tau:.3g}"
         )
-        tau, guess = max(
-            (_given(o, "tau"), guessed(_given(o, "tau")) / o[IRRADIANCE].estimate.value) for o in disks
-        )
-        said.append(
-            f"exp(-τ) times the irradiance in clear air would be {guess:.3g} times too much at τ = {tau:.3g}"
-        )
-    for outcome in found["lamp"]:
-        direct, total = outcome[DIRECT].estimate, outcome.result["view"].irradiance
-        said.append(f"in scattering fog the lamp's direct light is {direct}, and all of it {total}")
-    for outcome in found["room"]:
-        said.append(
-            f"in a glowing room full of such fog the wall receives {outcome[IRRADIANCE].estimate}, as without it,"
-            f" of which {outcome[DIRECT].estimate} straight"
-        )
+    for o in found["lamp"]:
+        total = o.result["view"].irradiance
+        said.append(f"of a lamp's light in scattering fog {o[DIRECT].estimate} is direct, {total} all of it")
+    for o in found["room"]:
+        told = f"{o[IRRADIANCE].estimate} whatever its fog, of it {o[DIRECT].estimate} straight"
+        said.append(f"the wall of a glowing room receives {told}")
     if suns := found["sun"]:
         seen = ", ".join(f"{o[SUN].estimate} through τ = {_air(o):.2g}" for o in suns)
         said.append(f"the sun's radiance is {seen}")
@@ -228,8 +214,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def guessed(tau: float) -> float:
     """The wrong guess: irradiance in clear air times exp(-tau) [W m^-2]."""
-    radius, distance, size = DISK
-    clear = attenuation.disk_irradiance(RADIANCE, radius, distance, 0.0, size)
+    clear = attenuation.disk_irradiance(RADIANCE, *DISK[:2], 0.0, DISK[2])
     return clear * float(attenuation.transmittance(tau))
 
 
@@ -245,12 +230,12 @@ def _air(outcome: Outcome) -> float:
 
 
 def _label(outcome: Outcome) -> str:
-    words = {"slab": "in a slab", "box": "in a box", "all": "all about"}
-    return f"τ = {_given(outcome, 'tau'):.3g}, {words[_given(outcome, 'place')]}"
+    return f"τ = {_given(outcome, 'tau'):.3g}, fog: {_given(outcome, 'place')}"
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, as far as there are such."""
+    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, as far as
+    there are such."""
     path, paths = Path(path), []
     pictures = {"disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,)}
     pictures["sun"] = (draw_sun,)
@@ -286,22 +271,20 @@ def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
 
 def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np.ndarray:
     """Radiance that comes straight from the disk or the lamp."""
-    radius, distance, size = of
-    return attenuation.disk_radiance(theta, RADIANCE, radius, distance, tau, size)
+    return attenuation.disk_radiance(theta, RADIANCE, *of[:2], tau, of[2])
 
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
-    """Radiance over that in clear air against the optical depth of the way: one exponential for all fogs and directions."""
+    """Radiance over that in clear air against the optical depth of the way: one exponential for all fogs and
+    directions."""
     from viz.catalogue import Entry, catalogue
 
     cosines = np.cos(_edges("disk"))[: BINS + 1]
-    middles = (cosines[1:] + cosines[:-1]) / 2
-    entries = {}
+    middles, entries = (cosines[1:] + cosines[:-1]) / 2, {}
     for outcome in outcomes:
         level = constant(outcome.result, RADIANCE, "W m^-2 sr^-1")
-        rows = [row for row in outcome.rows if row.name.startswith("radiance, cosθ")]
-        shares = [row.estimate / level for row in rows]
-        expected = [row.exact / RADIANCE for row in rows]
+        rows = outcome.rows[:BINS]
+        shares, expected = [r.estimate / level for r in rows], [r.exact / RADIANCE for r in rows]
         depths = _given(outcome, "tau") / middles
         entries[_label(outcome)] = Entry(depths, shares, lambda way: math.exp(-way), expected)
     catalogue(

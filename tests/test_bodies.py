@@ -266,6 +266,7 @@ BUILT = {
     "one fog in two balls": lambda: tp.Scene(LAMP, [filled(tp.Sphere(center=(x, 0, 0), radius=1), M(1)) for x in (0, 1)]),
     "sheet inside fog": lambda: tp.Scene(LAMP, tp.Surface(tp.Rectangle(width=1, height=1), tp.Mirror(0.5, 0.5)), medium=M(1)),
     "glow": lambda: tp.Scene([], filled(tp.Box(size=5), M(1, emission=2), tp.Black())),
+    "glow in dull glass": lambda: tp.Scene([], filled(tp.Sphere(radius=1), M(1, index=1.5, emission=1), tp.Dielectric(1.5))),
     "glow in fog": lambda: tp.Scene([], [filled(tp.Box(size=5), M(1)), filled(tp.Sphere(radius=1), M(1, emission=2))]),
     "glass with a clock": lambda: tp.Scene(LAMP, filled(tp.Plane(), M(1, 9, index=1.4), tp.Dielectric(1.4)), duration=1e-9),
     "particles": lambda: tp.Scene(tp.Source(tp.Point(), tp.Gas(number=1, speed=1)), filled(corner(1), M(1)), duration=1),
@@ -389,6 +390,17 @@ REFUSED = {
     ),
     "63 slabs": (lambda: tp.Scene(AFAR, stack([1.0] * 63)), ["at most 62 bodies", "got 63", "Grid("]),
     "lamp in clear glass": (lambda: tp.Scene(LAMP, filled(corner(9), M(index=1.5), tp.Dielectric(1.5))), ["total reflection"]),
+    "glow in clear glass": (
+        lambda: tp.Scene([], filled(tp.Sphere(radius=1), M(index=1.5, emission=1), tp.Dielectric(1.5))),
+        ["total reflection", "the medium of surfaces[0]"],
+    ),
+    "glow in white walls": (
+        lambda: tp.Scene([], filled(tp.Box(size=1), M(emission=1), tp.Diffuse(1))), ["nothing absorbs inside surfaces[0]"]
+    ),
+    "lamp that fills its white walls": (
+        lambda: tp.Scene(tp.Source(tp.Box(size=1), tp.Isotropic(power=1)), tp.Surface(tp.Box(size=1), tp.Diffuse(1))),
+        ["nothing absorbs inside surfaces[0]"],
+    ),
     "white walls full of clear fog": (
         lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=3), M(0, 1), tp.Diffuse(1))), ["nothing absorbs inside"]
     ),

@@ -66,10 +66,6 @@ def test_what_has_not_collided_is_not_all(steady, albedo, name):
             assert_rejected(estimate, direct)
 
 
-def test_without_scattering_it_is(steady):
-    assert_agrees(steady[0.0].result["track"].fluence_rate, point_source.shell_means(SHELLS), FALSE_ALARM)
-
-
 def test_the_fluence_rate_at_the_middle_of_a_shell_is_not_its_mean(steady):
     track = steady[0.9].result["track"].fluence_rate
     for i in (0, 1, 2):
@@ -93,8 +89,7 @@ def test_what_flows_out_is_what_is_not_absorbed_within(steady):
             row = outcome[point_in_fog._through(radius)]
             assert_agrees(row.estimate, 1 - point_source.absorbed_within(radius, 1.0, albedo), FALSE_ALARM)
             assert_rejected(row.estimate, 1.0)  # as if nothing were absorbed
-            if albedo:
-                assert_rejected(row.estimate, np.exp(-radius))  # only what has not collided
+            assert_rejected(row.estimate, np.exp(-radius))  # only what has not collided
 
 
 def test_what_is_absorbed_within_the_ball_and_what_leaves_it_are_all(steady):
@@ -145,15 +140,16 @@ def test_fog_in_millimetres_is_a_million_times_as_bright():
     small = run_experiment(point_in_fog, settings, particles=50_000, seed=1)
     assert len(judge(small)) > 40
     large = point_in_fog.exact(albedo=0.5)
-    for name, value in small[1].result["track"].fluence_rate.coords.items():
+    for name, value in small[0].result["track"].fluence_rate.coords.items():
         np.testing.assert_allclose(value, SHELLS * 1e-3, err_msg=name)
-    first = small[1].rows[0]
+    first = small[0].rows[0]
     assert first.exact == pytest.approx(1e6 * large[first.name], rel=1e-12)
 
 
 def test_what_would_not_end_and_unknown_subjects_are_refused():
-    with pytest.raises(tp.SceneError, match="albedo must be from 0 to below 1"):
-        point_in_fog.scene(albedo=1.0)
+    for albedo in (0.0, 1.0):
+        with pytest.raises(tp.SceneError, match="albedo must be above 0 and below 1"):
+            point_in_fog.scene(albedo=albedo)
     with pytest.raises(tp.SceneError, match="subject must be steady or clock, got 'film'"):
         point_in_fog.scene(subject="film")
 

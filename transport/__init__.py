@@ -18,6 +18,7 @@ from transport.materials import (
 )
 from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
@@ -69,7 +70,7 @@ __all__ = [
     "Directions", "Disk", "Effusive", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
     "Grid", "HenyeyGreenstein", "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian",
     "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
-    "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
+    "PointDetector", "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
     "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Transparent",
     "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "cm", "deg",
     "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us",

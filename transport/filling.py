@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.bodies import bodies_of, surrounding_of
+from transport.emissions import Isotropic
 from transport.frontiers import check_sides, title_of
 from transport.materials import Dielectric, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
@@ -22,6 +23,7 @@ from transport.nesting import CLOSE
 from transport.regions import Body, have_common_part, is_in, solid_of
 from transport.shapes import Box, Sphere
 from transport.solids import HalfSpace
+from transport.sources import Source
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
@@ -53,6 +55,18 @@ def glows(scene: Scene) -> bool:
     """Whether a medium in a scene emits."""
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     return any(medium is not None and medium.emission > 0 for medium in media)
+
+
+def glowing_sources(scene: Scene) -> list[tuple[int, Source]]:
+    """Surfaces, by their numbers, whose inside emits, as sources of 1 W that fill them."""
+    return [
+        (number, Source(surface.shape, Isotropic(power=1.0)))
+        for number, surface in enumerate(scene.surfaces)
+        if surface.back is not None
+        and surface.back.emission > 0
+        and isinstance(surface.shape, Box | Sphere)
+        and surface.shape.is_closed
+    ]
 
 
 def _bounds_of(scene: Scene, body: Body) -> str:

@@ -9,10 +9,12 @@ import numpy as np
 
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
+from transport.results.point_readings import POINT_QUANTITIES
 from transport.results.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
 from transport.results.volume_readings import VOLUME_QUANTITIES, VOLUMES_CLOCKED
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
+from transport.points import PointDetector
 from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches
@@ -70,6 +72,7 @@ def _check_quantity(scene: Scene, name: str) -> None:
         )
     known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
     known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
+    known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
     has_moments = getattr(asked, "moments", False)

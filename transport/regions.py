@@ -75,12 +75,9 @@ def _by_lines(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
                 continue
             ahead = np.where(found.distances > 0, found.distances, np.inf)
             first = np.argmin(ahead, axis=1)[:, None]
-            distance = np.take_along_axis(ahead, first, axis=1)[:, 0]
-            is_in_front = (
-                np.take_along_axis(found.sides, first, axis=1)[:, 0] < 0
-            )  # it comes against the normal
+            distance, side = (np.take_along_axis(a, first, axis=1)[:, 0] for a in (ahead, found.sides))
             faces = set(body.faces)
-            inside = np.where(is_in_front, (number, True) in faces, (number, False) in faces)
+            inside = np.where(side < 0, (number, True) in faces, (number, False) in faces)
             is_in = np.where(distance < nearest, inside, is_in)
             nearest = np.minimum(nearest, distance)
         votes += np.where(is_in, 1, -1)

@@ -10,6 +10,7 @@ from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
 from transport.media import Grid, Medium, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector, check_points
 from transport.shapes import Shape
 from transport.soundness import check_scene
 from transport.sources import Source
@@ -25,7 +26,7 @@ from transport.validation import (
 from transport.vectors import Vector
 from transport.volumes import VolumeDetector
 
-Looking = Detector | PhaseSpace | Snapshot | VolumeDetector
+Looking = Detector | PhaseSpace | PointDetector | Snapshot | VolumeDetector
 
 
 @scene_object
@@ -49,7 +50,7 @@ class Scene:
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
         _settle_parts(self, "surfaces", Surface)
-        _settle_parts(self, "detectors", Detector, PhaseSpace, Snapshot, VolumeDetector)
+        _settle_parts(self, "detectors", Detector, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
         if self.duration is not None:
             settle_positive(self, "duration")
         self._check_medium()
@@ -61,6 +62,7 @@ class Scene:
             user.check_shape(self.shape_of(user))
         for user in (*self.sources, *self.detectors):
             user.check_clock(self.duration)
+        check_points(self)
         check_scene(self)
 
     @property
@@ -87,6 +89,11 @@ class Scene:
     def volumes(self) -> tuple[VolumeDetector, ...]:
         """The detectors made as VolumeDetector."""
         return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
+
+    @property
+    def points(self) -> tuple[PointDetector, ...]:
+        """The detectors made as PointDetector."""
+        return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
     @property
     def visited(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.filling import absorbs, check_filling
+from transport.filling import absorbs, check_filling, glowing_sources
 from transport.flush import check_flush
 from transport.materials import (
     Black,
@@ -82,9 +82,10 @@ def check_endless(scene: Scene) -> None:
             _fills_with_absorber(s) and _meet(s.shape, shape) for s in scene.surfaces
         ):
             continue
-        for source in scene.sources:
+        for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
             origin = scene.shape_of(source)
-            is_inside = source.is_back if origin == shape else _starts_inside(shape, source, origin)
+            is_own = origin == shape and source.emission.has_side
+            is_inside = source.is_back if is_own else _starts_inside(shape, source, origin)
             if is_inside:
                 raise SceneError(
                     f"Scene: nothing absorbs inside {_title(scene, surface)} and nothing escapes from it; give it an"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.emissions import Beam
+from transport.filling import glowing_sources
 from transport.materials import Dielectric, Material, Mirror, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.shapes import Box, Shape, Slab, Sphere
@@ -34,11 +35,13 @@ def check_trapped(scene: Scene) -> None:
             continue
         if _acts(scene.medium if surface.back is None else surface.back):
             continue
-        for place, source in enumerate(scene.sources):
+        lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
+        lamps |= {f"the medium of surfaces[{k}]": source for k, source in glowing_sources(scene)}
+        for lamp, source in lamps.items():
             if _is_wide(source) and _traps(surface.shape, sine, source, scene.shape_of(source)):
                 title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
                 raise SceneError(
-                    f"Scene: total reflection keeps light of sources[{place}] in {title} for ever, got a critical angle"
+                    f"Scene: total reflection keeps light of {lamp} in {title} for ever, got a critical angle"
                     f" of {math.degrees(math.asin(sine)):.4g} degrees and nothing that absorbs; let the material absorb"
                     " a little, as Mixture({Dielectric(...): 0.999, Black(): 0.001}), or use aim=... or a Beam"
                 )
@@ -81,7 +84,7 @@ def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
     """
     offset = tuple(p - q for p, q in zip(origin.middle, shape.middle, strict=True))
     is_own = origin == shape
-    if is_own and not source.is_back:
+    if is_own and source.emission.has_side and not source.is_back:
         return False
     match shape:
         case Sphere(radius=radius):

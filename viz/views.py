@@ -1,4 +1,5 @@
-"""The same thing seen several times: round maps of radiance in one scale, and all of them along polar angle below."""
+"""The same thing seen several times: round maps of radiance in one scale, and all of them along polar angle
+below."""
 
 from __future__ import annotations
 
@@ -31,9 +32,9 @@ def views(
 ) -> str | os.PathLike:
     """Draw each radiance as a map of the hemisphere, then all as points with exact lines; returns the path.
 
-    seen: label -> radiance with the axis mu or theta and one bin of azimuth.  exact: label -> the analytic radiance, a
-    function of an array theta [rad].  log: colours and cut over decades.
-    Raises ValueError for no views, for unlike units, and for more than one bin of azimuth.
+    seen: label -> radiance with the axis mu or theta and one bin of azimuth.  exact: label -> the analytic
+    radiance, a function of an array theta [rad].  log: colours and cut over decades. Raises ValueError for no
+    views, for unlike units, and for more than one bin of azimuth.
     """
     views_ = {label: direction_bins(radiance) for label, radiance in seen.items()}
     units = {str(each.unit) for each in views_.values()}

@@ -17,6 +17,7 @@ from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
 from transport.compile.pieces import covers_alike, outward_of, piece_row, quadric_columns, rim_row
 from transport.compile.plan import Plan
+from transport.compile.points import fill_points
 from transport.compile.space import space_of
 from transport.compile.volumes import fill_volumes
 from transport.scene import Scene
@@ -57,6 +58,7 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None) -> Plan:
     fill_phase_spaces(plan)
     fill_snapshots(plan)
     fill_volumes(plan)
+    fill_points(plan)
     return plan
 
 

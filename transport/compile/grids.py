@@ -39,13 +39,15 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     values |= {f"per_{x}": size / side for x, side in zip("xyz", voxel, strict=True)}
     values |= {f"n{x}": count for x, count in zip("xyz", counts, strict=True)}
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}
+    levels = levels_of(grid, block, tops) if collides else np.zeros(1, np.uint8)
     tops = np.pad(tops * size, 1, constant_values=-1.0)  # beyond the grid: what comes there is at its end
-    values |= {"tops": tops.ctypes.data, "top_count": tops.size, "absorbs": bool(grid.absorption.any())}
+    values |= {"tops": tops.ctypes.data, "top_count": tops.size, "levels": levels.ctypes.data}
+    values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
         values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_reach(array))}
         values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", array.strides, strict=True)}
     values["ledger"] = layout.ABSORBED  # of which the program knows the rest
-    plan.kept += [tops, grid.absorption, grid.scattering]
+    plan.kept += [tops, levels, grid.absorption, grid.scattering]
     return layout.row(layout.GRID, **values)
 
 
@@ -71,6 +73,18 @@ def macro_cells(grid: Grid) -> tuple[int, np.ndarray]:
         tops, block = _halved(tops), 2 * block
     _, block, tops = min(found, key=lambda each: each[0])
     return block, np.ascontiguousarray(tops)
+
+
+def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
+    """Of each voxel its extinction over the majorant of its macro cell in layout.LEVELS steps, rounded down."""
+    levels = np.empty(grid.shape, np.uint8)
+    for i, row in enumerate(tops):  # a layer of macro cells at a time, to save memory
+        layer = slice(i * block, (i + 1) * block)
+        within = row.repeat(block, axis=0).repeat(block, axis=1)[: grid.shape[1], : grid.shape[2]]
+        extinction = grid.absorption[layer] + grid.scattering[layer]
+        share = np.divide(extinction, within, out=np.zeros_like(extinction), where=within > 0)
+        levels[layer] = layout.LEVELS * share
+    return levels
 
 
 def extinction_of(grid: Grid) -> np.ndarray:

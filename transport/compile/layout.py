@@ -148,20 +148,24 @@ MEDIA = np.dtype(_floats("mfp sigma_a survival index") + _integers("phase"))
 INSIDE = np.dtype(_integers("inside"))  # of a birth: the bits of the bodies that it is in
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
+# Importance e^rise, rise = (x - c) · k between 0 and `most`;  station: a way [scene lengths] on which it at most doubles.
+IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most station"))
 ROULETTE_LAW = np.dtype(_floats("threshold"))  # share of the birth weight
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
 # Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along
-# each axis; tops: address of their majorants.  absorption, scattering: addresses of the user's own arrays [m^-1], and the
+# each axis; tops: address of their majorants [1/scene lengths], one more on every side;  levels: of each voxel's extinction over the
+# majorant in LEVELS steps, rounded down: so a byte decides nearly all of what happens there.  absorption, scattering: addresses of the user's own arrays [m^-1], and the
 # steps along each axis in numbers, 0 where one number serves all; size [m] of a scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z size")
-    + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count")
+    + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels")
     + [
         column
         for name in ("absorption", "scattering")
         for column in _integers(f"{name} {name}_count {name}_x {name}_y {name}_z")
     ]
 )
+LEVELS = 255.0
 SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ahead and behind
 
 # A volume detector: a box of half sides h, or a ball of radius hx with the radii of its shells.  scale: one over the largest score of
@@ -184,7 +188,14 @@ POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("fir
 POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
 # A phase function, or part of a mixture that begins with `number`, as a density per steradian.
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
-WORD = np.dtype(_integers("source target"))  # of two bundles: a word of the one is moved into a word of the other; -1: 0
+POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = (
+    128,
+    64,
+    4,
+)  # row MIDDLE + k of a point detector holds scores from 2^(4 k) up
+WORD = np.dtype(
+    _integers("source target")
+)  # of two bundles: a word of the one is moved into a word of the other; -1: 0
 
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")

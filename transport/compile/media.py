@@ -108,6 +108,19 @@ def glowing_sources(scene: Scene) -> list[Source]:
     return [Source(shape, Isotropic(power=4 * math.pi * shape.volume * glow)) for shape, glow in shapes]
 
 
+def importance_row(plan: Plan) -> np.ndarray:
+    """How importance rises from the start of the plan's Splitting to its end."""
+    law = plan.tracking.splitting
+    start, end = (np.array(plan.space.place(place)) for place in (law.start, law.end))
+    way, most = end - start, math.log(law.gain)
+    length = float(np.linalg.norm(way))
+    slope = dict(zip(("kx", "ky", "kz"), most * way / length / length, strict=True))
+    station = length * min(1.0, math.log(2.0) / most)
+    return layout.row(
+        layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most, station=station
+    )
+
+
 def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
     """The row of births at these positions, which lie in the same bodies; None where they do not."""
     bits = np.unique(body_bits_around(plan.scene, positions))

@@ -56,6 +56,8 @@ class Plan:
     long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
     volumes: list = field(default_factory=list)  # a compile.volumes.Volume for each volume detector
     volume_rows: int = 0  # of their sums, behind those of phase space
+    points: list = field(default_factory=list)  # a compile.points.PointPlan for each point detector
+    point_rows: int = 0  # of their sums, behind those of the volumes
     has_media: bool = False
     bodies: tuple = ()  # of scene.bodies, innermost first
     distinct_media: tuple = ()
@@ -64,7 +66,9 @@ class Plan:
     phase_numbers: dict[object, int] = field(
         default_factory=dict
     )  # of a phase function, or the first of a mixture's
-    grids: list[np.ndarray] = field(default_factory=list)  # layout.GRID of bodies of voxels where flights collide
+    grids: list[np.ndarray] = field(
+        default_factory=list
+    )  # layout.GRID of bodies of voxels where flights collide
     thinning_grids: list[np.ndarray] = field(default_factory=list)  # and of those that only lessen weights
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
@@ -124,7 +128,7 @@ class Plan:
 
     @property
     def has_roulette_in_flight(self) -> bool:
-        return self.scatters and self.lessens
+        return self.scatters and self.lessens and not self.splits
 
     @property
     def lessens(self) -> bool:
@@ -231,11 +235,19 @@ class Plan:
     def has_roulette(self) -> bool:
         """Whether a particle can go on at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
-        return is_grey or (self.lessens and self.reflects)
+        return (is_grey or (self.lessens and self.reflects)) and not self.splits
+
+    @property
+    def splits(self) -> bool:
+        return self.scatters and self.tracking.splitting is not None
+
+    @property
+    def forces(self) -> bool:
+        return self.scatters and self.tracking.forced
 
     @property
     def plays_roulette(self) -> bool:
-        return self.has_roulette or self.has_roulette_in_flight
+        return self.has_roulette or self.has_roulette_in_flight or self.splits or self.forces
 
     @property
     def draws(self) -> bool:
@@ -245,9 +257,12 @@ class Plan:
 
     @property
     def rows(self) -> int:
-        """Rows of sums: the meters' arrivals, their departures, phase space, volumes."""
-        return 2 * self.half + self.volume_rows + sum(
-            1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces
+        """Rows of sums: the meters' arrivals, their departures, phase space, volumes, points."""
+        return (
+            2 * self.half
+            + self.volume_rows
+            + self.point_rows
+            + sum(1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces)
         )
 
     @property

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.emissions import Isotropic, Lambertian
 from transport.media import HenyeyGreenstein, Medium, Rayleigh, Tabulated
 from transport.points import PointDetector
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from transport.compile.emitters import Emitter
     from transport.compile.plan import Plan
 
-POINT_ROWS, MIDDLE, OCTAVES = 128, 64, 4  # row MIDDLE + k holds scores from 2^(4 k) up to 2^(4 k + 4)
-SCALES = np.ldexp(1.0, OCTAVES * (np.arange(POINT_ROWS) - MIDDLE + 1))  # what a sum of 1 in each row is
+SCALES = np.ldexp(
+    1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1)
+)  # what a sum of 1 in each row is
 NEAR = 1.5  # distances of a point from the middle of a volume source, over its extent, within which lines are drawn from the point
 
 
@@ -41,7 +43,10 @@ def fill_points(plan: Plan) -> None:
     """A row for each PointDetector; their sums lie behind those of the volumes."""
     for number, detector in enumerate(plan.scene.points):
         if plan.tracking.forced:
-            refuse(detector, "does not go with Tracking(forced=True), whose flights are of another law; leave it out")
+            refuse(
+                detector,
+                "does not go with Tracking(forced=True), whose flights are of another law; leave it out",
+            )
         place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
         plan.bases[detector.name] = plan.rows
         row = layout.row(layout.POINT, **place, first=plan.rows, number=number)
@@ -61,7 +66,9 @@ def _births(
         case Isotropic():
             is_near = math.dist(detector.position, shape.middle) < NEAR * shape.extent
             if isinstance(shape, Point) or not is_near:
-                return "cast_from_births", layout.row(layout.POINT_EMISSION, **values, isotropic=0.25 / math.pi)
+                return "cast_from_births", layout.row(
+                    layout.POINT_EMISSION, **values, isotropic=0.25 / math.pi
+                )
             return _glow(plan, shape, values | {"number": row["number"]})
     return None
 

@@ -36,6 +36,7 @@ def space_of(scene: Scene) -> Space:
     shapes = [piece for surface in scene.surfaces for piece in _pieces(surface.shape)]
     shapes += [scene.shape_of(user) for user in (*scene.sources, *scene.meters, *scene.volumes)]
     shapes += [source.aim for source in scene.sources if source.aim is not None]
+    shapes += [Point(position=detector.position) for detector in scene.points]
     origin = min(shapes, key=lambda shape: (isinstance(shape, Point), shape.extent)).middle
     largest = float(np.abs(np.array([_corners(shape) for shape in shapes]) - np.array(origin)).max())
     if not SMALLEST < largest < LARGEST and largest != 0:

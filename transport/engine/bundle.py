@@ -33,6 +33,10 @@ HEADER = (
     "crossings",
     "collisions",
     "first",  # the first of the lanes that met a surface (lanes.part); 0 where all do
+    "bank",  # address of the copies that wait for a lane ...
+    "banked",  # ... how many there are ...
+    "bank_room",  # ... how many there may be ...
+    "overfull",  # ... and whether there were more
     "colliding",  # lanes that fly on in a medium, of those that flew last
     "scored",  # what volume detectors have added up: a bound of their sums (driver.MOST_SCORED)
     "shadow",  # address of the bundle of shadow rays, where there are point detectors ...
@@ -65,6 +69,7 @@ CARRIED = (
     ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
     ("index", "f8"),  # of the medium that it is in, 0 where that is not known
     ("inside", "i8"),  # bits of the bodies that it is in
+    ("ahead", "f8"),  # of forced first collisions: what it has to do (forcing.py)
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
 )
@@ -102,6 +107,10 @@ SCRATCH = (
     ("mfp", "f8"),  # its mean free path there [scene lengths]: from extinction, or from scattering alone ...
     ("sigma_a", "f8"),  # ... where absorption lessens weights along the way by this
     ("survival", "f8"),  # the chance that it is scattered where it collides, else absorbed
+    ("cut", "i8"),  # 1 where a flight is cut short at a station, or ended there or at a collision
+    ("caught", "f8"),  # the weight of a copy whose collision is forced, and its path
+    ("path", "f8"),
+    ("copies", "i8"),  # how many go into the bank
     ("flies", "i8"),  # 1 where it flies in this round, 0 where it waits for the others
     ("collides", "i8"),  # 0 where it does not, else one more than the number of its phase function
     ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
@@ -137,23 +146,10 @@ SCRATCH = (
     ("walk_ix", "f8"),  # ... and one over that
     ("walk_iy", "f8"),
     ("walk_iz", "f8"),
-    ("cell", "i8"),  # its place in a table of macro cells, or of one coefficient ...
-    ("other", "i8"),  # ... and of the other one
-    ("scatters", "f8"),  # coefficients of its voxel [m^-1]
-    ("absorbs", "f8"),
-    ("sx", "f8"),  # where a shadow ray begins ...
-    ("sy", "f8"),
-    ("sz", "f8"),
-    ("vx", "f8"),  # ... its direction ...
-    ("vy", "f8"),
-    ("vz", "f8"),
-    ("gap", "f8"),  # ... how far it is to the point detector ...
-    ("score", "f8"),  # ... what it brings there if nothing stops it [weight per squared scene length] ...
-    ("bent", "f8"),  # ... the cosine of the angle that it is scattered by ...
-    ("phase", "f8"),  # ... and the density with which it is [sr^-1]
-    ("law", "i8"),  # number of the phase function here
-    ("stands", "i8"),  # the sheet that the ray begins on
-    ("tally", "i8"),  # first row of its point detector
+    ("walk_cell", "i8"),  # ... its place in the table of majorants
+    ("voxel", "i8"),  # number of the voxel where a tentative collision is ...
+    ("level", "i8"),  # ... the chance that it is real, in steps ...
+    ("chance", "f8"),  # ... and the number that decides
     ("listed", "i8"),  # lanes picked out by a pass
     ("movers", "i8"),
 )

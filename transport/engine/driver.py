@@ -12,6 +12,7 @@ from numba import config, float64, int64, njit
 from transport.compile.layout import ABSORBED, RECORD
 from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
+from transport.engine.bank import FIELDS, ROOM
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
@@ -47,11 +48,12 @@ class Sums:
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // wanted)
+        self.bank = np.zeros((ROOM, FIELDS) if plan.splits or plan.forces else (1, 1), np.int64)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
         """Tell a bundle where to count."""
-        for name in ("tallies", "ledger", "moments", "records"):
+        for name in ("tallies", "ledger", "moments", "records", "bank"):
             bundle[name] = getattr(self, name).ctypes.data
         bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
 
@@ -61,9 +63,22 @@ class Stopped(Exception):
 
 
 def _drive(
-    bundle, handle, entries, tables, ready, inner, birth_entries, birth_tables, emitters, shares, histories
+    bundle,
+    handle,
+    entries,
+    tables,
+    ready,
+    inner,
+    birth_entries,
+    birth_tables,
+    emitters,
+    shares,
+    sight,
+    withdrawal,
+    withdrawn,
+    histories,
 ):
-    """Run `histories` to their ends.  emitters: where in `births` each one's passes begin; shares: cumulative; ready: how
+    """Run `histories` to their ends.  sight: of shadow rays the bundle, its handle, and their steps.  emitters: where in `births` each one's passes begin; shares: cumulative; ready: how
     many of the entries come before a flight; inner: how many after these are done again for what collides in a medium.
 
     Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
@@ -77,12 +92,17 @@ def _drive(
     live, history, emitter, end = 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
     while True:
         live = _fill_line(b, live)
+        while b.banked > 0 and live < LANES:
+            taken = min(LANES - live, b.banked)
+            call_pass(withdrawal[0], handle, withdrawn[0], live, live + taken)
+            live = _fill_line(b, live + taken)
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             if born > 0:
                 b.next_history = history
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
+                    _trace(b, handle, sight)
             live, history = _fill_line(b, live + born), history + born
             if history == end:
                 emitter += 1
@@ -90,20 +110,27 @@ def _drive(
                     end = _last_of(histories, shares[emitter], offset, emitter == count - 1)
         b.started = history
         if live == 0:
+            _trace_last(b, handle, sight)
             return
         b.first = 0
         if inner > 0:
-            _fly_on(b, handle, entries, tables, ready, inner, live)
+            _fly_on(b, handle, entries, tables, ready, inner, live, sight)
         for p in range(ready + inner if inner > 0 else 0, len(entries)):
             live = call_pass(entries[p], handle, tables[p], b.first, live)
+            _trace(b, handle, sight)
             if live == 0:
                 break
-        if b.stop != 0 or b.crossings >= MOST_CROSSINGS or b.scored >= MOST_SCORED:
+        if (
+            b.stop != 0
+            or b.overfull != 0
+            or b.crossings >= MOST_CROSSINGS
+            or max(b.scored, sight[0][0].scored) >= MOST_SCORED
+        ):
             return
 
 
 @njit(inline="always")
-def _fly_on(b, handle, entries, tables, ready, inner, live):
+def _fly_on(b, handle, entries, tables, ready, inner, live, sight):
     """Fly and collide, again and again, while the lanes that met a surface wait.
 
     A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
@@ -117,10 +144,30 @@ def _fly_on(b, handle, entries, tables, ready, inner, live):
     while True:
         for p in range(ready, ready + inner):
             call_pass(entries[p], handle, tables[p], 0, live)
+            _trace(b, handle, sight)
         if b.colliding * (rounds + others) <= flights or rounds >= MOST_ROUNDS:
             return
         flights += float64(b.colliding)
         rounds += 1.0
+
+
+@njit(inline="always")
+def _trace(b, handle, sight):
+    """Of the shadow rays that the last pass has cast, trace as many as fill their bundle; the others wait there for more."""
+    _, shadow, entries, tables = sight
+    while b.cast > 0:
+        if call_pass(entries[0], handle, tables[0], 0, LANES) == LANES:
+            for p in range(1, len(entries)):
+                call_pass(entries[p], shadow, tables[p], 0, LANES)
+
+
+@njit(inline="always")
+def _trace_last(b, handle, sight):
+    """Trace those that wait, at the end of a batch."""
+    _, shadow, entries, tables = sight
+    while len(entries) > 0 and call_pass(entries[0], handle, tables[0], 0, LANES) > 0:
+        for p in range(1, len(entries)):
+            call_pass(entries[p], shadow, tables[p], 0, LANES)
 
 
 @njit(inline="always")
@@ -155,6 +202,8 @@ class Machine:
     birth_tables: object
     emitters: np.ndarray
     shares: np.ndarray
+    sight: tuple  # entries and tables of shadow rays
+    withdrawal: tuple  # of what takes copies from the bank, where there are any
 
 
 def machine_of(program: Program, progress=None) -> Machine:
@@ -178,6 +227,8 @@ def machine_of(program: Program, progress=None) -> Machine:
         birth_tables,
         emitters=np.cumsum([0, *map(len, program.births)]),
         shares=np.cumsum(bounds) / bounds.sum(),
+        sight=_wired(program.sight),
+        withdrawal=_wired(program.withdrawal),
     )
 
 
@@ -215,11 +266,17 @@ def run_batch(
         "crossings": 0,
         "collisions": 0,
         "scored": 0,
+        "banked": 0,
+        "bank_room": ROOM,
+        "overfull": 0,
     }
     for name, value in header.items():
         bundle[name] = value
-    lanes = bundle.view(np.recarray) if config.DISABLE_JIT else bundle
-    handle = lanes[0] if config.DISABLE_JIT else int(bundle["address"][0])
+    lanes, handle = _handled(bundle)
+    shadows = empty_bundle() if machine.program.sight else bundle
+    sums.enter(shadows)
+    bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
+    sight = (*_handled(shadows), *machine.sight)
     wiring = (
         machine.entries,
         machine.tables,
@@ -228,18 +285,22 @@ def run_batch(
         machine.birth_entries,
         machine.birth_tables,
     )
-    drive(lanes, handle, *wiring, machine.emitters, machine.shares, histories)
+    drive(lanes, handle, *wiring, machine.emitters, machine.shares, sight, *machine.withdrawal, histories)
     if bundle["stop"][0]:
         raise Stopped
+    if bundle["overfull"][0]:
+        raise OverflowError(
+            f"splitting has made more than {ROOM} copies that wait for their turn; lower the gain of the Splitting"
+        )
     crossings = int(bundle["crossings"][0])
     if crossings >= MOST_CROSSINGS:
         raise OverflowError(
             f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
             " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
         )
-    if int(bundle["scored"][0]) >= MOST_SCORED:
+    if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MOST_SCORED:
         raise OverflowError(
-            f"a batch of {histories} histories scored more in volumes than the exact sums of volume detectors hold; ask"
+            f"a batch of {histories} histories scored more than the exact sums of volume and point detectors hold; ask"
             " for more batches"
         )
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
@@ -254,3 +315,11 @@ def run_batch(
         crossings,
         int(bundle["collisions"][0]),
     )
+
+
+def _handled(bundle: np.ndarray):
+    """A bundle as the driver wants it, and what passes are called with: its address, or its record without compilation."""
+    if config.DISABLE_JIT:
+        lanes = bundle.view(np.recarray)
+        return lanes, lanes[0]
+    return bundle, int(bundle["address"][0])

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import float64, int64, uint64
 
-from transport.compile.layout import GRID, NO_TABLE, SLACK
+from transport.compile.layout import GRID, LEVELS, NO_TABLE, SLACK
 from transport.engine.addresses import view
 from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH
 from transport.engine.passes import lane_pass
@@ -20,9 +20,9 @@ from transport.physics.device import device
 from transport.physics.elementary import exp_negative, log_positive
 from transport.physics.streams import PATH, VOXELS, random_words, short_uniform, uniform
 
-FLIES, TRIES, ENDED, COLLIDED = range(4)  # what a walk is doing
+FLIES, TRIES, UNSURE, ENDED, COLLIDED = range(5)  # what a walk is doing
 SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
-WALK = [name for name, _ in SCRATCH if name.startswith("walk_") or name == "cell"]
+WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
 WALK_FIELDS = len(WALK)
 WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
 STEPS = uint64(6)  # bits of a purpose below the number of the draw
@@ -53,6 +53,7 @@ def collide_in_grid(b, table, first, live):
     goes on to the next macro cell; and, once half of them have come to a tentative collision, these are decided.
     """
     tops = view(table.tops, table.top_count, np.float64)
+    levels = view(table.levels, table.nx * table.ny * table.nz, np.uint8)
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
@@ -67,41 +68,63 @@ def collide_in_grid(b, table, first, live):
         vx, ix = pace(b.ux[k] * per_x)
         vy, iy = pace(b.uy[k] * per_y)
         vz, iz = pace(b.uz[k] * per_z)
-        b.walk_i[k] = cell_at(px + start * vx, table.mx)
-        b.walk_j[k] = cell_at(py + start * vy, table.my)
-        b.walk_m[k] = cell_at(pz + start * vz, table.mz)
+        i, j, m = (
+            cell_at(px + start * vx, table.mx),
+            cell_at(py + start * vy, table.my),
+            cell_at(pz + start * vz, table.mz),
+        )
+        b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
+        b.walk_cell[k] = place_of(i, j, m, table.my, table.mz)
         b.walk_px[k], b.walk_py[k], b.walk_pz[k] = px, py, pz
         b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
         b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
         b.walk_t[k], b.walk_end[k], b.walk_depth[k] = start, b.distance[k] - 2.0 * SLACK, b.depth[k]
         b.walk_history[k], b.walk_event[k], b.walk_draw[k], b.walk_lane[k] = b.history[k], b.event[k], 0, k
         b.walk_state[k] = FLIES if walks else ENDED
-        b.cell[k] = place_of(b.walk_i[k], b.walk_j[k], b.walk_m[k], table.my, table.mz)
         walking += 1 if walks else 0
     last = live
     while walking > 0:
         if walking * 2 < int64(last) - int64(first):
             last = close_ranks(b, words, first, last, walking)
         for k in range(first, last):
-            b.walk_top[k] = tops[b.cell[k]]
+            b.walk_top[k] = tops[uint64(b.walk_cell[k])]
         trying, walking = cross(b, table, first, last)
         if trying * 2 >= walking:
             find_voxels(b, table, first, last)
             for k in range(first, last):
-                b.scatters[k], b.absorbs[k] = scattering[b.cell[k]], absorption[b.other[k]]
-            decide(b, table, first, last)
-            walking = 0
+                b.level[k] = levels[uint64(b.voxel[k])]
+            walking -= decide(b, table, first, last)
+            for k in range(first, last):  # seldom
+                if b.walk_state[k] == UNSURE:
+                    scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
+                    is_real = b.chance[k] * b.walk_top[k] < (scatters + absorbs) * table.size
+                    b.walk_state[k] = COLLIDED if is_real else FLIES
+                    walking -= 1 if is_real else 0
+            collided = 0
             for k in range(first, last):
-                walking += 1 if b.walk_state[k] < ENDED else 0
-                if b.walk_state[k] == COLLIDED:
-                    lane = b.walk_lane[k]
-                    b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
-                    b.hit[lane] = 0
-                    b.survival[lane] = b.scatters[k] / (b.scatters[k] + b.absorbs[k])
-                    b.walk_state[k] = ENDED
-            if walking > 0:
-                locate(b, table, first, last)
+                b.listed[collided] = k
+                collided += 1 if b.walk_state[k] == COLLIDED else 0
+            for g in range(collided):
+                k = b.listed[g]
+                lane = b.walk_lane[k]
+                b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
+                b.hit[lane] = 0
+                b.walk_state[k] = ENDED
+            if table.absorbs != 0:
+                for g in range(collided):
+                    k = b.listed[g]
+                    scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
+                    b.survival[b.walk_lane[k]] = scatters / (scatters + absorbs)
     return live
+
+
+@device
+def coefficients(table, scattering, absorption, voxel):
+    """Those of a voxel by its number [m^-1]."""
+    column, z = voxel // table.nz, voxel % table.nz
+    x, y = column // table.ny, column % table.ny
+    scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
+    return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
 
 
 @device
@@ -168,7 +191,7 @@ def cross(b, table, first, last):
         new = TRIES if tries else (ENDED if ends else FLIES)
         new = new if flies else state
         b.walk_state[k] = new
-        b.cell[k] = place_of(i, j, m, my, mz)
+        b.walk_cell[k] = place_of(i, j, m, my, mz)
         trying += 1 if new == TRIES else 0
         walking += 1 if new < ENDED else 0
     return trying, walking
@@ -186,41 +209,37 @@ def voxel_along(place, cell, block, count):
 
 @device
 def find_voxels(b, table, first, last):
-    """Where the coefficients are at each tentative collision."""
+    """The numbers of the voxels of tentative collisions."""
     block = float64(table.block)
     nx, ny, nz = float64(table.nx), float64(table.ny), float64(table.nz)
-    sx, sy, sz = float64(table.scattering_x), float64(table.scattering_y), float64(table.scattering_z)
-    ax, ay, az = float64(table.absorption_x), float64(table.absorption_y), float64(table.absorption_z)
     for k in range(first, last):
-        t, tries = b.walk_t[k], b.walk_state[k] == TRIES
+        t, is_there = b.walk_t[k], 1.0 if b.walk_state[k] == TRIES else 0.0
         x = voxel_along(b.walk_px[k] + t * b.walk_vx[k], b.walk_i[k], block, nx)
         y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
         z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
-        b.cell[k] = int64(x * sx + y * sy + z * sz if tries else 0.0)
-        b.other[k] = int64(x * ax + y * ay + z * az if tries else 0.0)
+        voxel = ((x * ny + y) * nz + z) * is_there
+        b.voxel[k] = int64(voxel)
 
 
 @device
 def decide(b, table, first, last):
-    """Which tentative collisions are real; the others draw a new depth."""
-    seed_low, seed_high, batch, size = b.seed_low, b.seed_high, b.batch, table.size
+    """Which tentative collisions are real, as far as the levels of their chances tell, and how many; all draw a new depth."""
+    seed_low, seed_high, batch, real = b.seed_low, b.seed_high, b.batch, 0
     for k in range(first, last):
-        tries = b.walk_state[k] == TRIES
-        purpose = uint64(VOXELS) | uint64(b.walk_draw[k]) << STEPS
+        state, draw, level = b.walk_state[k], b.walk_draw[k], float64(b.level[k])
+        purpose = uint64(VOXELS) | uint64(draw) << STEPS
         w0, w1, w2, w3 = random_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
-        accepted = uniform(w2, w3) * b.walk_top[k] < (b.scatters[k] + b.absorbs[k]) * size
+        chance = uniform(w2, w3)
+        at = chance * LEVELS
+        new = COLLIDED if at < level else (UNSURE if at < level + 1.0 else FLIES)
+        new = new if state == TRIES else state
         depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
-        b.walk_depth[k] = depth if tries else b.walk_depth[k]
-        b.walk_draw[k] += 1 if tries else 0
-        b.walk_state[k] = (COLLIDED if accepted else FLIES) if tries else b.walk_state[k]
-
-
-@device
-def locate(b, table, first, last):
-    """Where in the table of majorants each walk is."""
-    my, mz = table.my, table.mz
-    for k in range(first, last):
-        b.cell[k] = place_of(b.walk_i[k], b.walk_j[k], b.walk_m[k], my, mz)
+        b.chance[k] = chance
+        b.walk_depth[k] = depth if state == TRIES else b.walk_depth[k]
+        b.walk_draw[k] = draw + (1 if state == TRIES else 0)
+        b.walk_state[k] = new
+        real += 1 if new == COLLIDED else 0
+    return real
 
 
 @device
@@ -253,7 +272,11 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
     vx, ix = pace(ux * per_x)
     vy, iy = pace(uy * per_y)
     vz, iz = pace(uz * per_z)
-    i, j, m = cell_at(px + start * vx, table.nx), cell_at(py + start * vy, table.ny), cell_at(pz + start * vz, table.nz)
+    i, j, m = (
+        cell_at(px + start * vx, table.nx),
+        cell_at(py + start * vy, table.ny),
+        cell_at(pz + start * vz, table.nz),
+    )
     up_x, up_y, up_z = 1.0 if vx >= 0.0 else 0.0, 1.0 if vy >= 0.0 else 0.0, 1.0 if vz >= 0.0 else 0.0
     t, depth, going = start, 0.0, True
     while going:

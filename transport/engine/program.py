@@ -10,10 +10,12 @@ from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
 from transport.engine import (
     aims,
+    bank,
     birthplaces,
     births,
     bodies,
     flights,
+    forcing,
     hierarchies,
     histories,
     landings,
@@ -28,9 +30,10 @@ from transport.engine import (
     surfaces,
 )
 from transport.engine.bundle import CARRIED
+from transport.engine.lookouts import casts_of_births, casts_of_walls, sight_of
 from transport.engine.passes import Pass
 from transport.engine.registry import Step, layer_of, named, rows_of, step
-from transport.engine.rounds import ready_to_fly, rounds_of
+from transport.engine.rounds import known_media, members_of, ready_to_fly, rounds_of
 
 BEYOND = layout.NOTHING_BEFORE | layout.NOTHING_BEHIND
 METERS = (1 << layout.METERS_A_SHEET) - 1
@@ -47,13 +50,19 @@ class Program:
     ready: int = 0  # how many steps come before a flight
     inner: int = 0  # how many steps after these are done again for what collides in a medium
     births: list[list[Step]] = field(default_factory=list)
+    sight: list[Step] = field(default_factory=list)  # of shadow rays, where there are point detectors
+    withdrawal: list[Step] = field(default_factory=list)  # by which copies that wait take lanes
     moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.MOVED))
     machine: object = None  # driver.machine_of it, once it is made
 
     @property
     def passes(self) -> list[Pass]:
         """Every pass once, in order of first use."""
-        return list(dict.fromkeys(p for part in (*self.births, self.steps) for p, _ in part))
+        return list(
+            dict.fromkeys(
+                p for part in (*self.births, self.steps, self.sight, self.withdrawal) for p, _ in part
+            )
+        )
 
     @cached_property
     def carried(self) -> tuple[str, ...]:
@@ -74,7 +83,7 @@ def program_of(plan: Plan) -> Program:
         hierarchies.complete(table)
     program = Program(plan)
     program.births = [list(_births(plan, emitter)) for emitter in plan.emitters]
-    ready, rounds = list(ready_to_fly(plan)), list(rounds_of(plan))
+    ready, rounds = list(ready_to_fly(plan)), list(rounds_of(plan, program.moved))
     program.ready, program.inner = len(ready), len(rounds) if plan.scatters else 0
     program.steps = [
         *ready,
@@ -83,6 +92,9 @@ def program_of(plan: Plan) -> Program:
         *_landing(plan),
         *_crossing(plan, program.moved),
     ]
+    if plan.points:
+        program.sight = list(sight_of(plan, known_media(plan), members_of(plan), _through(plan)))
+    program.withdrawal = [step(bank.withdraw, program.moved)] if plan.splits or plan.forces else []
     numbers = program.carried_numbers
     program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
     return program
@@ -107,10 +119,13 @@ def _births(plan, emitter):
         yield step(births.begin_in_medium, emitter.medium)
     if plan.plays_roulette:
         yield step(births.remember_birth_weight)
+    if plan.forces:
+        yield step(forcing.begin_fresh)
     if plan.marks:
         yield step(births.begin_visits)
     if plan.counts_reflections:
         yield step(births.begin_reflections)
+    yield from casts_of_births(plan, emitter)
     sheet = emitter.birth["sheet"]
     metered = [
         (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
@@ -155,6 +170,18 @@ def _flight(plan, moved):
     if plan.passes_meters:
         yield step(flights.remember_ray)
     yield step(flights.move)
+
+
+def _through(plan):
+    """Steps of a shadow ray through what lets it pass, to the other side of the same ray."""
+    if any(name.startswith("cover") for name, *_ in plan.members):
+        yield step(flights.remember_ray)
+        yield step(flights.move)
+        yield from _stand(plan)
+        if (plan.sheets["outward"] != 0).any():
+            yield step(landings.tell_leaving, rows_of(plan.sheets))
+        yield from _boundaries(plan)
+        yield step(flights.resume_ray)
 
 
 def _landing(plan):
@@ -215,6 +242,7 @@ def _crossing(plan, moved):
     yield from _metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     yield from _visits(plan)
     yield from _boundaries(plan)
+    yield from casts_of_walls(plan)
     if plan.passes_meters:
         yield step(flights.resume_ray)
     if plan.has_roulette:

@@ -6,15 +6,19 @@ from transport.compile import layout
 from transport.compile.plan import Plan
 from transport.engine import (
     aims,
+    bank,
     birthplaces,
     births,
     bodies,
+    casting,
     clocks,
     collisions,
     flats,
     flights,
+    forcing,
     grids,
     histories,
+    importances,
     landings,
     lanes,
     meshes,
@@ -23,6 +27,7 @@ from transport.engine import (
     quadrics,
     refinements,
     rims,
+    shadows,
     snapshots,
     speeds,
     surfaces,
@@ -33,8 +38,8 @@ from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
-    aims, birthplaces, births, bodies, clocks, collisions, flats, flights, grids, histories, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, snapshots, speeds, surfaces, volume_cells, volumes,
+    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
+    refinements, rims, shadows, snapshots, speeds, surfaces, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)

@@ -6,17 +6,22 @@ In media these are done again and again for what collides, before those that met
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.media import importance_row
 from transport.engine import (
+    bank,
     bodies,
     clocks,
     collisions,
     flats,
     flights,
+    forcing,
     grids,
+    importances,
     snapshots,
     surfaces,
     volume_steps,
 )
+from transport.engine.lookouts import casts_of_flights
 from transport.engine.registry import named, rows_of, step
 
 PARALLEL = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
@@ -29,6 +34,13 @@ def ready_to_fly(plan):
         return
     if plan.scatters:
         yield step(collisions.set_out)
+    yield from known_media(plan)
+
+
+def known_media(plan):
+    """The medium that each lane is in."""
+    if not plan.has_media:
+        return
     if len(plan.media) > FEW_MEDIA:
         yield step(bodies.know_bodies, rows_of(plan.media))
         return
@@ -42,15 +54,24 @@ def _body(plan, medium):
     return layout.row(layout.BODY, **values, medium=medium, bit=1 << medium >> 1)
 
 
-def rounds_of(plan):
+def rounds_of(plan, moved):
     """The steps of a flight as far as a surface or a collision."""
-    if plan.scatters:
+    importance = importance_row(plan) if plan.splits else None
+    if plan.forces:
+        yield step(forcing.fly_or_be_forced)
+    elif plan.scatters:
         yield step(grids.fly_in_grids if plan.grids else collisions.fly)
     else:
         yield step(collisions.fly_straight if plan.has_media else flights.look_ahead)
-    yield from _members(plan)
+    if plan.splits:
+        yield step(importances.cut_flight, importance)
+    yield from members_of(plan)
+    if plan.forces:
+        yield step(forcing.force_collision)
+        yield step(bank.deposit_forced, moved)
     for row in plan.grids:
         yield step(grids.collide_in_grid, row)
+    yield from casts_of_flights(plan)
     yield from volume_steps.ways(plan)
     if plan.has_clock:
         yield from _clock(plan)
@@ -60,6 +81,8 @@ def rounds_of(plan):
     yield from _thinned(plan)
     if plan.scatters:
         yield step(collisions.collide)
+        if plan.splits:
+            yield step(importances.pause_at_station, importance)
         yield from volume_steps.collided(plan)
         if plan.absorbs_by_share:
             yield step(grids.absorb_share)
@@ -71,10 +94,13 @@ def rounds_of(plan):
             law = layout.row(layout.ROULETTE_LAW, threshold=plan.tracking.roulette)
             yield step(collisions.play_roulette_in_flight, law)
         yield from _scattering(plan)
+        if plan.splits:
+            yield step(importances.weigh_by_importance, importance)
+            yield step(bank.deposit, moved)
         yield step(surfaces.give_up)
 
 
-def _members(plan):
+def members_of(plan):
     """Look for each surface and meter; parallel planes in pairs."""
     waiting = None
     for name, row, _ in plan.members:

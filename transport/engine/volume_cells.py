@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import float64, int64
 
-from transport.compile.layout import GRID, NO_TABLE, VOLUME, VOLUME_IN_GRID
+from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GRID
 from transport.engine.addresses import add_to_row, view
 from transport.engine.grids import axis_of
 from transport.engine.passes import lane_pass
@@ -41,25 +41,26 @@ def direction_bin(table, ux, uy, uz):
 
 
 @device
-def score_in_cell(b, table, number, bin, track, keep):
-    """Add weight times way, in scene lengths, to a cell's rows."""
+def score_in_cell(b, table, number, bin, track, keep, count):
+    """Add weight times way, in scene lengths, to a cell's rows; count: 1, or 0 for what only rounding has left there."""
     high, low = limbs(track * table.scale)
-    add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, 1, 0)
+    add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
     b.scored += high + A_SCORE
     if table.kept != 0:
         high, low = limbs(track * keep)
-        add_to_row(b.tallies + 32 * (table.kept + number), high, low, 1, 0)
+        add_to_row(b.tallies + 32 * (table.kept + number), high, low, count, 0)
         b.scored += high
 
 
 @device
 def score_part(b, table, number, bin, way, weight, fade, keep):
     """Score the way through one cell; returns the weight that is left behind it."""
+    count = 1 if way > SLACK else 0
     if table.kept == 0:
-        score_in_cell(b, table, number, bin, weight * way, 0.0)
+        score_in_cell(b, table, number, bin, weight * way, 0.0, count)
         return weight
     mean, less = mean_of_fading(fade * way)
-    score_in_cell(b, table, number, bin, weight * way * mean, keep)
+    score_in_cell(b, table, number, bin, weight * way * mean, keep, count)
     return weight + weight * less
 
 
@@ -283,7 +284,7 @@ def score_collisions_in_box(b, table, first, live):
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
         bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
         number = (i * table.cells_y + j) * table.cells_z + m
-        score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k])
+        score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live
 
 
@@ -301,5 +302,5 @@ def score_collisions_in_ball(b, table, first, live):
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
             bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
-            score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k])
+            score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live

@@ -8,7 +8,9 @@ Ways are counted in lengths of the volume, so that a score is 1 at most; what ab
 
 import math
 
-from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, VOLUME
+from numba import int64
+
+from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, SLACK, VOLUME
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
@@ -127,9 +129,9 @@ def score_way(b, table, first, live):
         high, low = limbs(b.weight[k] * way * scale if inside else 0.0)
         total_high += high
         total_low += low
-        count += 1 if inside else 0
+        count += 1 if way > SLACK else 0  # not what only rounding has left there
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
-    b.scored += total_high + A_SCORE * count
+    b.scored += total_high + A_SCORE * int64(live - first)
     return live
 
 
@@ -155,8 +157,8 @@ def score_way_in_media(b, table, first, live):
         high, low = limbs(track * b.keep[k] if inside else 0.0)
         kept_high += high
         kept_low += low
-        count += 1 if inside else 0
+        count += 1 if way > SLACK else 0  # not what only rounding has left there
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     add_to_row(b.tallies + 32 * table.kept, kept_high, kept_low, count, 0)
-    b.scored += total_high + kept_high + A_SCORE * count
+    b.scored += total_high + kept_high + A_SCORE * int64(live - first)
     return live

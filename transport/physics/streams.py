@@ -11,10 +11,11 @@ from transport.physics.bits import float_of
 from transport.physics.device import device
 
 # Purposes: the fourth word of the counter.
-EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW = range(12)
+EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH = range(13)
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)
+UPPER24 = uint64(0xFFFFFF00)
 EXPONENT_OF_ONE = uint64(0x3FF0000000000000)
 MULTIPLIER_0, MULTIPLIER_1 = uint64(0xD2511F53), uint64(0xCD9E8D57)
 WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
@@ -37,9 +38,13 @@ def philox(c0, c1, c2, c3, key0, key1):
 
 @device
 def random_words(history, batch, event, purpose, seed_low, seed_high):
-    """The block of four 32-bit words that serves all draws of one event of one history."""
+    """The block of four 32-bit words that serves all draws of one event of one history.
+
+    The upper 24 of the 56 bits of a history's number, which only copies have (engine/bank.py), go beside the purpose.
+    """
+    upper = (uint64(history) >> uint64(24)) & UPPER24
     return philox(
-        uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high)
+        uint64(history), uint64(batch), uint64(event), uint64(purpose) ^ upper, uint64(seed_low), uint64(seed_high)
     )
 
 

@@ -1,6 +1,7 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
 from transport.results.estimates import Estimate
 from transport.volumes import VolumeDetector
 
@@ -26,6 +27,8 @@ def _title(detector, reading) -> str:
             return f"snapshot {name!r}, {len(reading)} particles at {detector.time:g} s"
         case VolumeDetector(name=name):
             return f"volume detector {name!r}"
+        case PointDetector(name=name):
+            return f"point detector {name!r}"
     return f"detector {detector.name!r}, {detector.side}"
 
 

@@ -10,9 +10,11 @@ import numpy as np
 from transport.compile.plan import Plan
 from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
 from transport.results.batches import Batch
 from transport.results.estimates import Batches, Estimate
 from transport.results.phase_readings import PhaseReading, SnapshotReading
+from transport.results.point_readings import PointReading
 from transport.results.readings import QUANTITIES, Reading
 from transport.results.volume_readings import VolumeReading
 from transport.units import Unit
@@ -84,6 +86,8 @@ class Result:
             return SnapshotReading(self, detector, self.scene.snapshots.index(detector))
         if isinstance(detector, VolumeDetector):
             return VolumeReading(self, detector)
+        if isinstance(detector, PointDetector):
+            return PointReading(self, detector)
         return Reading(self, detector)
 
     def __contains__(self, name: object) -> bool:
@@ -131,6 +135,7 @@ class Result:
                 f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
             )
+        found += filter(None, (self[point.name].warning for point in self.scene.points))
         for meter in self.scene.meters:
             if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
                 found.append(

@@ -1,12 +1,13 @@
 """Attenuation: what is left of light that neither was absorbed nor scattered on its way through a medium.
 
-Along a ray radiance falls by exp(-tau), tau the integral of the extinction along it (Bouguer 1729; Beer 1852): what is
-left never collided.  Everything here is an integral of that over directions.  tau is the optical depth straight
-through, mu the cosine to the straight way, so that a slanted ray has tau/mu before it.  Integrals over directions are
-exponential integrals, E_n(tau) = ∫ mu^(n-2) exp(-tau/mu) dmu over mu from 0 to 1 (Chandrasekhar 1960, appendix I).
+Along a ray radiance falls by exp(-tau), tau the integral of the extinction along it (Bouguer 1729; Beer 1852):
+what is left never collided.  Everything here is an integral of that over directions.  tau is the optical depth
+straight through, mu the cosine to the straight way, so that a slanted ray has tau/mu before it.  Integrals over
+directions are exponential integrals, E_n(tau) = ∫ mu^(n-2) exp(-tau/mu) dmu over mu from 0 to 1 (Chandrasekhar
+1960, appendix I).
 
-Radiance L in W m^-2 sr^-1, lengths in m, extinction in m^-1.  In a purely absorbing medium the values are those of all
-light; where light is scattered, those of the direct part.
+Radiance L in W m^-2 sr^-1, lengths in m, extinction in m^-1.  In a purely absorbing medium the values are those
+of all light; where light is scattered, those of the direct part.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ def transmittance(tau: float) -> float:
 
 
 def exponential_integral(order: int, tau: float) -> float:
-    """E_n(tau) [1], n from 0 on: ∫ exp(-tau t) / t^n dt over t from 1 on (DLMF 8.19.3).  Vectorised over tau >= 0."""
+    """E_n(tau) [1], n from 0 on: ∫ exp(-tau t) / t^n dt over t from 1 on (DLMF 8.19.3).  Vectorised over tau >=
+    0."""
     from scipy.special import expn
 
     return expn(order, tau)
@@ -49,8 +51,8 @@ def slab_escape(tau: float) -> float:
 def sphere_escape(radii: float) -> float:
     """Share of what a ball emits, evenly and isotropically, that leaves it uncollided [1].
 
-    radii: x above 0, the ball's radius times its extinction.  3/(8 x^3) [2 x^2 - 1 + (1 + 2 x) exp(-2 x)] (Case,
-    de Hoffmann, Placzek 1953, 10), below x = 1 by its series.  Vectorised.
+    radii: x above 0, the ball's radius times its extinction.  3/(8 x^3) [2 x^2 - 1 + (1 + 2 x) exp(-2 x)]
+    (Case, de Hoffmann, Placzek 1953, 10), below x = 1 by its series.  Vectorised.
     """
     x = np.asarray(radii, dtype=float)
     y = 2 * np.maximum(x, 1.0)
@@ -89,9 +91,10 @@ def slant_integral(tau: float, low: float, high: float) -> float:
 def disk_irradiance(radiance: float, radius: float, distance: float, tau: float, meter: float = 0.0) -> float:
     """Irradiance by a Lambert disk on a coaxial meter that faces it through fog [W m^-2], the mean over it.
 
-    tau: optical depth of the fog between the two, that lies evenly between parallel planes; meter: its radius [m].
-    On the axis 2 pi L ∫ mu exp(-tau/mu) dmu over the disk.  Over a meter the pairs of points that are the vector s
-    apart sideways are as many as two disks overlap that are shifted by s: one integral is left (of autocorrelation).
+    tau: optical depth of the fog between the two, that lies evenly between parallel planes; meter: its radius
+    [m]. On the axis 2 pi L ∫ mu exp(-tau/mu) dmu over the disk.  Over a meter the pairs of points that are the
+    vector s apart sideways are as many as two disks overlap that are shifted by s: one integral is left (of
+    autocorrelation).
     """
     small, large = sorted((radius, meter))
     if small == 0:
@@ -108,10 +111,12 @@ def disk_irradiance(radiance: float, radius: float, distance: float, tau: float,
 def disk_radiance(
     theta: float, radiance: float, radius: float, distance: float, tau: float, meter: float
 ) -> np.ndarray:
-    """Radiance that arrives from a Lambert disk at the angles theta [rad] through fog, the mean over a coaxial meter.
+    """Radiance that arrives from a Lambert disk at the angles theta [rad] through fog, the mean over a coaxial
+    meter.
 
-    L exp(-tau/cosθ) as long as the disk is met from all of the meter, then falling as the two overlap, seen along
-    the ray, to 0 [W m^-2 sr^-1].  meter: its radius, above 0 [m].  Vectorised over theta from 0 to below pi/2.
+    L exp(-tau/cosθ) as long as the disk is met from all of the meter, then falling as the two overlap, seen
+    along the ray, to 0 [W m^-2 sr^-1].  meter: its radius, above 0 [m].  Vectorised over theta from 0 to below
+    pi/2.
     """
     theta = np.asarray(theta, dtype=float)
     shift, (small, large) = distance * np.tan(theta), sorted((radius, meter))
@@ -136,8 +141,8 @@ def _overlap(large: float, small: float, shift: np.ndarray) -> np.ndarray:
 def cone_transmittance(tau: float, zenith_angle: float, half_angle: float) -> float:
     """Mean of exp(-tau/cosθ) over a narrow cone of directions, weighted with the cosine to its axis [1].
 
-    tau: from the ground to the zenith; zenith_angle: of the cone's axis, with half_angle below pi/2 [rad].  For the
-    sun through a flat atmosphere: exp(-tau secθ) (Bouguer 1729), and the spread of secθ over its disk.
+    tau: from the ground to the zenith; zenith_angle: of the cone's axis, with half_angle below pi/2 [rad].  For
+    the sun through a flat atmosphere: exp(-tau secθ) (Bouguer 1729), and the spread of secθ over its disk.
     """
     inner = np.cos(half_angle) + (1 - np.cos(half_angle)) * (1 + _NODES) / 2
     azimuth = (np.arange(32) + 0.5) * math.pi / 32
@@ -148,10 +153,11 @@ def cone_transmittance(tau: float, zenith_angle: float, half_angle: float) -> fl
 
 
 def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) -> float:
-    """Mean of exp(-x mu) over the cosines low to high, weighted with mu [1]: light across a ball, seen from its wall.
+    """Mean of exp(-x mu) over the cosines low to high, weighted with mu [1]: light across a ball, seen from its
+    wall.
 
-    diameters: x, the ball's diameter times its extinction; a chord at the cosine mu to the normal is mu diameters
-    long.  Over all cosines 2 (1 - (1 + x) exp(-x)) / x^2.  Vectorised over bins of cosine.
+    diameters: x, the ball's diameter times its extinction; a chord at the cosine mu to the normal is mu
+    diameters long.  Over all cosines 2 (1 - (1 + x) exp(-x)) / x^2.  Vectorised over bins of cosine.
     """
     low, high = (np.asarray(x, dtype=float)[..., None] for x in (low, high))
     mu = low + (high - low) * (1 + _NODES) / 2

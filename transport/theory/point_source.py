@@ -1,14 +1,15 @@
 """An isotropic point source in an infinite medium: fluence rate, net flux and shell means, exact.
 
-The medium scatters isotropically; c is its albedo.  In mean free paths, per power emitted, the transform of the fluence
-rate is A/(1 - c A) with A(k) = atan(k)/k.  Its pole at k = i kappa and its cut from i on give
+The medium scatters isotropically; c is its albedo.  In mean free paths, per power emitted, the transform of the
+fluence rate is A/(1 - c A) with A(k) = atan(k)/k.  Its pole at k = i kappa and its cut from i on give
 
     phi(r) = [B exp(-kappa r) + ∫ g(s) exp(-s r) ds, s from 1 on] / (4 pi r),
 
-with c atanh(kappa)/kappa = 1, B = 2 kappa^2 (1 - kappa^2) / (c (kappa^2 - 1 + c)), and 1/g = (1 - (c/s) atanh(1/s))^2 +
-(pi c/(2 s))^2 (Case, de Hoffmann, Placzek 1953, 21; Case, Zweifel 1967, 4).  g = 1 gives the uncollided exp(-r)/(4 pi r^2);
-the collided part is taken with g - 1, so that nothing cancels near the source.  With s = coth t the integrand is
-smooth, its resonance at t = 1/c included; panels even in log t make it good to 1e-12 at all r and c.
+with c atanh(kappa)/kappa = 1, B = 2 kappa^2 (1 - kappa^2) / (c (kappa^2 - 1 + c)), and 1/g = (1 - (c/s)
+atanh(1/s))^2 + (pi c/(2 s))^2 (Case, de Hoffmann, Placzek 1953, 21; Case, Zweifel 1967, 4).  g = 1 gives the
+uncollided exp(-r)/(4 pi r^2); the collided part is taken with g - 1, so that nothing cancels near the source.
+With s = coth t the integrand is smooth, its resonance at t = 1/c included; panels even in log t make it good to
+1e-12 at all r and c.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ _UNDERFLOW = 745.0  # of s r, beyond which exp(-s r) is 0
 def relaxation(albedo: float) -> tuple[float, float]:
     """kappa, one over the diffusion length, in mean free paths, and B above [1]; 0 and 3 for the albedo 1.
 
-    z coth z - 1 = (1 - c)/c with z = atanh kappa, convex, by Newton's rule from the right.  Raises ValueError for an
-    albedo not in (0, 1].
+    z coth z - 1 = (1 - c)/c with z = atanh kappa, convex, by Newton's rule from the right.  Raises ValueError
+    for an albedo not in (0, 1].
     """
     if not 0 < albedo <= 1:
         raise ValueError(f"relaxation: albedo must be above 0 and at most 1, got {albedo}")
@@ -61,20 +62,23 @@ def _coth_curve(z: float) -> tuple[float, float]:
 
 
 def uncollided(distance: float) -> float:
-    """Fluence rate of light that has not collided, per power [in mean free paths^-2]: exp(-r)/(4 pi r^2).  Vectorised."""
+    """Fluence rate of light that has not collided, per power [in mean free paths^-2]: exp(-r)/(4 pi r^2).
+    Vectorised."""
     r = np.asarray(distance, dtype=float)
     return (np.exp(-r) / (4 * math.pi * r * r))[()]
 
 
 def asymptotic(distance: float, albedo: float) -> float:
-    """The part far from source, B exp(-kappa r)/(4 pi r), per power [in mean free paths^-2].  Vectorised over distance."""
+    """The part far from source, B exp(-kappa r)/(4 pi r), per power [in mean free paths^-2].  Vectorised over
+    distance."""
     kappa, factor = relaxation(float(albedo))
     r = np.asarray(distance, dtype=float)
     return (factor * np.exp(-kappa * r) / (4 * math.pi * r))[()]
 
 
 def diffusion(distance: float, albedo: float, g: float = 0.0) -> float:
-    """Diffusion's fluence rate, per power [in mean free paths^-2]: exp(-r/l)/(4 pi D r), D = 1/(3 (1 - g c)).  Vectorised.
+    """Diffusion's fluence rate, per power [in mean free paths^-2]: exp(-r/l)/(4 pi D r), D = 1/(3 (1 - g c)).
+    Vectorised.
 
     1/l^2 = (1 - c)/D.  What transport tends to for albedos near 1, far from the source (Ishimaru 1978, 9-3).
     """
@@ -104,8 +108,8 @@ def collided(distance: float, albedo: float) -> float:
 def shell_means(edges: np.ndarray, extinction: float = 1.0, albedo: float = 0.0) -> np.ndarray:
     """Mean fluence rate in shells round an isotropic point source, per power [m^-2], (n,).
 
-    edges: (n + 1,) increasing radii [m], from 0 on.  Each term of the fluence rate is integrated in closed form, r
-    exp(-s r), so that the pole at the source costs nothing.
+    edges: (n + 1,) increasing radii [m], from 0 on.  Each term of the fluence rate is integrated in closed
+    form, r exp(-s r), so that the pole at the source costs nothing.
     """
     edges = np.asarray(edges, dtype=float) * extinction
     volumes = 4 * math.pi / 3 * np.diff(edges) * (edges[1:] ** 2 + edges[1:] * edges[:-1] + edges[:-1] ** 2)
@@ -113,12 +117,14 @@ def shell_means(edges: np.ndarray, extinction: float = 1.0, albedo: float = 0.0)
 
 
 def absorbed_within(radius: float, extinction: float = 1.0, albedo: float = 0.0) -> float:
-    """Share of the power that is absorbed within a distance [m] of the source [1]: (1 - c) times the collisions there."""
+    """Share of the power that is absorbed within a distance [m] of the source [1]: (1 - c) times the collisions
+    there."""
     return float((1 - albedo) * _shell_integrals(np.array([0.0, extinction * radius]), albedo)[0])
 
 
 def net_flux(radius: float, extinction: float = 1.0, albedo: float = 0.0) -> float:
-    """Share of the power that crosses a sphere round the source for good [1], out less in: what is not absorbed within.
+    """Share of the power that crosses a sphere round the source for good [1], out less in: what is not absorbed
+    within.
 
     It is summed over what is absorbed beyond, so that far out it keeps its digits; with the albedo 1 it is 1.
     """

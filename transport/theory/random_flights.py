@@ -1,11 +1,13 @@
 """Random flights: how far a particle has come that scatters again and again and is not absorbed.
 
-Directions forget: the mean cosine between that now and that a time t ago is exp(-(1 - g) t), t in mean free times, so that
-the mean square displacement is 2 (nu t - 1 + exp(-nu t))/nu^2 mean free paths squared, nu = 1 - g (Taylor 1921; Fürth 1920):
-t^2 at first, straight flight, and 2 t/(1 - g) in the end, six times the diffusion constant.
+Directions forget: the mean cosine between that now and that a time t ago is exp(-(1 - g) t), t in mean free
+times, so that the mean square displacement is 2 (nu t - 1 + exp(-nu t))/nu^2 mean free paths squared, nu = 1 -
+g (Taylor 1921; Fürth 1920): t^2 at first, straight flight, and 2 t/(1 - g) in the end, six times the diffusion
+constant.
 
-A point burst seen along one coordinate is a plane burst: what has x in dx, whatever y and z, follows the plane pulse's
-density, known in closed form but for one integral (Ganapol 1986; benchmark AZURV1, Ganapol 2001).  Isotropic scattering.
+A point burst seen along one coordinate is a plane burst: what has x in dx, whatever y and z, follows the plane
+pulse's density, known in closed form but for one integral (Ganapol 1986; benchmark AZURV1, Ganapol 2001).
+Isotropic scattering.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ _SERIES = 24  # terms; below 1, the last is 1e-24 of the first
 
 
 def mean_square_displacement(time: float, g: float = 0.0) -> float:
-    """<r^2> after a time [mean free paths squared].  time: in mean free times; g: mean cosine, below 1.  Vectorised over time.
+    """<r^2> after a time [mean free paths squared].  time: in mean free times; g: mean cosine, below 1.
+    Vectorised over time.
 
     2 (nu t - 1 + exp(-nu t)) / nu^2 with nu = 1 - g, by its series where nu t < 1.
     """
@@ -35,7 +38,8 @@ def mean_square_displacement(time: float, g: float = 0.0) -> float:
 
 
 def mean_square_after(flights: int, g: float = 0.0) -> float:
-    """<r^2> after that many exponential flights [mean free paths squared]: 2 [n/(1-g) - g (1 - g^n)/(1-g)^2], 2 n for g = 0.
+    """<r^2> after that many exponential flights [mean free paths squared]: 2 [n/(1-g) - g (1 - g^n)/(1-g)^2], 2
+    n for g = 0.
 
     As 2 Σ (n - k) g^k over k from 0 to n - 1 (Flory 1969, a chain of fixed angles, with <l^2> = 2).
     """
@@ -44,7 +48,8 @@ def mean_square_after(flights: int, g: float = 0.0) -> float:
 
 
 def mean_advance(time: float, g: float = 0.0) -> float:
-    """Mean displacement along the first direction after a time [mean free paths]: (1 - exp(-(1 - g) t))/(1 - g).
+    """Mean displacement along the first direction after a time [mean free paths]: (1 - exp(-(1 - g) t))/(1 -
+    g).
 
     time: in mean free times; g below 1.  Vectorised over time.
     """
@@ -56,8 +61,9 @@ def plane_pulse(x: float, time: float, albedo: float = 1.0) -> float:
     """Density along x of particles born at x = 0 at the time 0 [per mean free path]; 0 for |x| > t.
 
     x: [mean free paths]; time: in mean free times, above 0; isotropic birth and scattering.  Vectorised over x.
-    exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)] du, u from 0 to pi}, with w = x/t
-    and y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2)) (Ganapol 2001).  The first term has not collided.
+    exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)] du, u from 0 to pi},
+    with w = x/t and y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2)) (Ganapol 2001).  The first term has not
+    collided.
     """
     w = np.abs(np.asarray(x, dtype=float) / time)
     inside = w < 1

@@ -1,0 +1,273 @@
+"""Shadow rays are cast: from births, from flights through scattering media and from diffuse walls towards a point detector.
+
+Each pass computes for every lane where its ray begins, its direction, and what it brings to the point if nothing stops it;
+0 where there is none.  `list_shadows` picks those that bring anything: the driver has them traced before the next pass.
+"""
+
+import math
+
+import numpy as np
+from numba import uint64
+
+from transport.compile.layout import (
+    DIFFUSE,
+    GRID,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    MEDIA,
+    NO_TABLE,
+    POINT,
+    POINT_EMISSION,
+    POINT_GLOW,
+    POINT_PHASE,
+    ROWS,
+    SLACK,
+    STANDING,
+)
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.refinements import cell
+from transport.engine.volumes import slab
+from transport.physics.device import device
+from transport.physics.directions import sample_isotropic
+from transport.physics.elementary import exp_negative
+from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
+from transport.physics.streams import SHADOW, random_words, short_uniform, uniform
+
+NUMBER = uint64(6)  # bits of a purpose below the number of the point detector
+NEUTRAL = 0.07957747154594767  # 1 / 4 pi
+INVERSE_PI = 0.3183098861837907
+
+
+@device
+def towards(x, y, z, px, py, pz):
+    """Unit direction and distance from one place to another; a direction of 0 where they are one."""
+    dx, dy, dz = px - x, py - y, pz - z
+    r = math.sqrt(dx * dx + dy * dy + dz * dz)
+    s = 1.0 / r if r > 0.0 else 0.0
+    return dx * s, dy * s, dz * s, r
+
+
+@lane_pass(POINT_EMISSION)
+def cast_from_births(b, table, first, live):
+    """What a birth sends: a share of its weight per steradian over the squared distance."""
+    px, py, pz, isotropic, lambertian, tally = (
+        table.x,
+        table.y,
+        table.z,
+        table.isotropic,
+        table.lambertian,
+        table.first,
+    )
+    for k in range(first, live):
+        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
+        density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
+        b.phase[k] = 1.0
+        b.stands[k] = b.sheet[k]
+        b.tally[k] = tally
+    return live
+
+
+@lane_pass(POINT_GLOW)
+def cast_from_box(b, table, first, live):
+    """A line through the point in a direction of all alike, and a place of the box on it: the 1/r^2 is drawn, not weighed."""
+    px, py, pz = table.x, table.y, table.z
+    hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+        near_x, far_x = slab(ox, ux, hx)
+        near_y, far_y = slab(oy, uy, hy)
+        near_z, far_z = slab(oz, uz, hz)
+        near = max(0.0, max(near_x, max(near_y, near_z)))
+        far = min(far_x, min(far_y, far_z))
+        inside = near < far
+        way = far - near if inside else 0.0
+        s = near + short_uniform(w3) * way if inside else 1.0
+        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.score[k] = b.weight[k] * way * scale
+        b.phase[k] = 1.0
+        b.stands[k] = 0
+        b.tally[k] = tally
+    return live
+
+
+@lane_pass(POINT_GLOW)
+def cast_from_sphere(b, table, first, live):
+    """The same for a ball; the chord is told from the place nearest its centre."""
+    px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+        h = ox * ux + oy * uy + oz * uz
+        qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+        q = math.sqrt(qx * qx + qy * qy + qz * qz)
+        d = (radius - q) * (radius + q)
+        half = math.sqrt(d if d > 0.0 else 0.0)
+        near = -h - half
+        near = near if near > 0.0 else 0.0
+        far = half - h
+        inside = near < far
+        way = far - near if inside else 0.0
+        s = near + short_uniform(w3) * way if inside else 1.0
+        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.score[k] = b.weight[k] * way * scale
+        b.phase[k] = 1.0
+        b.stands[k] = 0
+        b.tally[k] = tally
+    return live
+
+
+@lane_pass(ROWS)
+def know_phase(b, table, first, live):
+    """The number of the phase function of the medium that a lane flies in."""
+    rows = view(table.rows, table.count, MEDIA)
+    for k in range(first, live):
+        b.law[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
+    return live
+
+
+@lane_pass(POINT)
+def cast_from_flights(b, table, first, live):
+    """What scattering somewhere on a flight sends, over the flight and per coefficient of scattering drawn equiangularly.
+
+    No factor for the way flown as far as that place: that it flies so far is drawn; only absorption along it is weighed.  In
+    voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid` knows it.
+    """
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, b.event[k], purpose, seed_low, seed_high)
+        x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = px - x, py - y, pz - z
+        foot = rx * ux + ry * uy + rz * uz
+        qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
+        least = math.sqrt(qx * qx + qy * qy + qz * qz)
+        start, end = b.start[k] + SLACK, b.distance[k] - SLACK
+        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (start < end) & (end < math.inf)
+        place, inverse = sample_equiangular(
+            least, start - foot, (end if flies else start) - foot, uniform(w0, w1)
+        )
+        t = foot + place
+        sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
+        vx, vy, vz, r = towards(sx, sy, sz, px, py, pz)
+        mfp = b.mfp[k]
+        sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
+        score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
+        b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.bent[k] = ux * vx + uy * vy + uz * vz
+        b.score[k] = score if flies & (r > 0.0) else 0.0
+        b.phase[k] = 0.0
+        b.stands[k] = 0
+        b.tally[k] = tally
+    return live
+
+
+@lane_pass(GRID)
+def weigh_in_grid(b, table, first, live):
+    """The coefficient of scattering in the voxel where a shadow ray begins."""
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
+            i = voxel_along((b.sx[k] - table.cx) * table.per_x, table.nx)
+            j = voxel_along((b.sy[k] - table.cy) * table.per_y, table.ny)
+            m = voxel_along((b.sz[k] - table.cz) * table.per_z, table.nz)
+            here = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+            b.score[k] *= -here * table.size
+    return live
+
+
+@device
+def voxel_along(place, count):
+    """The voxel along one axis at a place; rounding leads out of none."""
+    number = int(place)
+    number = number if number > 0 else 0
+    return number if number < count else count - 1
+
+
+@lane_pass(POINT_PHASE)
+def weigh_isotropically(b, table, first, live):
+    """Isotropic scattering."""
+    number, density = table.number, table.share * NEUTRAL
+    for k in range(first, live):
+        b.phase[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_henyey_greenstein(b, table, first, live):
+    """Henyey and Greenstein's phase function."""
+    number, share, g = table.number, table.share, table.g
+    for k in range(first, live):
+        density = share * henyey_greenstein_density(g, b.bent[k])
+        b.phase[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_rayleigh(b, table, first, live):
+    """Rayleigh's phase function."""
+    number, share = table.number, table.share
+    for k in range(first, live):
+        density = share * rayleigh_density(b.bent[k])
+        b.phase[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_table(b, table, first, live):
+    """A tabulated phase function: linear in the cosine between its points."""
+    count = table.cells + 1
+    cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
+    for k in range(first, live):
+        if (b.law[k] == table.number) & (b.score[k] != 0.0):
+            mu = min(1.0, max(-1.0, b.bent[k]))
+            j = cell(mu, table.cells, table.cosines)
+            part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
+            b.phase[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
+    return live
+
+
+@lane_pass(POINT)
+def cast_from_walls(b, table, first, live):
+    """What a diffuse wall sends of the weight that it has just reflected, or let through, to the side that it leaves to."""
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    for k in range(first, live):
+        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        side = 1.0 if b.mu[k] > 0.0 else -1.0
+        cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
+        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
+        b.phase[k] = 1.0
+        b.stands[k] = b.sheet[k] & STANDING
+        b.tally[k] = tally
+    return live
+
+
+@lane_pass(NO_TABLE)
+def list_shadows(b, table, first, live):
+    """The lanes whose rays bring anything."""
+    cast = 0
+    for k in range(first, live):  # no branch, so nothing to mispredict
+        score = b.score[k] * b.phase[k]
+        b.score[k] = score
+        b.listed[cast] = k
+        cast += 1 if score > 0.0 else 0
+    b.cast, b.taken = cast, 0
+    return live

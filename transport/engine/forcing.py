@@ -1,0 +1,80 @@
+"""Forced first collisions, for thin media: until it has collided, each flight through a medium makes a copy that collides.
+
+On a flight of optical depth tau, w exp(-tau) goes on to the surface ahead and w (1 - exp(-tau)) flies, as a copy with a birth
+weight of its own, to a collision before it: at depth -ln(1 - u (1 - exp(-tau))).
+"""
+
+import math
+
+import numpy as np
+
+from transport.compile.layout import NO_TABLE, ROULETTE, SLACK
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.physics.elementary import expm1_negative, log1p, log_positive
+from transport.physics.streams import LOW32, PATH, random_words, short_uniform, uniform
+
+FRESH, FREE = -1.0, 0.0  # what is to be forced, and what is not; a positive number: the path of a forced copy
+
+
+@lane_pass(NO_TABLE)
+def begin_fresh(b, table, first, live):
+    """Nothing has collided yet."""
+    for k in range(first, live):
+        b.ahead[k] = FRESH
+    return live
+
+
+@lane_pass(NO_TABLE)
+def fly_or_be_forced(b, table, first, live):
+    """Draw a free path, as collisions.fly; what is fresh looks as far as the surface ahead, a copy has its path."""
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
+        flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
+        depth, ahead = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)), b.ahead[k]
+        path = ahead if ahead > 0.0 else depth * b.mfp[k]
+        path = math.inf if ahead == FRESH else path
+        b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
+        b.ahead[k] = FREE if flies & (ahead > 0.0) else ahead
+        b.depth[k] = depth
+        b.event[k] += 1 if flies else 0
+        b.flies[k] = 1 if flies else 0
+        b.u0[k], b.u1[k] = uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def force_collision(b, table, first, live):
+    """Divide what is fresh into what comes through to the surface ahead and what does not.
+
+    Where no surface is ahead it collides as it would.
+    """
+    total_high, total_low = 0, 0
+    for k in range(first, live):
+        fresh = (b.flies[k] != 0) & (b.ahead[k] == FRESH) & (b.mfp[k] < math.inf)
+        w, mfp = b.weight[k], b.mfp[k]
+        way = b.distance[k] - b.start[k]
+        ends = way < math.inf
+        tau = way / mfp if fresh & ends else 1.0
+        share, chance = expm1_negative(-tau), expm1_negative(-b.depth[k])
+        path = -log1p(-chance * share) * mfp
+        forced = fresh & ends
+        high, low = limbs(w)
+        caught, rest = -w * share, w + w * share
+        caught_high, caught_low = limbs(caught)
+        rest_high, rest_low = limbs(rest)
+        total_high += high - caught_high - rest_high if forced else 0
+        total_low += low - caught_low - rest_low if forced else 0
+        b.caught[k] = caught if forced & (caught > 0.0) else 0.0
+        b.path[k] = path
+        b.copies[k] = 1 if forced & (caught > 0.0) else 0
+        b.weight[k] = rest if forced else w
+        far = fresh & (not ends)
+        b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * SLACK) if far else b.distance[k]
+        b.ahead[k] = FREE if far else b.ahead[k]
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[4 * ROULETTE] += total_high
+    ledger[4 * ROULETTE + 1] += total_low
+    return live

@@ -1,0 +1,75 @@
+"""Splitting and thinning out by importance: where it rises histories become many light ones, where it falls few heavy ones.
+
+The weight to have is birth weight over importance; within a factor of two of it nothing is done.  Flights in media are cut
+at stations so short that importance at most doubles: what passes deep without a collision is split on the way.
+"""
+
+import math
+
+import numpy as np
+from numba import int64
+
+from transport.compile.layout import IMPORTANCE, ROULETTE, SLACK
+from transport.engine.addresses import view
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.physics.elementary import exp_negative
+from transport.physics.streams import WEIGH, random_words, uniform
+
+MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
+
+
+@lane_pass(IMPORTANCE)
+def cut_flight(b, table, first, live):
+    """A flight in a medium ends at a station, if nothing ends it before."""
+    station = table.station
+    for k in range(first, live):
+        end = b.start[k] + (station + 2.0 * SLACK)
+        cuts = (b.flies[k] != 0) & (end < b.distance[k]) & ((b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0))
+        b.distance[k] = end if cuts else b.distance[k]
+        b.cut[k] = 1 if cuts else 0
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def pause_at_station(b, table, first, live):
+    """What came to a station has not collided."""
+    paused = 0
+    for k in range(first, live):
+        pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
+        b.cut[k] = 1 if pauses | (b.collides[k] != 0) else 0  # ended within a medium: to be weighed
+        b.collides[k] = 0 if pauses else b.collides[k]
+        paused += 1 if pauses else 0
+    b.collisions -= paused
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def weigh_by_importance(b, table, first, live):
+    """Too heavy for the place: split; too light: killed or raised.  The ledger takes what was killed less what was gained."""
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    total_high, total_low = 0, 0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
+        rise = min(max(rise, 0.0), most)
+        w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
+        wanted = b.birth[k] * exp_negative(-rise)
+        ratio = w / wanted
+        count = math.floor(ratio) if ratio < MOST_COPIES else MOST_COPIES
+        count = count if count > 1.0 else 1.0
+        dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
+        new = w / count if splits else w
+        new = (wanted if uniform(w0, w1) < ratio else 0.0) if dies_or_rises else new
+        b.copies[k] = int64(count) - 1 if splits else 0
+        high, low = limbs(w)
+        new_high, new_low = limbs(new)
+        many = int64(count) if splits else 1
+        total_high += high - many * new_high
+        total_low += low - many * new_low
+        b.weight[k] = new
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[4 * ROULETTE] += total_high
+    ledger[4 * ROULETTE + 1] += total_low
+    return live

@@ -1,0 +1,77 @@
+"""What a PointDetector reads: the fluence rate in one place, and whether a few scores carry it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from transport.compile.layout import POINT_ROWS
+from transport.compile.points import SCALES
+from transport.points import PointDetector
+from transport.results.estimates import Estimate
+from transport.results.quantified import Quantified
+from transport.units import Unit
+
+POINT_QUANTITIES = ("fluence_rate", "counts")
+FEW, MUCH = 10, 0.1  # scores, which should not carry more than this share
+
+
+class PointReading(Quantified):
+    """One PointDetector's quantities, each an Estimate."""
+
+    known, title = POINT_QUANTITIES, "point detector "
+
+    def __init__(self, result, detector: PointDetector) -> None:
+        self.detector, self.name = detector, detector.name
+        self._plan, self._run = result.plan, result.run
+        first = self._plan.bases[detector.name]
+        rows = slice(first, first + POINT_ROWS)
+        self._weights = np.array([batch.weights[rows] for batch in result.batches]) * SCALES
+        self._counts = np.array([batch.counts[rows] for batch in result.batches])
+
+    @cached_property
+    def fluence_rate(self) -> Estimate:
+        """Fluence rate at the point, phi = ∫ L dω over all directions [W m^-2].
+
+        Without what a Beam brings straight from its source; see PointDetector for how its error falls.
+        """
+        values = self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
+        return Estimate(values, self._run, Unit.parse("W m^-2"), counts=int(self._counts.sum()))
+
+    @cached_property
+    def counts(self) -> Estimate:
+        """Number of scores in the whole run: of births, flights and reflections that the point was seen from."""
+        counts = self._counts.sum(axis=1)
+        values = counts * self._run.sizes.sum() / self._run.sizes
+        return Estimate(values, self._run, Unit.parse("1"), counts=int(counts.sum()))
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether nothing was counted at all."""
+        return not self._counts.any()
+
+    @cached_property
+    def few(self) -> tuple[int, float]:
+        """How many scores are the largest ones, about FEW at most, and what share of all they are: (0, 0) where none stand out.
+
+        Told from the rows of scores within four octaves of one another.
+        """
+        counts, weights = self._counts.sum(axis=0)[::-1], self._weights.sum(axis=0)[::-1]
+        among = np.flatnonzero(np.cumsum(counts) <= FEW)
+        number, total = int(counts[among].sum()), float(weights.sum())
+        return (number, float(weights[among].sum()) / total) if number and total else (0, 0.0)
+
+    @property
+    def warning(self) -> str | None:
+        """What to know before trusting it, where a few scores carry it."""
+        number, share = self.few
+        if share <= MUCH:
+            return None
+        return (
+            f"{number} of the scores of point detector {self.name!r} make up {share:.0%} of it: its error is not to be"
+            " trusted; use more particles, or a small VolumeDetector"
+        )
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"
