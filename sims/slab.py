@@ -42,6 +42,7 @@ PHASES = ("henyey-greenstein", "rayleigh")
 INCIDENCES = ("beam", "lambertian")
 BINS, GROUP = 30, 6  # of cosine a side, and how many of them a row of the table holds
 EDGES = np.linspace(0, 1, BINS + 1)
+DEFAULTS = {"tau": 2.0, "albedo": 0.9, "g": 0.75, "mu0": 1.0, "incidence": "beam"}
 LEAST = 1e-4  # share that passes straight; less is no row
 BACK, ON, STAYS, STRAIGHT, SCATTERED = (
     "reflected R",
@@ -50,7 +51,8 @@ BACK, ON, STAYS, STRAIGHT, SCATTERED = (
     "transmitted unscattered",
     "transmitted scattered",
 )
-DEPTHS = np.geomspace(0.05, 16, 24)  # of the curves
+SHOWN = 4  # slabs in the figure of radiance
+DEPTHS = np.geomspace(0.05, 16, 36)  # of the curves
 
 
 def cases() -> list[dict[str, object]]:
@@ -122,16 +124,22 @@ def _source(incidence: str, mu0: float, height: float) -> tp.Source:
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     emitted, straight = result.ledger["emitted"], result["straight"].flux_out
-    absorbed = result.ledger["absorbed"]
     back, on = result["top"].flux_out, result["bottom"].flux_out
     rows = {BACK: back / emitted, ON: on / emitted}
-    if absorbed.value != 0:
-        rows[STAYS] = absorbed / emitted
-    if straight.value > LEAST * emitted.value:
+    body, emission = result.scene.surfaces[0], result.scene.sources[0].emission
+    if body.inside.absorption > 0:
+        rows[STAYS] = result.ledger["absorbed"] / emitted
+    mu0 = -emission.direction[2] if isinstance(emission, tp.Beam) else 1.0
+    if _passes_straight(body.inside.extinction * body.shape.thickness, mu0):
         rows |= {STRAIGHT: straight / emitted, SCATTERED: (on - straight) / emitted}
     for way, shares in (("back", shares_back(result)), ("scattered on", shares_on(result))):
         rows |= {_bin(way, k): shares[k : k + GROUP].sum() for k in range(0, BINS, GROUP)}
     return rows
+
+
+def _passes_straight(tau: float, mu0: float) -> bool:
+    """Whether enough passes unscattered to be counted."""
+    return math.exp(-tau / mu0) > LEAST
 
 
 def shares_back(result: tp.Result) -> tp.EstimateArray:
@@ -150,11 +158,11 @@ def _bin(way: str, first: int) -> str:
 
 
 def exact(**parameters: object) -> dict[str, float]:
-    light = light_of(**parameters)
+    light, given = light_of(**parameters), DEFAULTS | parameters
     rows = {BACK: light.reflected, ON: light.transmitted}
-    if parameters.get("albedo", 0.9) < 1:
+    if given["albedo"] < 1:
         rows[STAYS] = light.absorbed
-    if light.unscattered_on > LEAST:
+    if _passes_straight(given["tau"], given["mu0"] if given["incidence"] == "beam" else 1.0):
         rows |= {STRAIGHT: light.unscattered_on, SCATTERED: light.transmitted_diffuse}
     edges = EDGES[::GROUP]
     for way, shares in (("back", light.reflected_in(edges)), ("scattered on", light.transmitted_in(edges))):
@@ -215,7 +223,7 @@ def draw_shares(outcomes: list[Outcome], path: Path) -> None:
     for name, words in names.items():
         shown = [o for o in outcomes if name in {row.name for row in o.rows}]
         if shown:
-            depths = [o.parameters.get("tau", 2.0) for o in shown]
+            depths = [(DEFAULTS | o.parameters)["tau"] for o in shown]
             curve = (DEPTHS, np.array([getattr(light, values[name]) for light in lights]))
             rows = [o[name] for o in shown]
             members[words] = Family(
@@ -236,7 +244,7 @@ def draw_radiance(outcomes: list[Outcome], path: Path) -> None:
     from viz.polar_radiance import Lobes, polar_radiance
 
     members = {}
-    for outcome in outcomes[:1] + outcomes[4:7]:
+    for outcome in list({_kind(o): o for o in reversed(outcomes)}.values())[::-1][:SHOWN]:
         light, mu = light_of(**outcome.parameters), (EDGES[1:] + EDGES[:-1]) / 2
         projected = math.pi * np.diff(EDGES**2) / math.pi  # of each bin, over that of a hemisphere
         members[_label(outcome)] = Lobes(
@@ -252,12 +260,11 @@ def draw_radiance(outcomes: list[Outcome], path: Path) -> None:
 
 
 def _label(outcome: Outcome) -> str:
-    p = {"tau": 2.0} | outcome.parameters
-    return f"τ = {p['tau']:g}, {_described(outcome)}"
+    return f"τ = {(DEFAULTS | outcome.parameters)['tau']:g}, {_described(outcome)}"
 
 
 def _described(outcome: Outcome) -> str:
-    p = {"albedo": 0.9, "g": 0.75, "mu0": 1.0, "incidence": "beam"} | outcome.parameters
+    p = DEFAULTS | outcome.parameters
     scatters = "Rayleigh" if p.get("phase") == "rayleigh" else f"g = {p['g']:g}"
     falls = "Lambertian" if p["incidence"] == "lambertian" else f"μ₀ = {p['mu0']:g}"
     return f"a = {p['albedo']:g}, {scatters}, {falls}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.results.point_readings import POINT_QUANTITIES
@@ -75,8 +76,8 @@ def _check_quantity(scene: Scene, name: str) -> None:
     known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
-    has_moments = getattr(asked, "moments", False)
-    if quantity in (*OF_MOMENTS, *OF_PHASE_MOMENTS) and not has_moments:
+    of_moments = {Detector: OF_MOMENTS, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
+    if quantity in of_moments and not asked.moments:
         raise SceneError(f"simulate: error of {name!r} needs moments; write moments=True")
     if isinstance(asked, PhaseSpace):
         return

@@ -91,8 +91,10 @@ def _draw_star(axes: Axes, limb: Limb) -> None:
     axes.plot([0, 0], [-1.06, 1.06], color=INK, lw=1.2, ls=":")
     for x_words, words in ((-0.5, "counted, by bins"), (0.5, "by the law")):
         axes.text(x_words, 1.1, words, ha="center", fontsize=18)
-    axes.set(aspect="equal", xlim=(-1.08, 1.08), ylim=(-1.1, 1.24))
+    axes.set(aspect="equal", xlim=(-1.08, 1.08), ylim=(-1.36, 1.24))
     axes.set_axis_off()
     axes.set_title("Milne's star, seen from afar", fontsize=20)
-    bar = axes.figure.colorbar(picture, ax=axes, orientation="horizontal", shrink=0.75, pad=0.02)
+    bar = axes.figure.colorbar(
+        picture, cax=axes.inset_axes([0.15, 0.07, 0.7, 0.025]), orientation="horizontal"
+    )
     bar.set_label("π L / exitance")

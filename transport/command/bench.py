@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from transport.command.bench_rows import rates, row
+from transport.command.media_bench import half_space_scene, media_rows, slab_scene
 from transport.command.pass_costs import pass_costs
 from transport.detectors import Detector, Directions
 from transport.emissions import Effusive, Lambertian
@@ -98,6 +100,7 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
         *_disk_rows(repeats, share),
         *_clock_rows(repeats, share),
         *_optics_rows(repeats, share),
+        *media_rows(repeats, share),
         *_memory_rows(1_000_000_000 if long else 10_000_000),
         *_pass_rows("closed box", box_scene()),
         *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),
@@ -105,6 +108,8 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
         *_pass_rows("tube", tube_scene()),
         *_pass_rows("glass ball", glass_ball_scene()),
         *_pass_rows("mesh box", mesh_box_scene()),
+        *_pass_rows("slab", slab_scene()),
+        *_pass_rows("half space", half_space_scene()),
     ]
 
 
@@ -113,10 +118,10 @@ def render(rows: list[dict]) -> Table:
     table = Table("measured", title="medians of one run, one thread unless said")
     for column in ("ratio", "value", "unit"):
         table.add_column(column, justify="left" if column == "unit" else "right")
-    for row in sorted(rows, key=lambda row: row["ratio"] is None):
-        ratio = "" if row["ratio"] is None else f"{row['ratio']:.2f}"
-        value = f"{row['value'] / 1e6:.1f} M" if row["value"] >= 1e6 else f"{row['value']:.3g}"
-        table.add_row(row["name"], ratio, value, row["unit"])
+    for each in sorted(rows, key=lambda each: each["ratio"] is None):
+        ratio = "" if each["ratio"] is None else f"{each['ratio']:.2f}"
+        value = f"{each['value'] / 1e6:.1f} M" if each["value"] >= 1e6 else f"{each['value']:.3g}"
+        table.add_row(each["name"], ratio, value, each["unit"])
     return table
 
 
@@ -133,23 +138,23 @@ def _box_rows(repeats: int, share: int) -> list[dict]:
         busy.append((time.process_time() - cpu) / (time.perf_counter() - wall))
         return crossings
 
-    one, two, by_one = _rates(
+    one, two, by_one = rates(
         repeats,
         lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.crossings,
         run_two,
         lambda: run_box(slow, 1)[0],
     )
     return [
-        _row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
-        _row("closed box, two threads against one", two, "crossings/s", two / one),
-        _row(
+        row("closed box, against one particle at a time", one, "crossings/s", one / by_one),
+        row("closed box, two threads against one", two, "crossings/s", two / one),
+        row(
             "closed box, two threads: CPU time over wall time",
             np.array(busy[1:]),
             "cores",
             np.array(busy[1:]),
         ),
-        _row("closed box, one particle at a time", by_one, "crossings/s"),
-        _row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
+        row("closed box, one particle at a time", by_one, "crossings/s"),
+        row("closed box, lost", sum(batch.lost for batch in first.batches), "particles"),
     ]
 
 
@@ -157,14 +162,14 @@ def _disk_rows(repeats: int, share: int) -> list[dict]:
     from transport.command.yardstick import run_disks
 
     scene, histories, slow = disks_scene(), DISKS // share, DISKS_ONE_BY_ONE // share
-    engine, by_one = _rates(
+    engine, by_one = rates(
         repeats,
         lambda: simulate(scene, particles=histories, seed=1, threads=1, progress=False).cost.particles,
         lambda: run_disks(slow, 1) and slow,
     )
     return [
-        _row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
-        _row("coaxial disks, one particle at a time", by_one, "particles/s"),
+        row("coaxial disks, against one particle at a time", engine, "particles/s", engine / by_one),
+        row("coaxial disks, one particle at a time", by_one, "particles/s"),
     ]
 
 
@@ -175,10 +180,10 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
         "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
         "with thermal walls as well, against speeds": thermal_box_scene(),
     }
-    rates = _rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
-    pairs = zip(scenes, rates, rates[1:], strict=False)
+    found = rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
+    pairs = zip(scenes, found, found[1:], strict=False)
     return [
-        _row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
+        row(f"time of a closed box {what}", 1e9 / rate, "ns/crossing", before / rate)
         for what, before, rate in pairs
     ]
 
@@ -186,10 +191,10 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
 def _optics_rows(repeats: int, share: int) -> list[dict]:
     """Curved, refracting and meshed surfaces, a crossing of each against one of the closed box."""
     scenes = {"tube": tube_scene(), "glass ball": glass_ball_scene(), "mesh box": mesh_box_scene()}
-    rates = _rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
+    found = rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
     return [
-        _row(f"{name}, against the closed box", rate, "crossings/s", rate / rates[0])
-        for name, rate in zip(scenes, rates[1:], strict=True)
+        row(f"{name}, against the closed box", rate, "crossings/s", rate / found[0])
+        for name, rate in zip(scenes, found[1:], strict=True)
     ]
 
 
@@ -203,7 +208,7 @@ def _memory_rows(particles: int) -> list[dict]:
     root = Path(__file__).resolve().parents[2]
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
     return [
-        _row(f"coaxial disks, peak memory for {particles:.0e} particles", float(child.stdout) / 2**20, "MiB")
+        row(f"coaxial disks, peak memory for {particles:.0e} particles", float(child.stdout) / 2**20, "MiB")
     ]
 
 
@@ -222,20 +227,4 @@ def peak_memory(particles: int) -> float:
 
 
 def _pass_rows(title: str, scene: Scene) -> list[dict]:
-    return [_row(f"{title}, {name}", cost, "ns/lane") for name, cost in pass_costs(scene).items()]
-
-
-def _row(name: str, values: np.ndarray | float, unit: str, ratios: np.ndarray | None = None) -> dict:
-    ratio = None if ratios is None else float(np.median(ratios))
-    return {"name": name, "value": float(np.median(values)), "unit": unit, "ratio": ratio}
-
-
-def _rates(repeats: int, *works: Callable[[], int]) -> np.ndarray:
-    """What each of the works does a second, taken in turns: (works, repeats).  A first turn compiles and is not timed."""
-    rates = np.zeros((len(works), repeats + 1))
-    for turn in range(repeats + 1):
-        for number, work in enumerate(works):
-            begun = time.perf_counter()
-            done = work()
-            rates[number, turn] = done / (time.perf_counter() - begun)
-    return rates[:, 1:]
+    return [row(f"{title}, {name}", cost, "ns/lane") for name, cost in pass_costs(scene).items()]

@@ -69,7 +69,9 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     values["scale"] = _scale(plan, detector, shape)
     row = layout.row(layout.VOLUME, **{"rows": 1} | values)
     grids = tuple(_grids(plan, shape, row))
-    return Volume(detector, shape, row, size / values["scale"], cells * rows > 1, absorbs, grids)
+    is_hollow = not isinstance(shape, Box) and detector.cells is not None
+    has_cells = cells * rows > 1 or is_hollow
+    return Volume(detector, shape, row, size / values["scale"], has_cells, absorbs, grids)
 
 
 def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:

@@ -66,7 +66,7 @@ def cast_from_births(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
-        b.phase[k] = 1.0
+        b.density[k] = 1.0
         b.stands[k] = b.sheet[k]
         b.tally[k] = tally
     return live
@@ -94,7 +94,7 @@ def cast_from_box(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.phase[k] = 1.0
+        b.density[k] = 1.0
         b.stands[k] = 0
         b.tally[k] = tally
     return live
@@ -124,7 +124,7 @@ def cast_from_sphere(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.phase[k] = 1.0
+        b.density[k] = 1.0
         b.stands[k] = 0
         b.tally[k] = tally
     return live
@@ -171,7 +171,7 @@ def cast_from_flights(b, table, first, live):
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.bent[k] = ux * vx + uy * vy + uz * vz
         b.score[k] = score if flies & (r > 0.0) else 0.0
-        b.phase[k] = 0.0
+        b.density[k] = 0.0
         b.stands[k] = 0
         b.tally[k] = tally
     return live
@@ -204,7 +204,7 @@ def weigh_isotropically(b, table, first, live):
     """Isotropic scattering."""
     number, density = table.number, table.share * NEUTRAL
     for k in range(first, live):
-        b.phase[k] += density if b.law[k] == number else 0.0
+        b.density[k] += density if b.law[k] == number else 0.0
     return live
 
 
@@ -214,7 +214,7 @@ def weigh_by_henyey_greenstein(b, table, first, live):
     number, share, g = table.number, table.share, table.g
     for k in range(first, live):
         density = share * henyey_greenstein_density(g, b.bent[k])
-        b.phase[k] += density if b.law[k] == number else 0.0
+        b.density[k] += density if b.law[k] == number else 0.0
     return live
 
 
@@ -224,7 +224,7 @@ def weigh_by_rayleigh(b, table, first, live):
     number, share = table.number, table.share
     for k in range(first, live):
         density = share * rayleigh_density(b.bent[k])
-        b.phase[k] += density if b.law[k] == number else 0.0
+        b.density[k] += density if b.law[k] == number else 0.0
     return live
 
 
@@ -238,7 +238,7 @@ def weigh_by_table(b, table, first, live):
             mu = min(1.0, max(-1.0, b.bent[k]))
             j = cell(mu, table.cells, table.cosines)
             part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
-            b.phase[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
+            b.density[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
     return live
 
 
@@ -254,7 +254,7 @@ def cast_from_walls(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.phase[k] = 1.0
+        b.density[k] = 1.0
         b.stands[k] = b.sheet[k] & STANDING
         b.tally[k] = tally
     return live
@@ -265,7 +265,7 @@ def list_shadows(b, table, first, live):
     """The lanes whose rays bring anything."""
     cast = 0
     for k in range(first, live):  # no branch, so nothing to mispredict
-        score = b.score[k] * b.phase[k]
+        score = b.score[k] * b.density[k]
         b.score[k] = score
         b.listed[cast] = k
         cast += 1 if score > 0.0 else 0

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Batches", "Estimate", "EstimateArray"]
 
 _UNITS = {  # of axes; those of u and v depend on the shape
-    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "x": "m", "y": "m", "z": "m",
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
     "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
 }  # fmt: skip
 _KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
