@@ -57,7 +57,7 @@ def test_every_row_is_met_and_would_show_a_bias(outcomes):
         assert bias < 0.4, f"{outcome.title}: {row.name}: {bias:.1%}"
 
 
-@pytest.mark.parametrize("albedo", [0.5, 0.9])
+@pytest.mark.parametrize("albedo", [0.5, 0.8])
 @pytest.mark.parametrize("name", point_in_fog.ESTIMATORS)
 def test_what_has_not_collided_is_not_all(steady, albedo, name):
     means = point_source.shell_means(SHELLS)
@@ -67,15 +67,15 @@ def test_what_has_not_collided_is_not_all(steady, albedo, name):
 
 
 def test_the_fluence_rate_at_the_middle_of_a_shell_is_not_its_mean(steady):
-    track = steady[0.9].result["track"].fluence_rate
+    track = steady[0.8].result["track"].fluence_rate
     for i in (0, 1, 2):
         middle = (SHELLS[i] + SHELLS[i + 1]) / 2
-        assert_rejected(track[i], point_source.fluence_rate(middle, 1.0, 0.9))
+        assert_rejected(track[i], point_source.fluence_rate(middle, 1.0, 0.8))
 
 
 def test_diffusion_is_rejected_near_the_source_and_where_much_is_absorbed(steady):
     x, w = np.polynomial.legendre.leggauss(20)
-    for albedo, shells in ((0.9, (0, 1, 2, 3)), (0.5, range(len(SHELLS) - 1))):
+    for albedo, shells in ((0.8, range(5)), (0.5, range(len(SHELLS) - 1))):
         track = steady[albedo].result["track"].fluence_rate
         for i in shells:
             r = SHELLS[i] + (SHELLS[i + 1] - SHELLS[i]) * (1 + x) / 2
@@ -116,18 +116,17 @@ def test_a_mean_cosine_that_is_forgotten_or_a_little_off_is_rejected(clocks):
 
 
 @pytest.mark.parametrize("time", point_in_fog.PULSES)
-def test_a_burst_follows_the_plane_pulse_along_each_axis(clocks, time):
-    """Chi-square over 50 bins; a pulse a hundredth of the time later is rejected."""
-    for axis in "xyz":
-        number = clocks[0.0].result[point_in_fog._counter(axis, time)].number.value
-        counts = np.rint(number * PARTICLES).reshape(50, -1).sum(axis=1)
-        edges = np.linspace(-time, time, 51)
-        shares = random_flights.plane_pulse_shares(edges, time)
-        assert counts.sum() == PARTICLES
-        assert_follows(counts, shares / shares.sum(), FALSE_ALARM / 9)
-        late = random_flights.plane_pulse_shares(edges, 1.03 * time)
-        with pytest.raises(AssertionError, match="chi-square"):
-            assert_follows(counts, late / late.sum(), FALSE_ALARM)
+def test_a_burst_follows_the_plane_pulse(clocks, time):
+    """Chi-square over 50 bins; the pulse of a time 3 % later is rejected."""
+    number = clocks[0.0].result[point_in_fog._counter(time)].number.value
+    counts = np.rint(number * PARTICLES).reshape(50, -1).sum(axis=1)
+    edges = np.linspace(-time, time, 51)
+    shares = random_flights.plane_pulse_shares(edges, time)
+    assert counts.sum() == PARTICLES
+    assert_follows(counts, shares / shares.sum(), FALSE_ALARM / 3)
+    late = random_flights.plane_pulse_shares(edges, 1.03 * time)
+    with pytest.raises(AssertionError, match="chi-square"):
+        assert_follows(counts, late / late.sum(), FALSE_ALARM)
 
 
 def test_no_particle_ends_while_the_clock_runs(clocks):
@@ -138,7 +137,7 @@ def test_no_particle_ends_while_the_clock_runs(clocks):
 def test_fog_in_millimetres_is_a_million_times_as_bright():
     settings = {"subject": "steady", "mean_free_path": 1e-3}
     small = run_experiment(point_in_fog, settings, particles=50_000, seed=1)
-    assert len(judge(small)) > 40
+    assert len(judge(small)) > 30
     large = point_in_fog.exact(albedo=0.5)
     for name, value in small[0].result["track"].fluence_rate.coords.items():
         np.testing.assert_allclose(value, SHELLS * 1e-3, err_msg=name)

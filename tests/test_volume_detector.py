@@ -305,7 +305,7 @@ def test_in_a_grid_each_cell_absorbs_by_the_voxels_on_the_way(tracking, scatters
 @pytest.mark.parametrize("speeds", [(2.0,), (2.0, 0.5, 0.0)])
 def test_a_gas_at_rest_as_a_whole_has_the_fluence_rate_n_v(speeds):
     sources = [tp.Source(tp.Box(size=4.4), tp.Gas(10.0, speed)) for speed in speeds]
-    looks = [tp.VolumeDetector(BOX, "box"), tp.VolumeDetector(BALL, "ball", (3,))]
+    looks = [tp.VolumeDetector(tp.Box(size=2.4), "box"), tp.VolumeDetector(BALL, "ball", (3,))]
     result = run(tp.Scene(sources, [], looks, duration=0.5), particles=400_000)
     flow = 10.0 * sum(speeds)
     assert_agrees(result["box"].fluence_rate, flow, FALSE_ALARM)
@@ -345,7 +345,8 @@ def test_a_flash_is_counted_as_far_as_it_comes_before_the_clock_stops(tracking):
 def test_aimed_births_count_from_their_source_to_their_target_and_beyond():
     meter = tp.Disk(center=(0, 0, 3), radius=0.2, normal=(0, 0, -1))
     looks = [
-        tp.VolumeDetector(tp.Box(center=(0, 0, z), size=(9, 9, 0.5)), f"at {z}") for z in (0.25, 2.75, 3.25)
+        tp.VolumeDetector(tp.Box(center=(0, 0, z), size=(9, 9, 0.5)), f"at {round(100 * z)} cm")
+        for z in (0.25, 2.75, 3.25)
     ]
     source = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0), aim=meter)
     result = run(tp.Scene(source, [], [*looks, tp.Detector(meter, "meter")]))

@@ -55,7 +55,7 @@ def simulate(
     seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
     if estimator != "analog":
         raise SceneError(f"simulate: estimator must be 'analog', got {estimator!r}; others are not there yet")
-    tracking = checked_tracking(tracking)
+    tracking = checked_tracking(scene, tracking)
     with progress_on(progress) as bar:
         begun = time.perf_counter()
         machine = _machine(scene, tracking, bar)
@@ -76,12 +76,17 @@ def simulate(
     return Result(machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings)
 
 
-def checked_tracking(tracking: Tracking | str | None) -> Tracking | None:
+def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
     """How to follow histories through media; None where that is left to the scene."""
+    if isinstance(tracking, str) and tracking in ("analog", "weighted"):
+        tracking = Tracking(absorption=tracking)
     if tracking is None or isinstance(tracking, Tracking):
+        if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
+            raise SceneError(
+                f"simulate: tracking must be analog in a scene with a duration, got {tracking}; write"
+                " Tracking(absorption='analog', ...)"
+            )
         return tracking
-    if tracking in ("analog", "weighted"):
-        return Tracking(absorption=tracking)
     raise SceneError(
         f"simulate: tracking must be 'analog', 'weighted' or a Tracking, got {shown(tracking)}; leave it out for what"
         " suits the scene"

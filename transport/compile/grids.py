@@ -35,7 +35,7 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     voxel = np.array(grid.box.size) / counts
     low = plan.space.place(tuple(grid.box.bounds[0]))
     block, tops = macro_cells(grid) if collides else (1, np.zeros((1, 1, 1)))
-    values = layout.center_columns(low) | {"size": size, "block": block, "medium": medium}
+    values = layout.center_columns(low) | {"length": size, "block": block, "medium": medium}
     values |= {f"per_{x}": size / side for x, side in zip("xyz", voxel, strict=True)}
     values |= {f"n{x}": count for x, count in zip("xyz", counts, strict=True)}
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}

@@ -155,9 +155,9 @@ PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count")) 
 # Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along
 # each axis; tops: address of their majorants [1/scene lengths], one more on every side;  levels: of each voxel's extinction over the
 # majorant in LEVELS steps, rounded down: so a byte decides nearly all of what happens there.  absorption, scattering: addresses of the user's own arrays [m^-1], and the
-# steps along each axis in numbers, 0 where one number serves all; size [m] of a scene length.
+# steps along each axis in numbers, 0 where one number serves all; length [m] of a scene length.
 GRID = np.dtype(
-    _floats("cx cy cz per_x per_y per_z size")
+    _floats("cx cy cz per_x per_y per_z length")
     + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels")
     + [
         column

@@ -187,7 +187,7 @@ def weigh_in_grid(b, table, first, live):
             j = voxel_along((b.sy[k] - table.cy) * table.per_y, table.ny)
             m = voxel_along((b.sz[k] - table.cz) * table.per_z, table.nz)
             here = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-            b.score[k] *= -here * table.size
+            b.score[k] *= -here * table.length
     return live
 
 

@@ -97,7 +97,7 @@ def collide_in_grid(b, table, first, live):
             for k in range(first, last):  # seldom
                 if b.walk_state[k] == UNSURE:
                     scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
-                    is_real = b.chance[k] * b.walk_top[k] < (scatters + absorbs) * table.size
+                    is_real = b.chance[k] * b.walk_top[k] < (scatters + absorbs) * table.length
                     b.walk_state[k] = COLLIDED if is_real else FLIES
                     walking -= 1 if is_real else 0
             collided = 0
@@ -297,7 +297,7 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
         else:
             m += 2.0 * up_z - 1.0
             going &= (m >= 0.0) & (m < table.nz)
-    return depth * table.size
+    return depth * table.length
 
 
 @lane_pass(GRID)

@@ -218,7 +218,7 @@ def walk_through_grid(b, table, first, live):
             leaves = min(t_x, min(t_y, t_z))
             last = leaves if leaves < end else end
             here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
-            keep = absorption[here] * grid.size
+            keep = absorption[here] * grid.length
             fade = keep if table.fades != 0 else 0.0
             before = (entry if entry < last else last) - t
             if before > 0.0:
@@ -264,8 +264,8 @@ def know_collisions_in_grid(b, table, first, live):
             sigma = (
                 keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
             )
-            b.within[k] = 1.0 / (sigma * table.size) if sigma > 0.0 else 0.0
-            b.keep[k] = keep * table.size
+            b.within[k] = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
+            b.keep[k] = keep * table.length
     return live
 
 

@@ -8,7 +8,7 @@ from transport.volumes import VolumeDetector
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
-    lines = [_head(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
+    lines = [_head(result), *_tracking_lines(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
     for detector in result.scene.detectors:
         reading = result[detector.name]
         lines += ["", _title(detector, reading)]
@@ -49,9 +49,10 @@ def cost_lines(result) -> list[str]:
     if cost is None:
         return []
     rate = cost.particles_per_second / 1e6
+    collisions = f" {cost.collisions:.3g} collisions," if cost.collisions else ""
     return [
         f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
-        f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings, {rate:.3g} M particles/s",
+        f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
         f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
     ]
 
@@ -62,6 +63,19 @@ def duration_text(seconds: float) -> str:
         if seconds >= 2 * length:
             return f"{seconds / length:.3g} {unit}"
     return f"{seconds:.3g} s"
+
+
+def _tracking_lines(result) -> list[str]:
+    """How histories were followed through media, where there are any."""
+    plan = result.plan
+    if not plan.has_media:
+        return []
+    tracking = plan.tracking
+    how = {"analog": "analog absorption", "weighted": "absorption by weight"}[tracking.absorption]
+    extras = ["first collisions forced"] * tracking.forced
+    if tracking.splitting is not None:
+        extras.append(f"split by importance, gain {tracking.splitting.gain:g}")
+    return [f"tracking: {', '.join([how, *extras])}"]
 
 
 def _head(result) -> str:
