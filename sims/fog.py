@@ -17,7 +17,7 @@ radiometric quantities), so that the atmosphere has τ = ln(2.3/1.4) = 0.50, if 
 the source says neither this nor which part of the spectrum is meant.  At the zenith angle z it is exp(-τ/cos z)
 in a flat atmosphere; logarithms read on the ground, drawn on to no air, give that above it (Langley 1903).
 
-Scene.  Fog is in a Slab or a Box without a wall, or all about: `place`.  Where light is absorbed only,
+Scene.  Fog is in a Slab or a Box without a wall, or everywhere: `place`.  Where light is absorbed only,
 directions are aimed at the meter.  Bins keep off the disk's rim by the meter's radius (sims/lambert_disk.py).
 """
 
@@ -51,13 +51,13 @@ SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
 ATMOSPHERE = math.log(SURFACE / GROUND)
 SUN_ANGLE = math.asin(float(sun.sphere_radius(sun.AREA)) / tp.au)
 AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
-READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "all")
+READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "everywhere")
 IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
 IN_LAMP, SUN = "radiance of the lamp, direct", "radiance of the sun"
 
 
 def cases() -> list[dict[str, object]]:
-    disks = [(0.0, "slab"), (0.5, "slab"), (1.0, "box"), (2.0, "all")]
+    disks = [(0.0, "slab"), (0.5, "slab"), (1.0, "box"), (2.0, "everywhere")]
     return [
         *({"reading": "disk", "tau": tau, "place": place} for tau, place in disks),
         {"reading": "lamp", "tau": 1.0},
@@ -74,21 +74,23 @@ def scene(
     "sun".
 
     tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith. place:
-    of the fog before the disk: in a "slab" or a "box" between, or "all" about.  zenith_angle: of the sun [rad].
+    of the fog before the disk: in a "slab" or a "box" between, or "everywhere".  zenith_angle: of the sun [rad].
     """
     for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
         if value not in known:
             raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
     if reading == "room":
         return _room(tau)
-    return _sun(tau, zenith_angle) if reading == "sun" else _disk(reading, tau, place)
+    if reading == "sun":
+        return _sun(tau, zenith_angle)
+    return _disk(reading, tau, place if reading == "disk" else "slab")
 
 
 def _disk(reading: str, tau: float, place: str) -> tp.Scene:
     """Source and meter face each other; in a slab or a box the fog fills the middle half of the way."""
     is_lamp, (radius, distance, size) = reading == "lamp", LAMP if reading == "lamp" else DISK
     meter = tp.Disk(center=(0, 0, distance), normal=(0, 0, -1), radius=size)
-    middle, depth = (0, 0, distance / 2), distance if place == "all" else distance / 2
+    middle, depth = (0, 0, distance / 2), distance if place == "everywhere" else distance / 2
     fog = tp.Medium(absorption=tau / depth)
     if is_lamp:
         fog = tp.Medium(scattering=tau / depth, phase=tp.HenyeyGreenstein(LAMP_G))
@@ -104,9 +106,9 @@ def _disk(reading: str, tau: float, place: str) -> tp.Scene:
         body = tp.Box(center=middle, size=(3 * radius, 3 * radius, depth))
     return tp.Scene(
         tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=RADIANCE), aim=None if is_lamp else meter),
-        [] if place == "all" else tp.Surface(body, tp.Transparent(), name="fog", inside=fog),
+        [] if place == "everywhere" else tp.Surface(body, tp.Transparent(), name="fog", inside=fog),
         views if is_lamp else [look("meter", bins), *views],
-        medium=fog if place == "all" else tp.Vacuum(),
+        medium=fog if place == "everywhere" else tp.Vacuum(),
     )
 
 
@@ -230,7 +232,7 @@ def _air(outcome: Outcome) -> float:
 
 
 def _label(outcome: Outcome) -> str:
-    return f"τ = {_given(outcome, 'tau'):.3g}, fog: {_given(outcome, 'place')}"
+    return f"τ = {_given(outcome, 'tau'):.3g}, {_given(outcome, 'place')}"
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:

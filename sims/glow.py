@@ -62,7 +62,7 @@ def cases() -> list[dict[str, object]]:
 
 
 def scene(
-    show: str = "furnace", depth: float = 1.0, albedo: float = 0.5, index: float = 1.5, radiance: float = 1.0
+    show: str = "furnace", depth: float = 1.0, albedo: float = 0.4, index: float = 1.5, radiance: float = 1.0
 ) -> tp.Scene:
     """Hot fog, one of SHOWS.  depth: optical, of a ball's radius or a slab;  albedo: of the furnace's walls, 0: black;
     index: of its glass;  radiance: L₀ [W m^-2 sr^-1].
@@ -93,7 +93,7 @@ def scene(
 
 
 def _furnace(albedo: float, index: float, radiance: float) -> tp.Scene:
-    air = tp.Medium(scattering=2.0, phase=tp.Rayleigh())
+    air = tp.Medium(scattering=1.0, phase=tp.Rayleigh())
     wall = tp.Diffuse(albedo) if albedo > 0 else tp.Black()
     surfaces = [tp.Surface(tp.Box(size=ROOM), wall, "room", inside=air), *_bodies(index, radiance)]
     source = tp.Source("room", tp.Lambertian(radiance=(1 - albedo) * radiance), side="inside")
@@ -115,7 +115,7 @@ def _bodies(index: float, radiance: float) -> list[tp.Surface]:
     ball, glass = tp.Sphere(center=(0.4, 0.4, 0.4), radius=0.15), tp.Box(center=(-0.4, -0.4, 0.4), size=0.25)
     thin, thick = (tp.Box(center=(x, -0.4, -0.4), size=SIDE) for x in (-0.15, 0.15))
     voxels = tp.Box(center=(0, 0.4, 0), size=SIDE)
-    scattering = 100 * np.random.default_rng(1).random((4, 4, 4))
+    scattering = 60 * np.random.default_rng(1).random((4, 4, 4))
     hg = tp.HenyeyGreenstein
 
     def fog(absorption: float, scattering: float = 0.0, phase=None, n: float = 1.0) -> tp.Medium:
@@ -131,7 +131,7 @@ def _bodies(index: float, radiance: float) -> list[tp.Surface]:
     )
     return [
         tp.Surface(thin, tp.Transparent(), "thin", inside=fog(0.5)),
-        tp.Surface(thick, tp.Transparent(), "thick", inside=fog(20.0, 60.0, hg(0.8))),
+        tp.Surface(thick, tp.Transparent(), "thick", inside=fog(20.0, 40.0, hg(0.8))),
         tp.Surface(ball, tp.Transparent(), "ball", inside=fog(2.0, 10.0)),
         tp.Surface(voxels, tp.Transparent(), "voxels", inside=grid),
         tp.Surface(glass, tp.Dielectric(index), "glass", inside=fog(3.0, 5.0, tp.Rayleigh(), index)),
@@ -239,7 +239,7 @@ def _balance(name: str) -> str:
 
 
 def exact(
-    show: str = "furnace", depth: float = 1.0, albedo: float = 0.5, index: float = 1.5, radiance: float = 1.0
+    show: str = "furnace", depth: float = 1.0, albedo: float = 0.4, index: float = 1.5, radiance: float = 1.0
 ) -> dict[str, float]:
     if show == "furnace":
         ones = [CHI_SQUARE, *(f"L/n²L₀, {kind}" for kind in KINDS), *map(_balance, (*BODIES, "walls"))]

@@ -15,7 +15,8 @@ comes to it: what is scattered back is held by total reflection.  Deep down it f
 
 Scene.  σ_a = 100 m^-1, σ_s = 1e5 m^-1, g = 0.9, n = 1.37 by default: skin in the red, nearly, or thin milk.  A photon makes
 some 400 collisions there, and 1e5 photons take a second or two.  The table's case scatters 10 times before it absorbs;
---set scattering=1e5 has the whole.  The fluence is that of a box so wide that exp(-20) of it is beside it.
+--set scattering=1e5 has the whole.  Fluence is counted at collisions, of which there are plenty, in layers of a box so
+wide that exp(-20) of it is beside.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def _probes(*parameters: float) -> list[tp.VolumeDetector]:
     for name, count in CELLS.items():
         depth = depths(name, *parameters)[-1] / extinction
         box = tp.Box(center=(0, 0, -depth / 2), size=(width, width, depth))
-        found.append(tp.VolumeDetector(box, name, cells=(1, 1, count)))
+        found.append(tp.VolumeDetector(box, name, cells=(1, 1, count), estimator="collision"))
     return found
 
 

@@ -51,7 +51,7 @@ particles = 1_000_000
 SHELLS = np.array([0, 0.1, 0.2, 0.4, 0.8, 1.4, 2.2, 3.5, 5, 8])
 SPHERES = (1.0, 4.0)
 ESTIMATORS = ("track", "collision")
-TIMES = (0.1, 0.5, 1.0, 3.0, 6.0)
+TIMES = (0.3, 1.0, 3.0, 6.0)
 PULSES = (1.0, 3.0, 6.0)  # of which the shape along x is told
 QUARTERS = np.array([0, 0.25, 0.5, 0.75, 1])  # of the way that light can have come
 BINS = 2000
@@ -232,10 +232,10 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
-    """Of the highest albedo: by distance, with what has not collided, and diffusion."""
+    """Of the lowest albedo: by distance, but for the innermost shell, with what has not collided, and diffusion."""
     from viz import profile
 
-    outcome = max(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
+    outcome = min(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
     albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.8), ("mean_free_path", 1.0)))
     scale = 1 / length**2
     guides = {
@@ -243,11 +243,11 @@ def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
         "diffusion": lambda r: scale * point_source.diffusion(r, albedo),
     }
     profile(
-        np.array([SHELLS[1] / 2, *SHELLS[1:]]),
-        outcome.result["track"].fluence_rate,
+        SHELLS[1:],
+        outcome.result["track"].fluence_rate[1:],
         path,
         exact=lambda r: scale * point_source.fluence_rate(r, 1.0, albedo),
-        expected=point_source.shell_means(SHELLS * length, 1 / length, albedo),
+        expected=point_source.shell_means(SHELLS[1:] * length, 1 / length, albedo),
         guides=guides,
         xlabel="distance from the source  [mean free paths]",
         ylabel="fluence rate per watt",
@@ -293,13 +293,13 @@ def draw_pulse(outcomes: list[Outcome], path: Path) -> None:
         widths = constant(outcome.result, (edges[1] - edges[0]), "1")
         shares = [number[i : i + group].sum() / widths for i in range(0, BINS, group)]
         expected = random_flights.plane_pulse_shares(edges, t) / np.diff(edges)
-        entries[f"{t:g} free times"] = Entry(edges, shares, lambda x, t=t: _up_to_front(x, t), expected)
+        entries[f"t = {t:g}"] = Entry(edges, shares, lambda x, t=t: _up_to_front(x, t), expected)
     catalogue(
         entries,
         path,
         xlabel="x  [mean free paths]",
         ylabel="share of the particles per mean free path",
-        title="A burst in fog, seen along one axis, has a front and then is a bell",
+        title="A burst in fog along one axis after t mean free times: a front, then a bell",
         note=provenance([outcome]),
     )
 

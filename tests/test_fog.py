@@ -66,7 +66,7 @@ def test_in_clear_air_radiance_is_the_same_along_every_ray(cases):
         assert_rejected(row.estimate, 0.97 * fog.RADIANCE)
 
 
-@pytest.mark.parametrize(("tau", "place"), [(0.5, "slab"), (1.0, "box"), (2.0, "all")])
+@pytest.mark.parametrize(("tau", "place"), [(0.5, "slab"), (1.0, "box"), (2.0, "everywhere")])
 def test_in_fog_it_is_not_and_slanted_rays_lose_more(cases, tau, place):
     rows = cases["disk", tau, place].rows[: fog.BINS]
     for row in rows:
@@ -75,7 +75,7 @@ def test_in_fog_it_is_not_and_slanted_rays_lose_more(cases, tau, place):
     assert np.all(np.diff([row.estimate.value for row in rows]) < 0)
 
 
-@pytest.mark.parametrize(("tau", "place"), [(0.5, "slab"), (1.0, "box"), (2.0, "all")])
+@pytest.mark.parametrize(("tau", "place"), [(0.5, "slab"), (1.0, "box"), (2.0, "everywhere")])
 def test_irradiance_in_clear_air_times_the_straight_transmittance_is_rejected(cases, tau, place):
     irradiance = cases["disk", tau, place][fog.IRRADIANCE]
     assert_agrees(irradiance.estimate, irradiance.exact, FALSE_ALARM)
@@ -84,7 +84,7 @@ def test_irradiance_in_clear_air_times_the_straight_transmittance_is_rejected(ca
 
 
 @pytest.mark.parametrize("place", fog.PLACES)
-def test_fog_is_the_same_in_a_slab_in_a_box_and_all_about(place):
+def test_fog_is_the_same_in_a_slab_in_a_box_and_everywhere(place):
     judge(run_experiment(fog, {"reading": "disk", "tau": 0.7, "place": place}, particles=200_000, seed=1))
 
 
@@ -154,7 +154,7 @@ def test_radiances_read_on_the_ground_tell_that_above_the_air(cases):
 def test_unknown_choices_are_refused_with_the_possible_ones():
     with pytest.raises(tp.SceneError, match="reading must be one of disk, lamp, room, sun, got 'moon'"):
         fog.scene(reading="moon")
-    with pytest.raises(tp.SceneError, match="place must be one of slab, box, all, got 'ball'"):
+    with pytest.raises(tp.SceneError, match="place must be one of slab, box, everywhere, got 'ball'"):
         fog.scene(place="ball")
 
 

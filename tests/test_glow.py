@@ -106,11 +106,11 @@ def test_glass_without_its_index_squared_is_rejected():
 def test_a_fog_colder_by_a_tenth_of_its_emission_is_rejected():
     rows = rows_with({"thick": {"emission": 18.0}})
     assert_rejected(rows["L/n²L₀, within fog"], 1.0)
-    assert_rejected(rows["L/n²L₀, the whole room"], 1.0)
+    assert_rejected(rows["absorbed / emitted, thick"], 1.0)
 
 
 def test_walls_hotter_by_a_tenth_are_rejected():
-    rows = rows_with(walls=0.55)
+    rows = rows_with(walls=0.66)
     assert_rejected(rows["L/n²L₀, the walls"], 1.0)
     assert_rejected(rows["absorbed / emitted, thick"], 1.0)
     assert_rejected(rows[CHI_SQUARE], 1.0)
@@ -177,6 +177,6 @@ def test_the_verdict_and_the_figures(tmp_path):
     outcomes = run_experiment(glow, particles=20_000, seed=1, threads=1)
     assert glow.verdict(outcomes).endswith(".")
     assert [path.stem for path in glow.draw(outcomes, tmp_path / "all.png")] == ["all", "all_furnace"]
-    for k, outcome in enumerate(outcomes):
+    for k, outcome in enumerate(outcomes[:2]):
         [path] = glow.draw([outcome], tmp_path / f"{k}.png")
         assert path.read_bytes().startswith(b"\x89PNG")

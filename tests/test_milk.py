@@ -5,6 +5,7 @@ Each statistical judgement fails right code in one of 10^5 seeds; the seed is 1.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -66,6 +67,20 @@ def test_every_layer_is_met_and_diffusion_rejected(mild):
         middles = (depths[1:] + depths[:-1]) / 2
         assert_rejected(layers, Diffusion(10 / 11, 0.9, 1.37).fluence(middles))
         assert_rejected(layers, milk.solution(**MILD).mean_fluence(depths)[::-1])
+
+
+def test_layers_by_length_of_way_are_the_same():
+    scene = milk.scene(**MILD)
+    probes = [
+        dataclasses.replace(part, estimator="track") if part.name in milk.CELLS else part
+        for part in scene.detectors
+    ]
+    result = tp.simulate(
+        tp.Scene(scene.sources, scene.surfaces, probes), particles=300_000, seed=1, threads=1
+    )
+    for name in milk.CELLS:
+        exact = milk.solution(**MILD).mean_fluence(milk.depths(name, **MILD))
+        assert_agrees(milk.fluence(result, name), exact, FALSE_ALARM)
 
 
 def test_directions_are_met_and_a_lambertian_surface_rejected(mild):

@@ -9,13 +9,13 @@ import numpy as np
 
 from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
 from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.results.point_readings import POINT_QUANTITIES
 from transport.results.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
 from transport.results.volume_readings import VOLUME_QUANTITIES, VOLUMES_CLOCKED
 from transport.scene import Scene
 from transport.validation import SceneError, suggestion
-from transport.points import PointDetector
 from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches

@@ -53,7 +53,7 @@ class Tracking:
     """
 
     absorption: str = "weighted"
-    roulette: float = 0.5
+    roulette: float = 0.25
     forced: bool = False
     splitting: Splitting | None = None
 

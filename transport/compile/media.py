@@ -47,7 +47,7 @@ def fill_media(plan: Plan) -> None:
 def _media_row(plan: Plan, medium) -> np.ndarray:
     length, values = plan.space.size, {"index": medium.index}
     if isinstance(medium, Grid):  # the rest is in its own row (compile/grids.py)
-        survival = float(medium.albedo.min()) if plan.tracking.absorption == ANALOG else 1.0
+        survival = 0.0 if plan.tracking.absorption == ANALOG and medium.absorption.any() else 1.0
         phase = plan.phase_numbers[medium.phase] if _scatters(medium) else 0
         return layout.row(layout.MEDIA, **values, mfp=math.inf, survival=survival, phase=phase)
     sigma_a, sigma_s = medium.absorption * length, medium.scattering * length

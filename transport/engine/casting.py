@@ -32,7 +32,7 @@ from transport.physics.device import device
 from transport.physics.directions import sample_isotropic
 from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
-from transport.physics.streams import SHADOW, random_words, short_uniform, uniform
+from transport.physics.streams import SHADOW, event_words, short_uniform, uniform
 
 NUMBER = uint64(6)  # bits of a purpose below the number of the point detector
 NEUTRAL = 0.07957747154594767  # 1 / 4 pi
@@ -81,7 +81,7 @@ def cast_from_box(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
         near_x, far_x = slab(ox, ux, hx)
         near_y, far_y = slab(oy, uy, hy)
@@ -108,7 +108,7 @@ def cast_from_sphere(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
         h = ox * ux + oy * uy + oz * uz
         qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
@@ -150,7 +150,7 @@ def cast_from_flights(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, _, _ = random_words(b.history[k], batch, b.event[k], purpose, seed_low, seed_high)
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], purpose, seed_low, seed_high)
         x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = px - x, py - y, pz - z
         foot = rx * ux + ry * uy + rz * uz

@@ -34,7 +34,7 @@ from transport.physics.scattering import (
     sample_segment,
     turned_by_angle,
 )
-from transport.physics.streams import LOW32, PATH, random_words, short_uniform, uniform
+from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
 
 
 @lane_pass(NO_TABLE)
@@ -64,7 +64,7 @@ def fly(b, table, first, live):
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
         flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
         path = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)) * b.mfp[k]
         b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]

@@ -188,7 +188,7 @@ def leave(b, table, first, live):
         w_high, w_low = limbs(w if gone & is_sane else 0.0)
         high += w_high
         low += w_low
-        hits += 0 if (b.hit[k] == 0) | (w == 0.0) else 1
+        hits += 0 if gone | (w == 0.0) else 1
         any_lost |= 0 if is_sane | (w == 0.0) else 1
         b.weight[k] = 0.0 if gone & is_sane else w
     ledger = view(b.ledger, b.ledger_words, np.int64)

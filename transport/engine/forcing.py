@@ -13,7 +13,7 @@ from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.elementary import expm1_negative, log1p, log_positive
-from transport.physics.streams import LOW32, PATH, random_words, short_uniform, uniform
+from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
 
 FRESH, FREE = -1.0, 0.0  # what is to be forced, and what is not; a positive number: the path of a forced copy
 
@@ -31,7 +31,7 @@ def fly_or_be_forced(b, table, first, live):
     """Draw a free path, as collisions.fly; what is fresh looks as far as the surface ahead, a copy has its path."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
         flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
         depth, ahead = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)), b.ahead[k]
         path = ahead if ahead > 0.0 else depth * b.mfp[k]

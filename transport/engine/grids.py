@@ -18,7 +18,7 @@ from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, log_positive
-from transport.physics.streams import PATH, VOXELS, random_words, short_uniform, uniform
+from transport.physics.streams import PATH, VOXELS, event_words, short_uniform, uniform
 
 FLIES, TRIES, UNSURE, ENDED, COLLIDED = range(5)  # what a walk is doing
 SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
@@ -34,7 +34,7 @@ def fly_in_grids(b, table, first, live):
     """Draw a free path, as collisions.fly, and keep the optical depth that it is made of: in grids it is spent voxel by voxel."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
         flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
         depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
         b.depth[k] = depth
@@ -228,7 +228,7 @@ def decide(b, table, first, last):
     for k in range(first, last):
         state, draw, level = b.walk_state[k], b.walk_draw[k], float64(b.level[k])
         purpose = uint64(VOXELS) | uint64(draw) << STEPS
-        w0, w1, w2, w3 = random_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
         chance = uniform(w2, w3)
         at = chance * LEVELS
         new = COLLIDED if at < level else (UNSURE if at < level + 1.0 else FLIES)

@@ -14,7 +14,7 @@ from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.elementary import exp_negative
-from transport.physics.streams import WEIGH, random_words, uniform
+from transport.physics.streams import WEIGH, event_words, uniform
 
 MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
 
@@ -51,7 +51,7 @@ def weigh_by_importance(b, table, first, live):
     total_high, total_low = 0, 0
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, _, _ = random_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
         rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
         rise = min(max(rise, 0.0), most)
         w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)

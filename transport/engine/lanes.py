@@ -72,6 +72,7 @@ def part(b, table, first, live):
         going += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
         met += 1 if (b.weight[k] != 0.0) & (b.hit[k] != 0) else 0
     b.first = going // 8 * 8
+    b.crossings -= going  # which flights.leave has counted
     if going + met == 0:
         return 0
     gaps = 0

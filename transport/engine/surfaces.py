@@ -25,7 +25,7 @@ from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.directions import sample_cosine_law
 from transport.physics.interfaces import mirrored
-from transport.physics.streams import EVENT, WALL, random_words, short_uniform, uniform
+from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
 MOST_EVENTS = 1 << 24  # after which a history is given up
 WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)  # bits of a hit
@@ -45,7 +45,7 @@ def draw_again(b, table, first, live):
     """A second random block, where mixtures choose or thermal walls give speeds."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], WALL, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], WALL, seed_low, seed_high)
         b.u3[k], b.u4[k] = uniform(w0, w1), uniform(w2, w3)
     return live
 
@@ -101,7 +101,7 @@ def draw(b, table, first, live):
     """One random block serves every draw of this event."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = random_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
+        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
         b.u0[k], b.u1[k], b.u2[k] = uniform(w0, w1), short_uniform(w2), uniform(w3, w2)
         b.event[k] += 1 if b.hit[k] != 0 else 0
     return live

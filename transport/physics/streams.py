@@ -23,28 +23,35 @@ WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
 
 @device
 def philox(c0, c1, c2, c3, key0, key1):
-    """Four random 32-bit words, held in uint64, for a counter and a key of 32-bit words held in uint64.
-
-    The upper halves of the words are cleared only where they are multiplied, which costs no instruction, and in the end.
-    """
+    """Four random 32-bit words, held in uint64, for a counter and a key of 32-bit words held in uint64."""
     for _ in range(10):
-        p0 = MULTIPLIER_0 * (c0 & LOW32)
-        p1 = MULTIPLIER_1 * (c2 & LOW32)
-        c0, c1, c2, c3 = (p1 >> HALF) ^ c1 ^ key0, p1, (p0 >> HALF) ^ c3 ^ key1, p0
+        p0 = MULTIPLIER_0 * c0
+        p1 = MULTIPLIER_1 * c2
+        c0, c1, c2, c3 = (p1 >> HALF) ^ c1 ^ key0, p1 & LOW32, (p0 >> HALF) ^ c3 ^ key1, p0 & LOW32
         key0 = (key0 + WEYL_0) & LOW32
         key1 = (key1 + WEYL_1) & LOW32
-    return c0 & LOW32, c1 & LOW32, c2 & LOW32, c3 & LOW32
+    return c0, c1, c2, c3
 
 
 @device
 def random_words(history, batch, event, purpose, seed_low, seed_high):
-    """The block of four 32-bit words that serves all draws of one event of one history.
+    """The block of four 32-bit words that serves all draws of one event of one history."""
+    return philox(
+        uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high)
+    )
 
-    The upper 24 of the 56 bits of a history's number, which only copies have (engine/bank.py), go beside the purpose.
-    """
+
+@device
+def event_words(history, batch, event, purpose, seed_low, seed_high):
+    """The same for what may be a copy: the upper 24 of the 56 bits of its number (engine/bank.py) go beside the purpose."""
     upper = (uint64(history) >> uint64(24)) & UPPER24
     return philox(
-        uint64(history), uint64(batch), uint64(event), uint64(purpose) ^ upper, uint64(seed_low), uint64(seed_high)
+        uint64(history) & LOW32,
+        uint64(batch),
+        uint64(event) & LOW32,
+        uint64(purpose) ^ upper,
+        uint64(seed_low),
+        uint64(seed_high),
     )
 
 
