@@ -79,10 +79,8 @@ def scene(
     for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
         if value not in known:
             raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
-    if reading == "room":
-        return _room(tau)
-    if reading == "sun":
-        return _sun(tau, zenith_angle)
+    if reading in ("room", "sun"):
+        return _room(tau) if reading == "room" else _sun(tau, zenith_angle)
     return _disk(reading, tau, place if reading == "disk" else "slab")
 
 

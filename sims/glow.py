@@ -11,8 +11,8 @@ Take the walls away, and a ray that comes from the dark and runs s through the f
 shines by its depth, a thick one as a black body.  A ball of radius R sends out the share P = 3 ε/(4 σ_a R) of its own light,
 ε = 1 - (1 - (1 + 2x) e^(-2x))/2x², x = σ_a R; a slab (1 - 2 E₃(τ))/2τ (Case, de Hoffmann and Placzek 1953).
 
-Chi-square.  As in `furnace`: X² = Σ w (mean of d)² over all bins, d = L/(n² L₀) - 1, over its expectation; the bins are
-correlated, which `transport.theory.equilibrium` deals with.
+Chi-square.  As in `furnace`, for the verdict: X² = Σ w (mean of d)² over all bins, d = L/(n² L₀) - 1, over its
+expectation; bins are correlated, which `transport.theory.equilibrium` deals with.
 
 Scenes.  "furnace": a grey room of 1.2 m, in which air scatters but does not absorb, with a thin fog, a thick one that
 touches it, a ball, glass that absorbs, scatters and glows (so that it is bright beyond its escape cone as well), and
@@ -50,9 +50,9 @@ KINDS = {
     "within glass": ("in glass",),
     "the whole room": ("in room",),
 }
-CHI_SQUARE, ESCAPED = "χ² of all bins / expectation", "escaped"
+ESCAPED = "escaped"
 SHARE, TAKEN = "share of its light that escapes", "share that it absorbs"
-RIM, STRAIGHT = "L/L₀ that leaves, μ 0 to 0.1", "L/L₀ that leaves, μ 0.9 to 1"
+GRAZING, STRAIGHT = "L/L₀ that leaves, μ 0.1 to 0.2", "L/L₀ that leaves, μ 0.9 to 1"
 CENTRE, CRUST = "fluence rate / 4π L₀, innermost shell", "fluence rate / 4π L₀, outermost shell"
 
 
@@ -200,14 +200,13 @@ def mean_level(result: tp.Result, names: tuple[str, ...]) -> tp.Estimate:
 
 def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     if show_of(result) == "furnace":
-        rows = {CHI_SQUARE: chi_square(result, levels(result.scene))}
-        rows |= {f"L/n²L₀, {kind}": mean_level(result, names) for kind, names in KINDS.items()}
+        rows = {f"L/n²L₀, {kind}": mean_level(result, names) for kind, names in KINDS.items()}
         return rows | _balances(result) | {ESCAPED: result.ledger["escaped"]}
     emitted, leaving = result.ledger["emitted"], leaving_share(result)
     rows = {
         SHARE: result.ledger["escaped"] / emitted,
         TAKEN: result.ledger["absorbed"] / emitted,
-        RIM: leaving[0],
+        GRAZING: leaving[1],
         STRAIGHT: leaving[-1],
     }
     if show_of(result) == "slab":
@@ -242,14 +241,14 @@ def exact(
     show: str = "furnace", depth: float = 1.0, albedo: float = 0.4, index: float = 1.5, radiance: float = 1.0
 ) -> dict[str, float]:
     if show == "furnace":
-        ones = [CHI_SQUARE, *(f"L/n²L₀, {kind}" for kind in KINDS), *map(_balance, (*BODIES, "walls"))]
+        ones = [*(f"L/n²L₀, {kind}" for kind in KINDS), *map(_balance, (*BODIES, "walls"))]
         return dict.fromkeys(ones, 1.0) | {ESCAPED: 0.0}
     leaving = expected_leaving(show, depth)
     share = theory.ball_escape(depth) if show == "ball" else theory.slab_escape(depth)
     rows = {
         SHARE: float(share),
         TAKEN: float(1 - share),
-        RIM: float(leaving[0]),
+        GRAZING: float(leaving[1]),
         STRAIGHT: float(leaving[-1]),
     }
     if show == "slab":
@@ -271,10 +270,11 @@ def verdict(outcomes: list[Outcome]) -> str:
     said = []
     for outcome in outcomes:
         if show_of(outcome.result) == "furnace":
-            bins = deviations(outcome.result, levels(outcome.result.scene))[1].size
+            expected = levels(outcome.result.scene)
+            bins, found = deviations(outcome.result, expected)[1].size, chi_square(outcome.result, expected)
             said.append(
-                f"Between hot walls it looks like nothing: in {bins} bins of place and direction χ² is"
-                f" {outcome[CHI_SQUARE].estimate} of what chance makes it."
+                f"Between hot walls it looks like nothing: in {bins} bins of place and direction χ² is {found} of what"
+                " chance makes it."
             )
     dark = [f"{o[SHARE].estimate} of {_words(o)}" for o in outcomes if show_of(o.result) != "furnace"]
     if dark:
@@ -303,11 +303,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
         paths.append(path)
         glowing_rays(found, paths[-1], dark=theory.ray_share, title=title, note=note)
     if lit:
-        table = {
-            row.name: (row.estimate, row.exact)
-            for row in lit[0].rows
-            if row.name not in (ESCAPED, CHI_SQUARE)
-        }
+        table = {row.name: (row.estimate, row.exact) for row in lit[0].rows if row.name != ESCAPED}
         paths.append(path.with_stem(f"{path.stem}_furnace") if paths else path)
         comparison(table, paths[-1], title="Fog in a furnace: the same everywhere", note=provenance(lit))
     return paths

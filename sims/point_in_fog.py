@@ -48,7 +48,7 @@ question = "How bright is it around a point of light in fog, and how far has its
 particles = 1_000_000
 
 # In mean free paths and mean free times.
-SHELLS = np.array([0, 0.1, 0.2, 0.4, 0.8, 1.4, 2.2, 3.5, 5, 8])
+SHELLS = np.array([0, 0.1, 0.2, 0.4, 0.8, 1.4, 2.2, 3.5, 5, 6.3, 8])
 SPHERES = (1.0, 4.0)
 ESTIMATORS = ("track", "collision")
 TIMES = (0.3, 1.0, 3.0, 6.0)

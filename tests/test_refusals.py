@@ -54,7 +54,10 @@ REFUSALS = {
     "synonym center": (lambda: Point(center=(0, 0, 1)), ["center=(0, 0, 1)", "did you mean 'position'?"]),
     "synonym position": (lambda: Disk(radius=1, position=(0, 0, 1)), ["did you mean 'center'?"]),
     "synonym diameter": (lambda: Disk(diameter=2), ["diameter=2", "did you mean 'radius' (half of it)?"]),
-    "later feature": (lambda: Scene([LAMP], medium=3), ["Scene", "medium=3"]),
+    "what is no medium": (
+        lambda: Scene([LAMP], medium=3),
+        ["Scene: medium must be a medium", "Medium(absorption", "got 3"],
+    ),
     "positional": (
         lambda: Disk((0, 0, 1)),
         ["Disk takes keywords only: write Disk(radius=...)", "(0, 0, 1)"],

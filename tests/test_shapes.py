@@ -37,6 +37,7 @@ from transport.shapes import (
 from transport.shapes.distances import least_distance
 from transport.sheets import pieces, sheets_of
 from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.tracking import Tracking
 from transport.validation import SceneError
 
 TUBE = Cylinder(radius=1, height=2)
@@ -283,7 +284,7 @@ def test_bins_of_position_are_compiled_in_scene_lengths(shape):
     """Heights are lengths from the center, polar angles are none."""
     meter = Detector(shape, "m", positions=Positions(u=2, v=3), side="back")
     scene = Scene(LAMP, (), [meter, Detector(Disk(center=(0, 0, 5), radius=1), "far")])
-    plan = Plan(scene, space_of(scene))
+    plan = Plan(scene, space_of(scene), Tracking())
     plan.bases = {"m": 1, "far": 20}
     member = next(m for sheet in sheets_of(scene) for m in sheet.members if m.shape == shape)
     row = meter_row(plan, member, meter)

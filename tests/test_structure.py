@@ -35,7 +35,7 @@ HEAVY = (
     "sims",
     "viz",
 )
-COMPILED = ("engine/", "physics/", "command/yardstick.py")  # the only places that know Numba
+COMPILED = ("engine/", "physics/", "command/yardstick")  # the only places that know Numba
 ROOTS = [
     "home",
     "root",

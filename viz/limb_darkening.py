@@ -83,7 +83,7 @@ def _draw_star(axes: Axes, limb: Limb) -> None:
     r2 = x**2 + y**2
     mu = np.sqrt(np.clip(1 - r2, 0, 1))
     place = np.clip(np.searchsorted(limb.edges, mu, side="right") - 1, 0, len(limb.edges) - 2)
-    shown = np.where(x < 0, limb.value[place], limb.law(mu.ravel()).reshape(mu.shape))
+    shown = np.where(x < 0, limb.value[place], np.interp(mu, FINE[1:], limb.law(FINE[1:])))
     shown = np.ma.masked_where(r2 > 1, shown)
     style = {"cmap": "afmhot", "vmin": 0, "vmax": 1.15 * float(shown.max()), "rasterized": True}
     picture = axes.pcolormesh(across, across, shown, **style)

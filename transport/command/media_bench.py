@@ -38,7 +38,7 @@ def half_space_scene(albedo: float = 0.9, g: float = 0.0, index: float = 1.5) ->
 
 def media_rows(repeats: int, share: int) -> list[dict]:
     """Rows of photons a second, each against the yardstick's."""
-    from transport.command.media_yardstick import run_fog
+    from transport.command.yardstick_of_media import run_fog
 
     half = float("inf")
     cases = {

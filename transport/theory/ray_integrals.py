@@ -38,7 +38,9 @@ class Space:
     """Regions that are nested or touch, or lie apart; the innermost counts, and nothing is outside of them all."""
 
     def __init__(self, regions: Iterable[Region]) -> None:
-        self.regions = [Region(tuple(map(float, r.low)), tuple(map(float, r.high)), r.extinction) for r in regions]
+        self.regions = [
+            Region(tuple(map(float, r.low)), tuple(map(float, r.high)), r.extinction) for r in regions
+        ]
         self.low, self.high = (np.array([corners[k] for corners in self.regions]) for k in (0, 1))
         for one, other in ((i, j) for j in range(len(self.regions)) for i in range(j)):
             self._check(one, other)
@@ -80,7 +82,9 @@ class Space:
         nested = one in self._holds(other) or other in self._holds(one)
         same = (self.low[one] == self.low[other]).all() and (self.high[one] == self.high[other]).all()
         if same or not (apart or nested):
-            raise ValueError(f"Space: {self.regions[one]} and {self.regions[other]} overlap; split or nest them")
+            raise ValueError(
+                f"Space: {self.regions[one]} and {self.regions[other]} overlap; split or nest them"
+            )
 
 
 def uncollided_fluence(
@@ -127,7 +131,14 @@ class _Face:
     """A face of the source, across `axis` at `level`, as a point sees it; u and v are the two other axes."""
 
     def __init__(self, axis, level, point, low, high, space) -> None:
-        self.axis, self.level, self.point, self.low, self.high, self.space = axis, level, point, low, high, space
+        self.axis, self.level, self.point, self.low, self.high, self.space = (
+            axis,
+            level,
+            point,
+            low,
+            high,
+            space,
+        )
         self.uv = [(axis + 1) % 3, (axis + 2) % 3]
         self.height = abs(level - point[axis])
         self.extinction = space.extinction_in(low, high)
@@ -169,7 +180,9 @@ class _Face:
             chord, passed = distance, 1.0
         else:
             with np.errstate(divide="ignore"):
-                leaves = np.where(way > 0, self.high - places, self.low - places) / np.where(way == 0, 1e-300, way)
+                leaves = np.where(way > 0, self.high - places, self.low - places) / np.where(
+                    way == 0, 1e-300, way
+                )
             chord = np.where(way == 0, np.inf, leaves).min(axis=-1) * distance
             passed = np.exp(-self.space.optical_depths(self.point, places))
         gain = -np.expm1(-self.extinction * chord) / self.extinction if self.extinction else chord
@@ -188,7 +201,11 @@ class _Face:
         """Edges of all boxes between the point and the face, and of the source behind it, seen on it, (n, 2, 2)."""
         found = [_seen(edge, self, 0.0, 1.0) for region in self.space.regions for edge in _edges(*region[:2])]
         found += [_seen(edge, self, 1.0, math.inf) for edge in _edges(self.low, self.high)]
-        rounded = {tuple(np.round(s / (self.high - self.low)[self.uv], 12).ravel()): s for s in found if s is not None}
+        rounded = {
+            tuple(np.round(s / (self.high - self.low)[self.uv], 12).ravel()): s
+            for s in found
+            if s is not None
+        }
         return np.array(list(rounded.values())).reshape(-1, 2, 2)
 
     def _vertices(self, segments: np.ndarray) -> np.ndarray:
