@@ -21,7 +21,6 @@ over mu is radiance.  Meters are the planes themselves.  What is unscattered is 
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +51,7 @@ BACK, ON, STAYS, STRAIGHT, SCATTERED = (
     "transmitted scattered",
 )
 SHOWN = 4  # slabs in the figure of radiance
-DEPTHS = np.geomspace(0.05, 16, 36)  # of the curves
+DEEPEST, OCTAVES, STEPS = 16.0, 8, 4  # of the curves: depth, how often it is halved, and points between
 
 
 def cases() -> list[dict[str, object]]:
@@ -170,19 +169,22 @@ def exact(**parameters: object) -> dict[str, float]:
     return rows
 
 
-@cache
-def light_of(
-    tau: float = 2.0,
+def light_of(tau: float = 2.0, **parameters: object) -> ordinates.Light:
+    """What leaves the slab of these parameters, by discrete ordinates."""
+    return ordinates.slab(tau, *_optics(**parameters))
+
+
+def _optics(
     albedo: float = 0.9,
     g: float = 0.75,
     mu0: float = 1.0,
     incidence: str = "beam",
     phase: str = "henyey-greenstein",
     **_: float,
-) -> ordinates.Light:
-    """What leaves the slab of these parameters, by discrete ordinates."""
+) -> tuple[float, tuple[float, ...], float | None]:
+    """Albedo, moments of the phase function, and the cosine of incidence."""
     moments = ordinates.RAYLEIGH if phase == "rayleigh" else ordinates.henyey_greenstein(g)
-    return ordinates.slab(tau, albedo, moments, mu0 if incidence == "beam" else None)
+    return albedo, moments, mu0 if incidence == "beam" else None
 
 
 def verdict(outcomes: list[Outcome]) -> str:
@@ -216,15 +218,15 @@ def draw_shares(outcomes: list[Outcome], path: Path) -> None:
     from viz.families import Family, families
 
     parameters = {k: v for k, v in outcomes[0].parameters.items() if k != "tau"}
-    lights = [light_of(tau=float(tau), **parameters) for tau in DEPTHS]
+    depths, lights = _curve(parameters)
     names = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered"} | {STAYS: "absorbed"}
     values = {BACK: "reflected", ON: "transmitted", STRAIGHT: "unscattered_on", STAYS: "absorbed"}
     members = {}
     for name, words in names.items():
         shown = [o for o in outcomes if name in {row.name for row in o.rows}]
         if shown:
-            depths = [(DEFAULTS | o.parameters)["tau"] for o in shown]
-            curve = (DEPTHS, np.array([getattr(light, values[name]) for light in lights]))
+            places = [(DEFAULTS | o.parameters)["tau"] for o in shown]
+            curve = (depths, np.array([getattr(light, values[name]) for light in lights]))
             rows = [o[name] for o in shown]
             members[words] = Family(
                 depths, [row.estimate for row in rows], [row.exact for row in rows], curve
@@ -237,6 +239,16 @@ def draw_shares(outcomes: list[Outcome], path: Path) -> None:
         title=f"A slab of fog: {_described(outcomes[0])}",
         note=provenance(outcomes),
     )
+
+
+def _curve(parameters: dict[str, object]) -> tuple[np.ndarray, list[ordinates.Light]]:
+    """Depths, rising, and the slabs of these depths."""
+    found = {}
+    for step in range(STEPS):
+        deepest = DEEPEST / 2 ** (step / STEPS)
+        lights = ordinates.halved_slabs(deepest, OCTAVES, *_optics(**parameters))
+        found |= {deepest / 2 ** (OCTAVES - k): light for k, light in enumerate(lights)}
+    return np.array(sorted(found)), [found[depth] for depth in sorted(found)]
 
 
 def draw_radiance(outcomes: list[Outcome], path: Path) -> None:

@@ -289,6 +289,13 @@ def test_bins_of_lambertian_light_hold_what_passed_straight_too(index):
         assert close(straight[12], 2 * (mu[1] / 60) @ (places * np.exp(-0.5 / places)), 1e-9)
 
 
+def test_halves_on_the_way_are_slabs():
+    lights = ordinates.halved_slabs(3.0, 4, 0.9, FORWARD, 0.4, 1.2)
+    for light, depth in zip(lights, (0.1875, 0.375, 0.75, 1.5, 3.0), strict=True):
+        alone = slab(depth, 0.9, FORWARD, 0.4, 1.2)
+        assert close([light.reflected, light.transmitted], [alone.reflected, alone.transmitted], 1e-10)
+
+
 @pytest.mark.parametrize("moments", [ISOTROPIC, FORWARD])
 def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
     """Planted: narrower and lower panels, and a first layer a hundred times thinner."""

@@ -355,6 +355,7 @@ def test_aimed_births_count_from_their_source_to_their_target_and_beyond():
         assert way.value == pytest.approx(ways[0].value, rel=1e-12)
     flux = result["meter"].flux_in.value
     assert flux < ways[0].value * 81 < 1.05 * flux  # 1/cos of a few degrees
+    assert any("volume detector" in warning and "aim" in warning for warning in result.warnings)
 
 
 def test_a_score_is_within_what_the_guard_of_the_sums_has_counted():

@@ -17,7 +17,7 @@ from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.emissions import Isotropic, Lambertian
 from transport.media import HenyeyGreenstein, Medium, Rayleigh, Tabulated
 from transport.points import PointDetector
-from transport.shapes import Box, Point
+from transport.shapes import Box, Sphere
 from transport.validation import refuse
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _births(
             return "cast_from_births", layout.row(layout.POINT_EMISSION, **values, lambertian=1 / math.pi)
         case Isotropic():
             is_near = math.dist(detector.position, shape.middle) < NEAR * shape.extent
-            if isinstance(shape, Point) or not is_near:
+            if not (is_near and isinstance(shape, Box | Sphere)):
                 return "cast_from_births", layout.row(
                     layout.POINT_EMISSION, **values, isotropic=0.25 / math.pi
                 )

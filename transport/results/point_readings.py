@@ -6,11 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.layout import POINT_ROWS
-from transport.compile.points import SCALES
+from transport.compile.layout import DIFFUSE, POINT_ROWS
+from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
 from transport.results.estimates import Estimate
 from transport.results.quantified import Quantified
+from transport.shapes import Point
 from transport.units import Unit
 
 POINT_QUANTITIES = ("fluence_rate", "counts")
@@ -37,7 +38,8 @@ class PointReading(Quantified):
         Without what a Beam brings straight from its source; see PointDetector for how its error falls.
         """
         values = self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
-        return Estimate(values, self._run, Unit.parse("W m^-2"), counts=int(self._counts.sum()))
+        unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
+        return Estimate(values, self._run, unit, exact=self._is_sure, counts=counts)
 
     @cached_property
     def counts(self) -> Estimate:
@@ -72,6 +74,13 @@ class PointReading(Quantified):
             f"{number} of the scores of point detector {self.name!r} make up {share:.0%} of it: its error is not to be"
             " trusted; use more particles, or a small VolumeDetector"
         )
+
+    @property
+    def _is_sure(self) -> bool:
+        """Whether every history brings the same: all begin in one place, and none is sent on its way again."""
+        plan = self._plan
+        is_one = len(plan.emitters) == 1 and isinstance(plan.emitters[0].shape, Point)
+        return is_one and not scatters_anywhere(plan) and DIFFUSE not in plan.materials
 
     def __repr__(self) -> str:
         return f"<{self.name}: fluence_rate {self.fluence_rate!r}>"

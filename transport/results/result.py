@@ -148,6 +148,11 @@ class Result:
                 found.append(
                     f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
                 )
+        for volume in self.scene.volumes if aims else ():
+            if any(source.aim != self.scene.shape_of(volume) for source in aims):
+                found.append(
+                    f"volume detector {volume.name!r} sees an aimed source only in the directions of its aim"
+                )
         return found
 
     def _on_the_way(self, detector: Detector) -> list[Detector]:

@@ -19,6 +19,7 @@ keeps the books exactly, is good to (depth/mu)^2/12, and a direct part (2 mu - d
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -49,16 +50,29 @@ def layer(
 
     forward, backward: (n, n) phase function between ordinates of one hemisphere, and of both, mean 1 over the sphere.
     """
-    thin = min(THIN * mu[weight > 0].min(), THINNER * mu[weight == 0].min(initial=math.inf))
     if math.isinf(depth):
-        return _without_end(thin, albedo, forward, backward, mu, weight)
-    times = max(0, math.ceil(math.log2(depth / thin)))
+        return _without_end(_thin(mu, weight), albedo, forward, backward, mu, weight)
+    *_, last = layers(depth, albedo, forward, backward, mu, weight)
+    return last
+
+
+def layers(
+    depth: float, albedo: float, forward: np.ndarray, backward: np.ndarray, mu: np.ndarray, weight: np.ndarray
+) -> Iterator[Layer]:
+    """The same by way of all halves of it: ..., of depth/4, depth/2 and depth."""
+    times = max(0, math.ceil(math.log2(depth / _thin(mu, weight))))
     start = math.ldexp(depth, -times)
     one = thin_layer(start, albedo, forward, backward, mu, weight)
-    with np.errstate(under="ignore"):
-        for k in range(times):
+    yield one
+    for k in range(times):
+        with np.errstate(under="ignore"):
             one = doubled(one, mu * weight, direct(start, k + 1, mu))
-    return one
+        yield one
+
+
+def _thin(mu: np.ndarray, weight: np.ndarray) -> float:
+    """Depth of the first layer, at most."""
+    return min(THIN * mu[weight > 0].min(), THINNER * mu[weight == 0].min(initial=math.inf))
 
 
 def thin_layer(
