@@ -10,7 +10,7 @@ boundary   A medium of index 1.5, of which 0.04 is mirrored at once at normal in
 milne      A star's atmosphere: no absorption, light from far below.  What leaves is sqrt(3)/(4 pi) H(mu) F, three times as
            bright in the middle as at the limb (H(1)/H(0) = 2.908), and far below the mean radiance rises as tau + q, q =
            0.7104 (Milne 1921; Hopf 1934).  A slab lit from below by Lambertian light has such a face, and transmits
-           T = (4/3)/(tau + 2 q) (van de Hulst 1980, 5.4): at tau = 10 both hold to 1e-6, and q = 2/(3 T) - tau/2 is measured.
+           T = (4/3)/(tau + 2 q) (van de Hulst 1980, ch. 5): at tau = 10 both hold to 1e-6, and q = 2/(3 T) - tau/2 is measured.
 
 Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux through a plane without
 end does not depend on where light leaves.  The mirrored part is counted in a cone of 1e-4 rad, in which there is less
@@ -32,7 +32,7 @@ from transport.theory import ordinates
 
 law = (
     "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446, n = 1.5: R = 0.2599"
-    " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980, 5.4)"
+    " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980, ch. 5)"
 )
 question = "What does a medium without end send back, and how much darker is it at the limb?"
 particles = 1_000_000
@@ -44,7 +44,8 @@ EDGES = np.linspace(0, 1, BINS + 1)
 SHARP = 1e-4  # rad, half angle of the cone that holds what is mirrored
 EDGE = 1e-6  # of the bins' edges, from which the mirrored ray keeps away
 GROUP = 4  # bins in a row of the table
-WHOLE, MIRRORED, DIFFUSE = "reflected R, with the specular", "reflected specular", "reflected diffuse"
+BACK, WHOLE = "reflected R", "reflected R, with the specular"
+MIRRORED, DIFFUSE = "reflected specular", "reflected diffuse"
 PASSED, HOPF = "transmitted T", "q(∞) by T"
 ABSORBED = "absorbed"
 
@@ -142,7 +143,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         tau = constant(result, body.shape.thickness * body.inside.extinction, "1")
         rows = {PASSED: out, HOPF: (constant(result, 4 / 3, "1") / out - tau) / 2}
         return rows | {_bin(first): part / out for first, part in parts.items()}
-    rows = {WHOLE: out, ABSORBED: result.ledger["absorbed"] / emitted}
+    rows = {WHOLE if setting == "boundary" else BACK: out, ABSORBED: result.ledger["absorbed"] / emitted}
     mirrored = share_mirrored(result)
     if mirrored is not None:
         rows |= {MIRRORED: mirrored, DIFFUSE: out - mirrored}
@@ -182,7 +183,7 @@ def exact(setting: str = "darkening", **parameters: object) -> dict[str, float]:
         shares = light.transmitted_in(EDGES[::GROUP], straight=True) / light.transmitted
     else:
         light = _light(setting, **parameters)
-        rows = {WHOLE: light.reflected, ABSORBED: light.absorbed}
+        rows = {WHOLE if setting == "boundary" else BACK: light.reflected, ABSORBED: light.absorbed}
         if setting == "boundary" and _cosine(parameters) is not None:
             rows |= {MIRRORED: light.unscattered_back, DIFFUSE: light.reflected_diffuse}
         shares = light.reflected_in(EDGES[::GROUP], straight=True)
@@ -200,7 +201,7 @@ def _light(setting: str, **parameters: object) -> ordinates.Light:
 
 def verdict(outcomes: list[Outcome]) -> str:
     said = {
-        "darkening": "a half space returns {0[reflected R, with the specular].estimate}",
+        "darkening": "a half space returns {0[reflected R].estimate}",
         "boundary": "behind a boundary {0[reflected R, with the specular].estimate}",
         "milne": "q(∞) of Milne's problem is {0[q(∞) by T].estimate}",
     }

@@ -217,6 +217,7 @@ def draw_angles(outcomes: list[Outcome], path: Path) -> None:
     from viz.catalogue import Entry, catalogue
 
     entries, edges = {}, np.linspace(0, 1, ANGLES + 1)
+    middles = np.sqrt((edges[1:] ** 2 + edges[:-1] ** 2) / 2)  # of the bins' projected solid angles
     areas = np.diff(edges**2)  # of bins: projected solid angle over π
     for outcome in outcomes:
         medium, result = medium_of(outcome.result), outcome.result
@@ -227,7 +228,7 @@ def draw_angles(outcomes: list[Outcome], path: Path) -> None:
             for each, a in zip(result["diffuse"].intensity_out, areas, strict=True)
         ]
         entries[_ratio(medium)] = Entry(
-            edges,
+            middles,
             shares,
             lambda mu, h=half_space: math.pi * h.radiance(mu),
             half_space.leaving(edges) / areas,

@@ -3,15 +3,15 @@
 Derivation.  In a plane layer of optical depth tau whose particles scatter the share a of what they meet, the albedo, by a
 phase function p, the radiance at the depth t obeys, mu counted downwards,
 
-    mu dL/dt = -L + a int p L dω    (Chandrasekhar 1960, ch. 1, eq. 47).
+    mu dL/dt = -L + a int p L dω    (Chandrasekhar 1960, ch. 1).
 
 What meets nothing passes straight, exp(-tau/mu0) of a beam at the cosine mu0 and 2 E3(tau) of Lambertian light (Beer 1852);
 the rest follows from doubling: a layer upon itself, from one so thin that light is scattered once (van de Hulst 1963; Hansen
-and Travis 1974, 2.8).  By the scattering of Henyey and Greenstein (1941), g = 0.75, at tau = 2 and a = 0.9, 0.0974 of a normal
+and Travis 1974).  By the scattering of Henyey and Greenstein (1941), g = 0.75, at tau = 2 and a = 0.9, 0.0974 of a normal
 beam returns and 0.6610 passes, 0.1353 of it straight (van de Hulst 1980, table 35).  At grazing incidence even a thin layer
 returns much of the light.  Where nothing is absorbed R + T = 1, and Lambertian light crosses a length of twice the thickness
 in the mean, whatever it meets on its way (Cauchy's mean chord, 4 V/S; Blanco and Fournier 2003): 2 tau collisions.  Thick
-layers transmit (4/3)/((1 - g) tau + 2 q), q between 0.710 and 0.716 (transport/theory/half_space.py).
+layers transmit (4/3)/((1 - g) tau + 2 q), q near 0.71 (transport/theory/half_space.py).
 
 Scene.  A Slab between two planes that do nothing, filled with a medium.  A pencil beam falls on it; a flux through a plane
 without end does not depend on where on it light leaves, so it is that of a beam as wide as the plane, and intensity
@@ -51,7 +51,7 @@ BACK, ON, STAYS, STRAIGHT, SCATTERED = (
     "transmitted scattered",
 )
 SHOWN = 4  # slabs in the figure of radiance
-DEEPEST, OCTAVES, STEPS = 16.0, 8, 4  # of the curves: depth, how often it is halved, and points between
+DEEPEST, OCTAVES, STEPS = 16.0, 8, 6  # of the curves: depth, how often it is halved, and points between
 
 
 def cases() -> list[dict[str, object]]:
@@ -229,7 +229,7 @@ def draw_shares(outcomes: list[Outcome], path: Path) -> None:
             curve = (depths, np.array([getattr(light, values[name]) for light in lights]))
             rows = [o[name] for o in shown]
             members[words] = Family(
-                depths, [row.estimate for row in rows], [row.exact for row in rows], curve
+                places, [row.estimate for row in rows], [row.exact for row in rows], curve
             )
     families(
         members,

@@ -68,7 +68,7 @@ def test_the_law_of_darkening_is_met_bin_by_bin():
         once,
     ):
         assert_rejected(shares, wrong)
-    assert_rejected(rows[sim.WHOLE], theory.plane_albedo(0.12, 0.9))
+    assert_rejected(rows[sim.BACK], theory.plane_albedo(0.12, 0.9))
 
 
 def test_a_boundary_mirrors_from_both_sides():

@@ -243,11 +243,11 @@ PHASES = {
 @pytest.mark.parametrize("name", PHASES)
 def test_light_scattered_once_from_a_pencil_beam(name):
     """In a box so thin that light is scattered once at most: the integral along the beam of p(mu) / r^2."""
-    sigma, phase = 1e-5, PHASES[name]
+    sigma, phase = 1e-12, PHASES[name]
     pencil = tp.Source(tp.Point(position=(0, 0, -1)), tp.Beam((0, 0, 1), power=1.0))
     places = [(0.5, 0, 0.2), (0.3, 0.4, 2.0), (0, -0.6, -1.5)]
     *found, result = seen(
-        pencil, places, [filled(tp.Box(size=2.0), M(scattering=sigma, phase=phase))], particles=50_000
+        pencil, places, [filled(tp.Box(size=2.0), M(scattering=sigma, phase=phase))], particles=200_000
     )
     for estimate, (x, y, z) in zip(found, places, strict=True):
 
@@ -257,7 +257,10 @@ def test_light_scattered_once_from_a_pencil_beam(name):
 
         corners = [z] if -1 < z < 1 else None
         exact = sigma * quad(density, -1, 1, points=corners, epsabs=0, epsrel=1e-10, limit=500)[0]
-        assert_agrees(estimate, exact, 1e-6)
+        if phase == tp.Isotropic():  # then all scores are alike
+            assert estimate.value == pytest.approx(exact, rel=1e-9)
+        else:
+            assert_agrees(estimate, exact, 1e-6)
         assert smallest_bias(estimate) < 0.03
     assert not result.warnings
 
@@ -276,7 +279,7 @@ def test_it_agrees_with_a_small_volume_detector():
                 lamp, [ball.center], [body], particles=200_000, extra=[volume], tracking=tracking
             )
             assert_agrees(point - result["ball"].fluence_rate, 0.0, 1e-6)
-            assert point.error < result["ball"].fluence_rate.error < 0.1 * point.value
+            assert 3 * point.error < result["ball"].fluence_rate.error
 
 
 def test_a_point_beyond_a_scattering_slab_sees_what_leaks_through():
@@ -298,3 +301,144 @@ def test_splitting_and_weights_leave_the_mean_as_it_is():
     ]
     for estimate in found:
         assert_agrees(estimate, 2 * point_source.fluence_rate(3.0, 1.0, 0.9), 1e-6)
+
+
+# ---- how sure it is ----
+
+
+def test_the_error_falls_with_the_root_of_the_number_of_particles():
+    """2048 batches of 200 histories each, one by one and together in groups: N^(-1/2) but for a logarithm."""
+    scene = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=FOG)
+    result = tp.simulate(scene, particles=200 * 2048, batches=2048, seed=3, threads=1, progress=False)
+    exact = 2 * point_source.fluence_rate(1.0, 1.0, 0.9)
+    values = result["p"].batch_values / exact - 1
+    sizes = 4 ** np.arange(5)
+    errors = [float(np.sqrt((values.reshape(-1, n).mean(axis=1) ** 2).mean())) for n in sizes]
+    slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert -0.6 < slope < -0.42, (slope, errors)
+    assert abs(values.mean()) < 5 * values.std() / math.sqrt(len(values))
+
+
+def test_scores_that_stand_out_are_told():
+    """A pencil beam that passes a thousandth of a mean free path beside the point: what is scattered there carries it."""
+    pencil = tp.Source(tp.Point(position=(0, 0.001, -1)), tp.Beam((0, 0, 1), power=1.0))
+    few, result = seen(pencil, [(0, 0, 2)], particles=100, medium=M(absorption=3.0, scattering=0.05), tracking="analog")
+    assert any("p0" in warning and "not to be trusted" in warning for warning in result.warnings)
+    assert "not to be trusted" in result.report()
+    _, result = seen(pencil, [(0, 0, 2)], particles=100_000, medium=M(absorption=3.0, scattering=0.05))
+    assert not result.warnings
+
+
+def test_a_score_of_any_size_is_counted():
+    """On the very line of a pencil beam in a fog phi is infinite: the scores are huge, finite and told."""
+    pencil = tp.Source(tp.Point(position=(0, 0, -1)), tp.Beam((0, 0, 1), power=1.0))
+    huge, faint, _ = seen(pencil, [(0, 0, 0), (0, 600, 0)], particles=1000, medium=FOG)
+    assert 1e60 < huge.value < math.inf
+    assert 0 < faint.value < 1e-100
+
+
+def test_what_it_scores_does_not_depend_on_threads_batches_or_other_detectors():
+    places, surfaces = [(1, 0, 0), (0, 0.5, 0)], [filled(tp.Box(size=3.0), M(0.1, 1.0, tp.Rayleigh()))]
+    scene = tp.Scene(LAMP, surfaces, [tp.PointDetector(place, f"p{k}") for k, place in enumerate(places)])
+    options = {"particles": 20_000, "seed": 7, "batches": 8, "progress": False}
+    one, two = (tp.simulate(scene, threads=threads, **options) for threads in (1, 2))
+    alone = tp.simulate(tp.Scene(LAMP, surfaces, tp.PointDetector(places[0], "p0")), threads=1, **options)
+    for name in ("p0", "p1"):
+        assert (one[name].batch_values == two[name].batch_values).all()
+    assert (one["p0"].batch_values == alone["p0"].batch_values).all()
+    assert (one["p0"].counts.value, one["p1"].counts.value) == (two["p0"].counts.value, two["p1"].counts.value)
+
+
+def test_it_leaves_everything_else_as_it_is():
+    """Flights draw what they draw without it."""
+    surfaces = [filled(tp.Box(size=3.0), M(0.1, 1.0)), tp.Surface(tp.Plane(center=(0, 0, -2)), tp.Diffuse(0.5))]
+    meter = tp.Detector(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1.0), name="meter")
+    options = {"particles": 20_000, "seed": 7, "threads": 1, "progress": False}
+    without = tp.simulate(tp.Scene(LAMP, surfaces, [meter]), **options)
+    with_it = tp.simulate(tp.Scene(LAMP, surfaces, [meter, tp.PointDetector((1, 0, 0.2), "p")]), **options)
+    assert without["meter"].flux_in.value == with_it["meter"].flux_in.value
+    assert without.cost.collisions == with_it.cost.collisions
+    for name, entry in without.ledger.items():
+        assert entry.value == with_it.ledger[name].value
+
+
+def test_a_scene_without_it_has_none_of_its_passes():
+    from transport.compile import compile_scene
+    from transport.engine import casting, shadows
+    from transport.engine.passes import Pass
+    from transport.engine.program import program_of
+
+    plain = tp.Scene(LAMP, medium=FOG)
+    program = program_of(compile_scene(plain))
+    names = {lane_pass.name for lane_pass in program.passes}
+    assert not program.sight
+    assert not names & {p.name for module in (casting, shadows) for p in vars(module).values() if isinstance(p, Pass)}
+    absorbing = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=M(0.3))
+    names = {lane_pass.name for lane_pass in program_of(compile_scene(absorbing)).passes}
+    assert "cast_from_births" in names and "cast_from_flights" not in names
+
+
+# ---- what is refused ----
+
+
+def refused(message, sources=LAMP, surfaces=(), place=(1, 0, 0), tracking=None, **options):
+    with pytest.raises(tp.SceneError) as raised:
+        scene = tp.Scene(sources, surfaces, tp.PointDetector(place, "p"), **options)
+        tp.simulate(scene, particles=100, progress=False, tracking=tracking)
+    text = str(raised.value)
+    assert text.startswith("PointDetector 'p'") and message in text, text
+
+
+@pytest.mark.parametrize(
+    "material", [tp.Mirror(), tp.Dielectric(1.5), tp.Glossy(0.2), tp.ThinLens(1.0), tp.Mixture({T: 0.5, tp.Black(): 0.5})]
+)
+def test_surfaces_that_it_cannot_see_by_are_refused_by_name(material):
+    part = next(part for part in (*getattr(material, "parts", ((material,),)),) if not isinstance(part[0], tp.Black))[0]
+    disk = tp.Surface(tp.Disk(center=(5, 0, 0), radius=1.0), material, name="glass")
+    refused(type(part).__name__, surfaces=[disk])
+    refused("'glass'", surfaces=[disk])
+
+
+def test_points_on_surfaces_and_sources_are_refused():
+    wall = tp.Surface(tp.Sphere(radius=1.0), tp.Diffuse(0.5), name="wall")
+    refused("must not lie on Surface 'wall'", surfaces=[wall], place=(0.6, 0.8, 0))
+    refused("point source", place=(0, 0, 0))
+    disk = tp.Source(tp.Disk(radius=2.0), tp.Lambertian(power=1.0))
+    refused("must not lie on a source", sources=disk)
+    tp.Scene(disk, detectors=tp.PointDetector((3, 0, 0), "beside"))
+
+
+def test_clocks_aims_gas_and_forced_flights_are_refused():
+    refused("steady", duration=1.0)
+    aim = tp.Disk(center=(0, 0, 3), radius=1.0)
+    refused("aim", sources=tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0), aim=aim))
+    gas = tp.Effusive(exitance=1.0, speed=1.0)
+    refused("Effusive", sources=tp.Source(tp.Disk(radius=0.5), gas))
+    refused("forced", medium=FOG, tracking=tp.Tracking(forced=True))
+
+
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        ({"position": (0, 0), "name": "p"}, "position"),
+        ({"position": (0, 0, math.inf), "name": "p"}, "position"),
+        ({"position": (0, 0, 1)}, "name missing"),
+        ({"position": (0, 0, 1), "name": None}, "name"),
+        ({"position": (0, 0, 1), "name": "a.b"}, "name"),
+        ({"center": (0, 0, 1), "name": "p"}, "'position'"),
+    ],
+)
+def test_its_parameters_are_checked(wrong, message):
+    with pytest.raises(tp.SceneError, match=message):
+        tp.PointDetector(**wrong)
+
+
+def test_errors_can_be_asked_for_and_unknown_quantities_are_told():
+    scene = tp.Scene(LAMP, detectors=tp.PointDetector((1, 0, 0), "p"), medium=FOG)
+    result = tp.simulate(scene, error={"p.fluence_rate": 0.05}, particles=100_000, seed=1, threads=1, progress=False)
+    assert result["p"].fluence_rate.relative_error < 0.05
+    with pytest.raises(tp.SceneError, match="fluence_rate"):
+        tp.simulate(scene, error={"p.fluence": 0.1}, particles=1000)
+    with pytest.raises(AttributeError, match="fluence_rate"):
+        _ = result["p"].fluence
+    assert "point detector 'p'" in result.report()

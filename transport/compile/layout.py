@@ -188,11 +188,8 @@ POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("fir
 POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
 # A phase function, or part of a mixture that begins with `number`, as a density per steradian.
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
-POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = (
-    128,
-    64,
-    4,
-)  # row MIDDLE + k of a point detector holds scores from 2^(4 k) up
+# Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the least normal numbers.
+POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
 WORD = np.dtype(
     _integers("source target")
 )  # of two bundles: a word of the one is moved into a word of the other; -1: 0

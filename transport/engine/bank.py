@@ -33,26 +33,37 @@ def number_of_copy(history, event, place):
     return int64((z ^ (z >> uint64(31))) & uint64(LOWER)) | int64(MARK)
 
 
+@device
+def listed_with_copies(b, first, live):
+    """Lists the lanes that go into the bank, and returns their number."""
+    n = 0
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if b.copies[k] > 0 else 0
+    return n
+
+
+@device
+def laid_down(b, fields, words, count, k, place):
+    """A copy of lane k in the bank, as a row by the numbers of its fields; the first row again where there is no room."""
+    b.overfull |= 1 if b.banked >= b.bank_room else 0
+    row = view(b.bank + (0 if b.overfull != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
+    for f in range(count):
+        row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
+    row[HISTORY] = number_of_copy(b.history[k], b.event[k], place)
+    b.banked += 1 if b.overfull == 0 else 0
+    return row
+
+
 @lane_pass(MOVED)
 def deposit(b, table, first, live):
     """`copies` of each lane go into the bank."""
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    n = 0
-    for k in range(first, live):
-        b.listed[n] = k
-        n += 1 if b.copies[k] > 0 else 0
-    for j in range(n):
+    for j in range(listed_with_copies(b, first, live)):
         k = b.listed[j]
         for place in range(b.copies[k]):
-            if b.banked >= b.bank_room:
-                b.overfull = 1
-                return live
-            row = view(b.bank + 8 * FIELDS * b.banked, FIELDS, np.int64)
-            for f in range(table.count):
-                row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
-            row[HISTORY] = number_of_copy(b.history[k], b.event[k], place)
-            b.banked += 1
+            laid_down(b, fields, words, table.count, k, place)
         b.copies[k] = 0
     return live
 
@@ -62,21 +73,10 @@ def deposit_forced(b, table, first, live):
     """The copies that force_collision made: each sets out where its lane does, with a weight and a path of its own."""
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
-    n = 0
-    for k in range(first, live):
-        b.listed[n] = k
-        n += 1 if b.copies[k] > 0 else 0
-    for j in range(n):
+    for j in range(listed_with_copies(b, first, live)):
         k = b.listed[j]
-        if b.banked >= b.bank_room:
-            b.overfull = 1
-            return live
-        row = view(b.bank + 8 * FIELDS * b.banked, FIELDS, np.int64)
-        for f in range(table.count):
-            row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
-        row[HISTORY] = number_of_copy(b.history[k], b.event[k], 0)
+        row = laid_down(b, fields, words, table.count, k, 0)
         row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(b.caught[k]), bits_of(b.caught[k]), bits_of(b.path[k])
-        b.banked += 1
         b.copies[k] = 0
     return live
 

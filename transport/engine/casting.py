@@ -170,7 +170,7 @@ def cast_from_flights(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.bent[k] = ux * vx + uy * vy + uz * vz
-        b.score[k] = score if flies & (r > 0.0) else 0.0
+        b.score[k] = score if flies else 0.0
         b.density[k] = 0.0
         b.stands[k] = 0
         b.tally[k] = tally

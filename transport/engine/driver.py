@@ -5,6 +5,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numba import config, float64, int64, njit
@@ -62,28 +63,20 @@ class Stopped(Exception):
     """The batch was told to stop before it was complete; its sums are void."""
 
 
-def _drive(
-    bundle,
-    handle,
-    entries,
-    tables,
-    ready,
-    inner,
-    birth_entries,
-    birth_tables,
-    emitters,
-    shares,
-    sight,
-    withdrawal,
-    withdrawn,
-    histories,
-):
-    """Run `histories` to their ends.  sight: of shadow rays the bundle, its handle, and their steps.  emitters: where in `births` each one's passes begin; shares: cumulative; ready: how
-    many of the entries come before a flight; inner: how many after these are done again for what collides in a medium.
+def _drive(bundle, handle, flow, births, sight, copies, histories):
+    """Run `histories` to their ends.
+
+    flow: entries and tables of the steps, how many of them come before a flight, and how many after these are done again for
+    what collides in a medium;  births: entries and tables of the newborn's steps, where among these each emitter's begin, and
+    the emitters' cumulative shares;  sight: of shadow rays the bundle, its handle, entries and tables of their steps;
+    copies: entries and tables of what takes copies from the bank.
 
     Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
     offset makes every history's chance right.
     """
+    entries, tables, ready, inner = flow
+    birth_entries, birth_tables, emitters, shares = births
+    withdrawal, withdrawn = copies
     b = bundle[0]
     w0, w1, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
     offset = uniform(w0, w1)
@@ -114,7 +107,7 @@ def _drive(
             return
         b.first = 0
         if inner > 0:
-            _fly_on(b, handle, entries, tables, ready, inner, live, sight)
+            _fly_on(b, handle, flow, sight, live)
         for p in range(ready + inner if inner > 0 else 0, len(entries)):
             live = call_pass(entries[p], handle, tables[p], b.first, live)
             _trace(b, handle, sight)
@@ -130,13 +123,14 @@ def _drive(
 
 
 @njit(inline="always")
-def _fly_on(b, handle, entries, tables, ready, inner, live, sight):
+def _fly_on(b, handle, flow, sight, live):
     """Fly and collide, again and again, while the lanes that met a surface wait.
 
     A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
     serves those that wait.  Flights are cheapest when the next round would make fewer than the mean for its cost so far
     (the marginal value theorem of Charnov 1976): then it is time to stop.
     """
+    entries, tables, ready, inner = flow
     for p in range(ready):
         call_pass(entries[p], handle, tables[p], 0, live)
     others = REST * float64(len(entries) - inner) / float64(inner)
@@ -191,19 +185,13 @@ with cached_kernels():
 
 @dataclass(frozen=True)
 class Machine:
-    """A program made ready to run: entries and tables as the driver wants them.  Threads share it."""
+    """A program made ready to run: entries and tables as `_drive` wants them.  Threads share it."""
 
     program: Program
-    entries: object
-    tables: object
-    ready: int
-    inner: int
-    birth_entries: object
-    birth_tables: object
-    emitters: np.ndarray
-    shares: np.ndarray
-    sight: tuple  # entries and tables of shadow rays
-    withdrawal: tuple  # of what takes copies from the bank, where there are any
+    flow: tuple
+    births: tuple
+    sight: tuple
+    copies: tuple
 
 
 def machine_of(program: Program, progress=None) -> Machine:
@@ -213,27 +201,20 @@ def machine_of(program: Program, progress=None) -> Machine:
         if progress is not None:
             progress(done, len(passes), lane_pass.name)
         _ = lane_pass.entry
-    births = [step for steps in program.births for step in steps]
-    entries, tables = _wired(program.steps)
-    birth_entries, birth_tables = _wired(births)
     bounds = np.array([e.bound for e in program.plan.emitters])
+    starts = np.cumsum([0, *map(len, program.births)])
     return Machine(
         program,
-        entries,
-        tables,
-        program.ready,
-        program.inner,
-        birth_entries,
-        birth_tables,
-        emitters=np.cumsum([0, *map(len, program.births)]),
-        shares=np.cumsum(bounds) / bounds.sum(),
+        flow=(*_wired(program.steps), program.ready, program.inner),
+        births=(*_wired(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
         sight=_wired(program.sight),
-        withdrawal=_wired(program.withdrawal),
+        copies=_wired(program.withdrawal),
     )
 
 
 def _wired(steps):
     """Entries and tables of steps: addresses, or functions and records without compilation."""
+    steps = list(steps)
     entries = [lane_pass.entry for lane_pass, _ in steps]
     if config.DISABLE_JIT:
         return entries, [table.reshape(1).view(np.recarray)[0] for _, table in steps]
@@ -277,15 +258,7 @@ def run_batch(
     sums.enter(shadows)
     bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
     sight = (*_handled(shadows), *machine.sight)
-    wiring = (
-        machine.entries,
-        machine.tables,
-        machine.ready,
-        machine.inner,
-        machine.birth_entries,
-        machine.birth_tables,
-    )
-    drive(lanes, handle, *wiring, machine.emitters, machine.shares, sight, *machine.withdrawal, histories)
+    drive(lanes, handle, machine.flow, machine.births, sight, machine.copies, histories)
     if bundle["stop"][0]:
         raise Stopped
     if bundle["overfull"][0]:

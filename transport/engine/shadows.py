@@ -96,7 +96,6 @@ def arrive(b, table, first, live):
         k = b.listed[item]
         score = min(b.weight[k], LARGEST)
         row = ((bits_of(score) >> 52) - 1023) // POINT_OCTAVES
-        row = max(row, -POINT_MIDDLE)
         scale = float_of((1023 - POINT_OCTAVES * (row + 1)) << 52)
         high, low = limbs(score * scale)
         add_to_row(b.tallies + 32 * (b.tally[k] + POINT_MIDDLE + row), high, low, 1, 0)

@@ -37,9 +37,13 @@ class PointReading(Quantified):
 
         Without what a Beam brings straight from its source; see PointDetector for how its error falls.
         """
-        values = self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
         unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
-        return Estimate(values, self._run, unit, exact=self._is_sure, counts=counts)
+        return Estimate(self.batch_values, self._run, unit, exact=self._is_sure, counts=counts)
+
+    @property
+    def batch_values(self) -> np.ndarray:
+        """The fluence rate of each batch [W m^-2], (B,)."""
+        return self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
 
     @cached_property
     def counts(self) -> Estimate:

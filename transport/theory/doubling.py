@@ -11,7 +11,7 @@ on each other are
     S = (1 - Q)^-1 Q,  Q = R w R,    D = T + S e + S w T,  U = R e + R w D,
     R' = R + e U + T w U,    T' = e D + T e + T w D
 
-(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527, 2.8): sums of positive terms, so that nothing cancels
+(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that nothing cancels
 from a depth of 1e-12 to 1e12.  The first layer is `start` deep; there, out - in = depth/mu (a P - 1)(in + out)/2, which
 keeps the books exactly, is good to (depth/mu)^2/12, and a direct part (2 mu - depth)/(2 mu + depth) goes with it.
 """

@@ -3,20 +3,20 @@
 For isotropic scattering of albedo a below a plane without reflection, light of irradiance E that comes at the cosine mu0
 returns with the radiance
 
-    L(mu) = a/(4 pi) H(mu) H(mu0)/(mu + mu0) E    (law of diffuse reflection; Chandrasekhar 1960, ch. 4, eq. 113)
+    L(mu) = a/(4 pi) H(mu) H(mu0)/(mu + mu0) E    (law of diffuse reflection; Chandrasekhar 1960, ch. 4)
 
 so that 1 - sqrt(1 - a) H(mu0) of it returns, and of Lambertian light 1 - 2 sqrt(1 - a) alpha_1, alpha_n the moments of H.
-H solves H = 1 + (a/2) mu H int_0^1 H(mu')/(mu + mu') dmu'; in closed form (Chandrasekhar, ch. 5, eq. 36, with w = i x/mu)
+H solves H = 1 + (a/2) mu H int_0^1 H(mu')/(mu + mu') dmu'; in closed form (Chandrasekhar, ch. 5)
 
     ln H(mu) = -(1/pi) int_0^inf ln[1 - a atan(t)/t]/(1 + x^2) dx,    t = x/mu.
 
 Milne's problem: a medium without absorption that carries the flux F from its depth.  L(mu) = sqrt(3)/(4 pi) H(mu) F leaves
-it, and far below the surface the mean radiance rises as tau + q, q(inf) = alpha_2/alpha_1 = 0.710446 (Hopf 1934, 11.1).  Two
+it, and far below the surface the mean radiance rises as tau + q, q(inf) = alpha_2/alpha_1 = 0.710446 (Hopf 1934).  Two
 such surfaces make a thick slab, which transmits
 
     T = (4/3)/((1 - g) tau + 2 q) of Lambertian light,    T(mu0) = H(mu0)/(sqrt(3) (tau + 2 q)) of a beam, if g = 0
 
-up to terms of exp(-tau) (van de Hulst 1980, 5.4): so q is measured by T.
+up to terms of exp(-tau) (van de Hulst 1980, ch. 5): so q is measured by T.
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ def hopf_constant() -> float:
 def extrapolation(moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
     """q of any phase function without absorption, in units of 1/(1 - g) mean free paths [1].
 
-    Read off from the transmission of a slab that is THICK; 0.710446 if isotropic, and 0.7104 to 0.7151 for any (van de
-    Hulst 1980, table 30).
+    Read off from the transmission of a slab that is THICK; 0.710446 if isotropic, 0.7114 for Rayleigh scattering, 0.7143 for
+    that of Henyey and Greenstein at g = 0.9.
     """
     if moments == ordinates.ISOTROPIC:
         return hopf_constant()

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 ORDER = 10  # nodes of a panel
+FINEST = -2  # of the panels about a foot: a quarter of the height
 RAYS = 400_000  # taken at a time
 FAR = 1e9  # sizes of the source: where a projected edge counts as endless
 
@@ -192,7 +193,9 @@ class _Face:
         """Breaks along u or v: the face's ends, those asked for, and ever farther from the foot of the point."""
         low, high = (corner[self.uv[which]] for corner in (self.low, self.high))
         foot, size = self.point[self.uv[which]], high - low
-        steps = self.height * 2.0 ** np.arange(max(0, math.ceil(math.log2(2 * size / self.height))) + 1)
+        steps = self.height * 2.0 ** np.arange(
+            FINEST, max(0, math.ceil(math.log2(2 * size / self.height))) + 1
+        )
         breaks = np.concatenate([[low, high, foot], foot + steps, foot - steps, more])
         breaks = np.unique(breaks[(breaks >= low) & (breaks <= high)])
         return breaks[np.append(True, np.diff(breaks) > 1e-13 * size)]
