@@ -18,9 +18,10 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "diffuse_box", "directions", "effusion", "flows", "furnace", "gonioreflectometer", "integrating_sphere", "inverse_square",
-    "lambert_disk", "limits", "magnifier", "penumbra", "phase_space", "photon_gas", "pressure", "refraction", "sun",
-    "throughput", "tube", "two_elements", "view_factors", "wall_distance",
+    "diffuse_box", "directions", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
+    "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra", "phase_space",
+    "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun", "throughput", "tube", "two_elements",
+    "view_factors", "wall_distance",
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
@@ -106,18 +107,24 @@ def test_parameters_may_be_set_for_all_cases(name):
         "directions": {"power": 3.0, "size": 1e-6},
         "effusion": {"temperature": 77.0, "loss": 0.2},
         "flows": {"speed": 3.0, "density": 1e12, "power": 2.0},
+        "fog": {"tau": 0.7},
         "furnace": {"radiance": 7.0, "index": 1.3},
+        "glow": {"radiance": 7.0, "index": 1.3},
         "gonioreflectometer": {"angle": 0.6},
+        "half_space": {"albedo": 0.8},
         "integrating_sphere": {"radius": 2.0},
         "inverse_square": {"power": 3.0},
         "lambert_disk": {"radiance": 7.0, "radius": 0.25},
         "limits": {"radius": 0.1, "separation": 0.6, "burst": 1e-6},
         "magnifier": {"radiance": 7.0, "index": 1.6},
+        "milk": {"absorption": 200.0, "index": 1.5},
         "penumbra": {"radius": 0.1, "gap": 0.4},
         "phase_space": {"length": 1e-6, "speed": 300.0},
         "photon_gas": {"stuff": "charge", "density": 1e20, "speed": 500.0},
+        "point_in_fog": {"mean_free_path": 1e-3},
         "pressure": {"energy_density": 3.0, "temperature": 600.0},
         "refraction": {"index": 2.4},
+        "slab": {"tau": 3.0, "albedo": 0.7},
         "sun": {"zenith_angle": math.pi / 2},  # the sun half below the horizon
         "throughput": {"radiance": 7.0, "size": 0.008, "index": 1.6},
         "tube": {"radius": 1e-3},

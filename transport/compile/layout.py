@@ -158,7 +158,7 @@ PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count")) 
 # steps along each axis in numbers, 0 where one number serves all; length [m] of a scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z length")
-    + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels")
+    + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels level_count")
     + [
         column
         for name in ("absorption", "scattering")

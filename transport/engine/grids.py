@@ -18,15 +18,15 @@ from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, log_positive
-from transport.physics.streams import PATH, VOXELS, event_words, short_uniform, uniform
+from transport.physics.streams import LOW32, PATH, VOXELS, event_words, short_uniform, uniform
 
-FLIES, TRIES, UNSURE, ENDED, COLLIDED = range(5)  # what a walk is doing
+FLIES, TRIES, UNSURE, ENDED, COLLIDED, PAUSED = range(6)  # what a walk is doing
 SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
 WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
 WALK_FIELDS = len(WALK)
 WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
-STEPS = uint64(6)  # bits of a purpose below the number of the draw
-LOW32 = uint64(0xFFFFFFFF)
+DRAW = uint64(8)  # bits of a purpose below the number of the draw
+MOST_TURNS = 8  # of a walk, before it pauses: the others shall not wait for long
 
 
 @lane_pass(NO_TABLE)
@@ -41,7 +41,27 @@ def fly_in_grids(b, table, first, live):
         b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
-        b.u0[k], b.u1[k] = uniform(w2, (w1 << uint64(20)) & LOW32), short_uniform(w3)
+        b.u0[k], b.u1[k] = uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def cut_nothing(b, table, first, live):
+    """No flight has been cut."""
+    for k in range(first, live):
+        b.cut[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def pause(b, table, first, live):
+    """What was cut on its way through voxels has not collided."""
+    paused = 0
+    for k in range(first, live):
+        pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
+        b.collides[k] = 0 if pauses else b.collides[k]
+        paused += 1 if pauses else 0
+    b.collisions -= paused
     return live
 
 
@@ -53,7 +73,7 @@ def collide_in_grid(b, table, first, live):
     goes on to the next macro cell; and, once half of them have come to a tentative collision, these are decided.
     """
     tops = view(table.tops, table.top_count, np.float64)
-    levels = view(table.levels, table.nx * table.ny * table.nz, np.uint8)
+    levels = view(table.levels, table.level_count, np.uint8)
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
@@ -80,15 +100,17 @@ def collide_in_grid(b, table, first, live):
         b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
         b.walk_t[k], b.walk_end[k], b.walk_depth[k] = start, b.distance[k] - 2.0 * SLACK, b.depth[k]
         b.walk_history[k], b.walk_event[k], b.walk_draw[k], b.walk_lane[k] = b.history[k], b.event[k], 0, k
-        b.walk_state[k] = FLIES if walks else ENDED
+        b.walk_state[k], b.walk_turns[k] = FLIES if walks else ENDED, 0
         walking += 1 if walks else 0
     last = live
     while walking > 0:
-        if walking * 2 < int64(last) - int64(first):
+        if walking * 4 < (int64(last) - int64(first)) * 3:
             last = close_ranks(b, words, first, last, walking)
         for k in range(first, last):
             b.walk_top[k] = tops[uint64(b.walk_cell[k])]
-        trying, walking = cross(b, table, first, last)
+        trying, walking, pausing = cross(b, table, first, last)
+        if pausing > 0:
+            pause_walks(b, first, last)
         if trying * 2 >= walking:
             find_voxels(b, table, first, last)
             for k in range(first, last):
@@ -105,11 +127,7 @@ def collide_in_grid(b, table, first, live):
                 b.listed[collided] = k
                 collided += 1 if b.walk_state[k] == COLLIDED else 0
             for g in range(collided):
-                k = b.listed[g]
-                lane = b.walk_lane[k]
-                b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
-                b.hit[lane] = 0
-                b.walk_state[k] = ENDED
+                end_flight(b, b.listed[g])
             if table.absorbs != 0:
                 for g in range(collided):
                     k = b.listed[g]
@@ -120,9 +138,11 @@ def collide_in_grid(b, table, first, live):
 
 @device
 def coefficients(table, scattering, absorption, voxel):
-    """Those of a voxel by its number [m^-1]."""
-    column, z = voxel // table.nz, voxel % table.nz
-    x, y = column // table.ny, column % table.ny
+    """Those of a voxel by its place among the levels [m^-1]."""
+    brick, within = voxel >> 6, voxel & 63
+    bricks_y, bricks_z = (table.ny + 3) >> 2, (table.nz + 3) >> 2
+    row = brick // bricks_z
+    x, y, z = 4 * (row // bricks_y) + (within >> 4), 4 * (row % bricks_y) + (within >> 2 & 3), 4 * (brick % bricks_z) + (within & 3)
     scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
     return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
 
@@ -161,8 +181,8 @@ def place_of(i, j, m, my, mz):
 
 @device
 def cross(b, table, first, last):
-    """Each walk to the end of its macro cell, to its tentative collision or to its end; how many try, and how many have not ended."""
-    trying, walking = 0, 0
+    """Each walk to the end of its macro cell, to its tentative collision or to its end; how many try, go on, and pause."""
+    trying, walking, pausing = 0, 0, 0
     my, mz = table.my, table.mz
     for k in range(first, last):
         i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
@@ -176,7 +196,10 @@ def cross(b, table, first, last):
         stop = leaves if leaves < end else end
         stop = stop if stop > t else t
         spent = top * (stop - t)
-        flies, tries = state == FLIES, depth < spent
+        turns = b.walk_turns[k]
+        pauses = (state == FLIES) & (turns >= MOST_TURNS)
+        flies, tries = (state == FLIES) & (not pauses), depth < spent
+        b.walk_turns[k] = turns + 1 if flies else turns
         ends = (not tries) & ((leaves >= end) | (top < 0.0))
         crosses = flies & (not tries) & (not ends)
         is_x = leaves == t_x
@@ -189,12 +212,35 @@ def cross(b, table, first, last):
         b.walk_t[k] = (t + depth / top if tries else stop) if flies else t
         b.walk_depth[k] = depth - spent if crosses else depth
         new = TRIES if tries else (ENDED if ends else FLIES)
-        new = new if flies else state
+        new = new if flies else (PAUSED if pauses else state)
         b.walk_state[k] = new
         b.walk_cell[k] = place_of(i, j, m, my, mz)
         trying += 1 if new == TRIES else 0
         walking += 1 if new < ENDED else 0
-    return trying, walking
+        pausing += 1 if pauses else 0
+    return trying, walking, pausing
+
+
+@device
+def pause_walks(b, first, last):
+    """End the flights of walks that pause where they are."""
+    paused = 0
+    for k in range(first, last):
+        b.listed[paused] = k
+        paused += 1 if b.walk_state[k] == PAUSED else 0
+    for g in range(paused):
+        k = b.listed[g]
+        end_flight(b, k)
+        b.cut[b.walk_lane[k]] = 1
+
+
+@device
+def end_flight(b, k):
+    """The flight of a walk ends where that has come to."""
+    lane = b.walk_lane[k]
+    b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
+    b.hit[lane] = 0
+    b.walk_state[k] = ENDED
 
 
 @device
@@ -212,13 +258,16 @@ def find_voxels(b, table, first, last):
     """The numbers of the voxels of tentative collisions."""
     block = float64(table.block)
     nx, ny, nz = float64(table.nx), float64(table.ny), float64(table.nz)
+    bricks_y, bricks_z = math.floor((ny + 3.0) * 0.25), math.floor((nz + 3.0) * 0.25)
     for k in range(first, last):
         t, is_there = b.walk_t[k], 1.0 if b.walk_state[k] == TRIES else 0.0
         x = voxel_along(b.walk_px[k] + t * b.walk_vx[k], b.walk_i[k], block, nx)
         y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
         z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
-        voxel = ((x * ny + y) * nz + z) * is_there
-        b.voxel[k] = int64(voxel)
+        at = math.floor(x * 0.25), math.floor(y * 0.25), math.floor(z * 0.25)
+        brick = (at[0] * bricks_y + at[1]) * bricks_z + at[2]
+        within = ((x - 4.0 * at[0]) * 4.0 + (y - 4.0 * at[1])) * 4.0 + (z - 4.0 * at[2])
+        b.voxel[k] = int64((brick * 64.0 + within) * is_there)
 
 
 @device
@@ -227,7 +276,7 @@ def decide(b, table, first, last):
     seed_low, seed_high, batch, real = b.seed_low, b.seed_high, b.batch, 0
     for k in range(first, last):
         state, draw, level = b.walk_state[k], b.walk_draw[k], float64(b.level[k])
-        purpose = uint64(VOXELS) | uint64(draw) << STEPS
+        purpose = uint64(VOXELS) | uint64(draw) << DRAW
         w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
         chance = uniform(w2, w3)
         at = chance * LEVELS
@@ -253,10 +302,10 @@ def close_ranks(b, words, first, last, walking):
     for k in range(uint64(reach), last):
         b.movers[movers] = k
         movers += 1 if b.walk_state[k] != ENDED else 0
-    for f in range(WALK_FIELDS):
-        row = WALK_WORDS + f * PITCH
-        for g in range(gaps):
-            words[row + b.listed[g]] = words[row + b.movers[g]]
+    for g in range(gaps):
+        here, there = uint64(WALK_WORDS + b.listed[g]), uint64(WALK_WORDS + b.movers[g])
+        for f in range(WALK_FIELDS):
+            words[here + uint64(f * PITCH)] = words[there + uint64(f * PITCH)]
     full = (reach + 7) // 8 * 8
     full = full if full < int64(last) else int64(last)
     for k in range(uint64(reach), uint64(full)):

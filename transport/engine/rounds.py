@@ -69,6 +69,8 @@ def rounds_of(plan, moved):
     if plan.forces:
         yield step(forcing.force_collision)
         yield step(bank.deposit_forced, moved)
+    if plan.grids and not plan.splits:
+        yield step(grids.cut_nothing)
     for row in plan.grids:
         yield step(grids.collide_in_grid, row)
     yield from casts_of_flights(plan)
@@ -83,6 +85,8 @@ def rounds_of(plan, moved):
         yield step(collisions.collide)
         if plan.splits:
             yield step(importances.pause_at_station, importance)
+        elif plan.grids:
+            yield step(grids.pause)
         yield from volume_steps.collided(plan)
         if plan.absorbs_by_share:
             yield step(grids.absorb_share)
