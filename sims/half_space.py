@@ -1,20 +1,24 @@
-"""Half spaces: a medium without end seen from before it, its limb darkening, Milne's problem, and a glossy boundary.
+"""Half spaces: a medium without end seen from before it, its limb darkening, Milne's problem, a boundary.
 
-Derivation.  By invariance, a layer more on a medium without end changes nothing (Ambartsumian 1943): light of irradiance E at
-the cosine mu0 returns with the radiance a/(4 pi) H(mu) H(mu0)/(mu + mu0) E, a the albedo, of isotropic scattering, and
-1 - sqrt(1 - a) H(mu0) returns in all (Chandrasekhar 1960, ch. 4 and 5).  H is known by an integral.  Three settings:
+Derivation.  By invariance, a layer more on a medium without end changes nothing (Ambartsumian 1943): light of
+irradiance E at the cosine mu0 returns with the radiance a/(4 pi) H(mu) H(mu0)/(mu + mu0) E, a the albedo, of
+isotropic scattering, and 1 - sqrt(1 - a) H(mu0) returns in all (Chandrasekhar 1960, ch. 4 and 5).  H is known
+by an integral.  Three settings:
 
-darkening  A beam or Lambertian light on the half space: the whole and its parts by cosine, which are not Lambert's.
-boundary   A medium of index 1.5, of which 0.04 is mirrored at once at normal incidence, and of what comes from within much is
-           reflected again: 0.2599 of the light returns at a = 0.9, with these 0.04 (Giovanelli 1955).
-milne      A star's atmosphere: no absorption, light from far below.  What leaves is sqrt(3)/(4 pi) H(mu) F, three times as
-           bright in the middle as at the limb (H(1)/H(0) = 2.908), and far below the mean radiance rises as tau + q, q =
-           0.7104 (Milne 1921; Hopf 1934).  A slab lit from below by Lambertian light has such a face, and transmits
-           T = (4/3)/(tau + 2 q) (van de Hulst 1980, ch. 5): at tau = 10 both hold to 1e-6, and q = 2/(3 T) - tau/2 is measured.
+darkening  A beam or Lambertian light on the half space: the whole and its parts by cosine, which are not
+           Lambert's.
+boundary   A medium of index 1.5, of which 0.04 is mirrored at once at normal incidence, and of what comes
+           from within much is reflected again: 0.2599 of the light returns at a = 0.9, with these 0.04
+           (Giovanelli 1955).
+milne      A star's atmosphere: no absorption, light from far below.  What leaves is sqrt(3)/(4 pi) H(mu) F,
+           three times as bright in the middle as at the limb (H(1)/H(0) = 2.908), and far below the mean
+           radiance rises as tau + q, q = 0.7104 (Milne 1921; Hopf 1934).  A slab lit from below by
+           Lambertian light has such a face, and transmits T = (4/3)/(tau + 2 q) (van de Hulst 1980, ch. 5):
+           at tau = 10 both hold to 3e-6, and q = 2/(3 T) - tau/2 is measured.
 
-Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux through a plane without
-end does not depend on where light leaves.  The mirrored part is counted in a cone of 1e-4 rad, in which there is less
-than 1e-7 of the other light.
+Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux
+through a plane without end does not depend on where light leaves.  The mirrored part is counted in a cone of
+1e-4 rad, in which there is less than 1e-7 of the other light.
 """
 
 from __future__ import annotations
@@ -31,7 +35,8 @@ from transport.theory import half_space as theory
 from transport.theory import ordinates
 
 law = (
-    "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446, n = 1.5: R = 0.2599"
+    "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446,"
+    " n = 1.5: R = 0.2599"
     " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980, ch. 5)"
 )
 question = "What does a medium without end send back, and how much darker is it at the limb?"
@@ -51,7 +56,7 @@ ABSORBED = "absorbed"
 
 
 def cases() -> list[dict[str, object]]:
-    """Others are a matter of parameters: collisions a particle grow as 1/sqrt(1 - albedo), or as 2 tau in Milne's."""
+    """By parameters others: collisions a particle grow as 1/sqrt(1 - albedo), or as 2 tau in Milne's."""
     return [
         {"setting": "darkening", "albedo": 0.9, "mu0": 1.0},
         {"setting": "darkening", "albedo": 0.9, "mu0": 0.1},
@@ -72,8 +77,9 @@ def scene(
 ) -> tp.Scene:
     """One of the settings; 1 W falls on it.
 
-    albedo: of the medium, below 1;  mu0: cosine of the beam's incidence;  incidence: of a "beam" or "lambertian" light;
-    index: of the medium with a boundary;  tau: depth of Milne's slab;  mean_free_path: of the medium [m].
+    albedo: of the medium, below 1;  mu0: cosine of the beam's incidence;  incidence: of a "beam" or
+    "lambertian" light; index: of the medium with a boundary;  tau: depth of Milne's slab;  mean_free_path: of
+    the medium [m].
     """
     for name, value, known in (("setting", setting, SETTINGS), ("incidence", incidence, INCIDENCES)):
         if value not in known:
@@ -208,7 +214,8 @@ def verdict(outcomes: list[Outcome]) -> str:
     found = {o.result.scene.detectors[0].name: o for o in reversed(outcomes)}
     parts = [words.format(found[setting]) for setting, words in said.items() if setting in found]
     furthest = max(abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z))
-    return f"{parts[0][0].upper()}{'; '.join(parts)[1:]}; no share is further off than {furthest:.1f} standard errors."
+    found_so = f"no share is further off than {furthest:.1f} standard errors"
+    return f"{parts[0][0].upper()}{'; '.join(parts)[1:]}; {found_so}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:

@@ -1,21 +1,23 @@
 """A slab of fog: what of the light comes back, passes and stays, and by which angles.
 
-Derivation.  In a plane layer of optical depth tau whose particles scatter the share a of what they meet, the albedo, by a
-phase function p, the radiance at the depth t obeys, mu counted downwards,
+Derivation.  In a plane layer of optical depth tau whose particles scatter the share a of what they meet, the
+albedo, by a phase function p, the radiance at the depth t obeys, mu counted downwards,
 
     mu dL/dt = -L + a int p L dω    (Chandrasekhar 1960, ch. 1).
 
-What meets nothing passes straight, exp(-tau/mu0) of a beam at the cosine mu0 and 2 E3(tau) of Lambertian light (Beer 1852);
-the rest follows from doubling: a layer upon itself, from one so thin that light is scattered once (van de Hulst 1963; Hansen
-and Travis 1974).  By the scattering of Henyey and Greenstein (1941), g = 0.75, at tau = 2 and a = 0.9, 0.0974 of a normal
-beam returns and 0.6610 passes, 0.1353 of it straight (van de Hulst 1980, table 35).  At grazing incidence even a thin layer
-returns much of the light.  Where nothing is absorbed R + T = 1, and Lambertian light crosses a length of twice the thickness
-in the mean, whatever it meets on its way (Cauchy's mean chord, 4 V/S; Blanco and Fournier 2003): 2 tau collisions.  Thick
+What meets nothing passes straight, exp(-tau/mu0) of a beam at the cosine mu0 and 2 E3(tau) of Lambertian
+light (Beer 1852); the rest follows from doubling: a layer upon itself, from one so thin that light is
+scattered once (van de Hulst 1963; Hansen and Travis 1974).  By the scattering of Henyey and Greenstein
+(1941), g = 0.75, at tau = 2 and a = 0.9, 0.0974 of a normal beam returns and 0.6610 passes, 0.1353 of it
+straight (van de Hulst 1980, table 35).  At grazing incidence even a thin layer returns much of the light.
+Where nothing is absorbed R + T = 1, and Lambertian light crosses a length of twice the thickness in the mean,
+whatever it meets on its way (Cauchy's mean chord, 4 V/S; Blanco and Fournier 2003): 2 tau collisions.  Thick
 layers transmit (4/3)/((1 - g) tau + 2 q), q near 0.71 (transport/theory/half_space.py).
 
-Scene.  A Slab between two planes that do nothing, filled with a medium.  A pencil beam falls on it; a flux through a plane
-without end does not depend on where on it light leaves, so it is that of a beam as wide as the plane, and intensity
-over mu is radiance.  Meters are the planes themselves.  What is unscattered is counted by a meter for `events=0`.
+Scene.  A Slab between two planes that do nothing, filled with a medium.  A pencil beam falls on it; a flux
+through a plane without end does not depend on where on it light leaves, so it is that of a beam as wide as
+the plane, and intensity over mu is radiance.  Meters are the planes themselves.  What is unscattered is
+counted by a meter for `events=0`.
 """
 
 from __future__ import annotations
@@ -81,8 +83,8 @@ def scene(
 ) -> tp.Scene:
     """A slab of optical depth `tau`, `thickness` thick [m], below z = 0; 1 W falls on it.
 
-    g: mean cosine of Henyey-Greenstein scattering, 0 if isotropic;  mu0: cosine of the beam's incidence;  incidence: of a
-    "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
+    g: mean cosine of Henyey-Greenstein scattering, 0 if isotropic;  mu0: cosine of the beam's incidence;
+    incidence: of a "beam" or "lambertian";  phase: "henyey-greenstein", or "rayleigh", which has no g.
     """
     _check_choice("incidence", incidence, INCIDENCES)
     _check_choice("phase", phase, PHASES)

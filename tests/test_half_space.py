@@ -72,7 +72,7 @@ def test_the_law_of_darkening_is_met_bin_by_bin():
 
 
 def test_a_boundary_mirrors_from_both_sides():
-    """Planted: without it, without what is mirrored at once, and as if no light were reflected from within."""
+    """Planted: without it, without what is mirrored at once, as if nothing were reflected from within."""
     _, rows = run(setting="boundary")
     assert_rejected(rows[sim.WHOLE], theory.plane_albedo(1.0, 0.9))
     assert_rejected(rows[sim.WHOLE], rows[sim.DIFFUSE].value)

@@ -1,6 +1,8 @@
-"""Half spaces: H functions, Milne's problem and thick slabs against references, mpmath, and discrete ordinates.
+"""Half spaces: H functions, Milne's problem and thick slabs against references, mpmath, and discrete
+ordinates.
 
-A comment such as `E.H_function` names the entry of the project's reference collection that a number comes from.
+A comment such as `E.H_function` names the entry of the project's reference collection that a number comes
+from.
 """
 
 from __future__ import annotations

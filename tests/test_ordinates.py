@@ -1,4 +1,5 @@
-"""Discrete ordinates by doubling: against references, against a solution that is exact in depth, and against closed forms.
+"""Discrete ordinates by doubling: against references, against a solution that is exact in depth, and against
+closed forms.
 
 A comment such as `E.slab_HG` names the entry of the project's reference collection that a number comes from.
 """
@@ -126,7 +127,8 @@ def test_the_phase_function_s_mean_over_azimuth_agrees_with_references():
 def by_depth(depth, albedo, moments, mu, weight):
     """What goes back and on, as matrices from radiance to radiance.
 
-    With s = d + u, y = d - u: mu y' = -A s, mu s' = -B y; s = cosh, sinh of k tau, whose k are singular values.
+    With s = d + u, y = d - u: mu y' = -A s, mu s' = -B y; s = cosh, sinh of k tau, whose k are singular
+    values.
     """
     forward, backward = ordinates.azimuthal_phase(moments, mu)
     root = np.sqrt(weight)
@@ -230,7 +232,7 @@ def test_a_thin_layer_scatters_once(depth):
 
 
 def test_what_passes_only_just_keeps_its_digits():
-    """Without differences of nearly equal numbers: by the solution exact in depth the same is lost in rounding."""
+    """Nothing is the difference of nearly equal numbers."""
     light = slab(20.0, 0.2)
     assert close(light.transmitted, 2.936186100938e-09, 1e-11)
     assert slab(600.0, 0.2).transmitted < 1e-250
@@ -255,7 +257,7 @@ def test_a_little_absorption_is_kept():
 @pytest.mark.parametrize("index", [1.0, 1.5])
 @pytest.mark.parametrize("moments", [ISOTROPIC, FORWARD])
 def test_light_takes_the_same_way_back(moments, index):
-    """Radiance at mu of a beam at mu0, per irradiance, is that at mu0 of a beam at mu; by interpolation on one side."""
+    """Radiance at mu of a beam at mu0, per irradiance, is that at mu0 of a beam at mu."""
     for one, other in ((0.2, 0.9), (0.03, 0.5)):
         lights = [slab(1.5, 0.95, moments, one, index), slab(1.5, 0.95, moments, other, index)]
         for way in ("reflected_radiance", "transmitted_radiance"):

@@ -63,7 +63,7 @@ def test_the_radiance_is_met_bin_by_bin():
 
 
 def test_other_media_are_rejected():
-    """Isotropic scattering of the same albedo, similarity by (1 - g) tau, and a beam that stands a little higher."""
+    """Isotropic scattering of the same albedo, similarity by (1 - g) tau, a beam that stands higher."""
     _, rows = run()
     for wrong in ({"g": 0.0}, {"g": 0.7}, {"albedo": 0.89}, {"tau": 2.03}, {"phase": "rayleigh"}):
         assert_rejected(rows[sim.ON], sim.exact(**wrong)[sim.ON])

@@ -1,4 +1,4 @@
-"""Limb darkening: radiance by cosine on exact curves with residuals, and a star's disk, half counted and half by the law."""
+"""Limb darkening: radiance by cosine on exact curves, residuals, and a star half counted, half by the law."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ PIXELS = 801  # across the disk
 class Limb(NamedTuple):
     """Radiance over that of a Lambertian face of the same exitance, pi L/M.
 
-    edges: (n + 1,) of bins of cosine from 0 to 1; value, error: (n,) bin means and standard errors; means: (n,) exact ones;
-    law: function of mu; is_star: whether the disk shows it.
+    edges: (n + 1,) of bins of cosine from 0 to 1; value, error: (n,) bin means and standard errors; means:
+    (n,) exact ones; law: function of mu; is_star: whether the disk shows it.
     """
 
     edges: np.ndarray
@@ -35,7 +35,8 @@ class Limb(NamedTuple):
 def limb_darkening(
     members: Mapping[str, Limb], path: str | os.PathLike, title: str | None = None, note: str | None = None
 ) -> str | os.PathLike:
-    """Draw each limb by cosine with bars of two standard errors, residuals below, the star beside; returns the path.
+    """Draw each limb by cosine with bars of two standard errors, residuals below, the star beside; returns
+    the path.
 
     Raises ValueError for none.
     """

@@ -25,7 +25,8 @@ FLOOR = "#e3eef6"  # of the half below
 class Lobes(NamedTuple):
     """What leaves both faces of a layer, over what a white Lambertian one would send back (1 all round).
 
-    mu: (n,) cosines at which bins stand, rising; back, on: (n,) estimates; their exact means (n,) and exact curves of mu.
+    mu: (n,) cosines at which bins stand, rising; back, on: (n,) estimates; their exact means (n,) and exact
+    curves of mu.
     """
 
     mu: np.ndarray
@@ -40,7 +41,8 @@ class Lobes(NamedTuple):
 def polar_radiance(
     members: Mapping[str, Lobes], path: str | os.PathLike, title: str | None = None, note: str | None = None
 ) -> str | os.PathLike:
-    """Draw radiance by angle on a logarithmic radius, points on exact lines, and residuals beside; returns the path.
+    """Draw radiance by angle on a logarithmic radius, points on exact lines, and residuals beside; returns
+    the path.
 
     members: label -> lobes, one colour each.  Raises ValueError for none.
     """

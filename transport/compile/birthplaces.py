@@ -57,7 +57,8 @@ def _upon(piece: Shape, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         case Revolved():
             return _round(piece, u)
         case FlatShape():
-            return _flat(piece, u), np.broadcast_to(piece.normal, (len(u), 3))
+            places = _flat(piece, u)
+            return places, np.broadcast_to(piece.normal, places.shape)
     return middle[None], np.zeros((1, 3))
 
 

@@ -1,19 +1,22 @@
-"""Adding and doubling: what a layer does to diffuse light that falls on it, from a layer so thin that this is plain.
+"""Adding and doubling: what a layer does to diffuse light that falls on it, from a layer so thin that this is
+plain.
 
-Light is taken without its azimuth, at ordinates of cosine mu with weights w; I is its mean radiance over azimuth.  A layer
-is two kernels, which are symmetric, and what passes straight on:
+Light is taken without its azimuth, at ordinates of cosine mu with weights w; I is its mean radiance over
+azimuth.  A layer is two kernels, which are symmetric, and what passes straight on:
 
-    reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j,    e = exp(-tau/mu).
+    reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j,    e =
+    exp(-tau/mu).
 
-An ordinate of weight 0 is seen but sees nothing: a beam of flux E at mu_j gives the radiance R_ij E/2 pi.  Two equal layers
-on each other are
+An ordinate of weight 0 is seen but sees nothing: a beam of flux E at mu_j gives the radiance R_ij E/2 pi.
+Two equal layers on each other are
 
     S = (1 - Q)^-1 Q,  Q = R w R,    D = T + S e + S w T,  U = R e + R w D,
     R' = R + e U + T w U,    T' = e D + T e + T w D
 
-(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that nothing cancels
-from a depth of 1e-12 to 1e12.  The first layer is `start` deep; there, out - in = depth/mu (a P - 1)(in + out)/2, which
-keeps the books exactly, is good to (depth/mu)^2/12, and a direct part (2 mu - depth)/(2 mu + depth) goes with it.
+(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that nothing
+cancels from a depth of 1e-12 to 1e12.  The first layer is `start` deep; there, out - in = depth/mu (a P -
+1)(in + out)/2, which keeps the books exactly, is good to (depth/mu)^2/12, and a direct part (2 mu - depth)/(2
+mu + depth) goes with it.
 """
 
 from __future__ import annotations
@@ -48,7 +51,8 @@ def layer(
 ) -> Layer:
     """A homogeneous layer of that optical depth; math.inf: as deep as light goes, for an albedo below 1.
 
-    forward, backward: (n, n) phase function between ordinates of one hemisphere, and of both, mean 1 over the sphere.
+    forward, backward: (n, n) phase function between ordinates of one hemisphere, and of both, mean 1 over the
+    sphere.
     """
     if math.isinf(depth):
         return _without_end(_thin(mu, weight), albedo, forward, backward, mu, weight)

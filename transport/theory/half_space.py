@@ -1,20 +1,21 @@
-"""Half spaces: what a medium without end returns, by Chandrasekhar's H function; Milne's problem and thick slabs.
+"""Half spaces: what a medium without end returns, by Chandrasekhar's H function; Milne's problem, thick slabs.
 
-For isotropic scattering of albedo a below a plane without reflection, light of irradiance E that comes at the cosine mu0
-returns with the radiance
+For isotropic scattering of albedo a below a plane without reflection, light of irradiance E that comes at the
+cosine mu0 returns with the radiance
 
     L(mu) = a/(4 pi) H(mu) H(mu0)/(mu + mu0) E    (law of diffuse reflection; Chandrasekhar 1960, ch. 4)
 
-so that 1 - sqrt(1 - a) H(mu0) of it returns, and of Lambertian light 1 - 2 sqrt(1 - a) alpha_1, alpha_n the moments of H.
-H solves H = 1 + (a/2) mu H int_0^1 H(mu')/(mu + mu') dmu'; in closed form (Chandrasekhar, ch. 5)
+so that 1 - sqrt(1 - a) H(mu0) of it returns, and of Lambertian light 1 - 2 sqrt(1 - a) alpha_1, alpha_n the
+moments of H.  H solves H = 1 + (a/2) mu H int_0^1 H(mu')/(mu + mu') dmu'; in closed form (ch. 5)
 
     ln H(mu) = -(1/pi) int_0^inf ln[1 - a atan(t)/t]/(1 + x^2) dx,    t = x/mu.
 
-Milne's problem: a medium without absorption that carries the flux F from its depth.  L(mu) = sqrt(3)/(4 pi) H(mu) F leaves
-it, and far below the surface the mean radiance rises as tau + q, q(inf) = alpha_2/alpha_1 = 0.710446 (Hopf 1934).  Two
-such surfaces make a thick slab, which transmits
+Milne's problem: a medium without absorption that carries the flux F from its depth.  What leaves it is L(mu)
+= sqrt(3)/(4 pi) H(mu) F, and far below the surface the mean radiance rises as tau + q, q(inf) =
+alpha_2/alpha_1 = 0.710446 (Hopf 1934).  Two such surfaces make a thick slab, which transmits
 
-    T = (4/3)/((1 - g) tau + 2 q) of Lambertian light,    T(mu0) = H(mu0)/(sqrt(3) (tau + 2 q)) of a beam, if g = 0
+    T = (4/3)/((1 - g) tau + 2 q)    of Lambertian light,
+    T(mu0) = H(mu0)/(sqrt(3) (tau + 2 q))    of a beam, if scattering is isotropic,
 
 up to terms of exp(-tau) (van de Hulst 1980, ch. 5): so q is measured by T.
 """
@@ -37,8 +38,8 @@ THICK = 40.0  # (1 - g) tau of a slab whose transmission tells q
 def h_function(mu: np.ndarray, albedo: float) -> np.ndarray:
     """Chandrasekhar's H(mu) for isotropic scattering [1]; H(0) = 1.  Vectorised over mu, from 0 to 1.
 
-    albedo: from 0 to 1.  Good to 1e-14: in log x the integrand is analytic within pi/2 of the real line and falls as
-    exp(-|log x|), so that a trapezoidal rule is exact to rounding.
+    albedo: from 0 to 1.  Good to 1e-14: in log x the integrand is analytic within pi/2 of the real line and
+    falls as exp(-|log x|), so that a trapezoidal rule is exact to rounding.
     """
     if not 0 <= albedo <= 1:
         raise ValueError(f"h_function: albedo must be from 0 to 1, got {albedo}")
@@ -62,17 +63,18 @@ def h_moment(power: int, albedo: float) -> float:
 
 
 def plane_albedo(mu0: np.ndarray, albedo: float) -> np.ndarray:
-    """Share of a beam at the cosine mu0 that a half space returns [1] (Chandrasekhar 1960, ch. 5).  Vectorised."""
+    """Share of a beam at mu0 that a half space returns [1] (Chandrasekhar 1960, ch. 5).  Vectorised."""
     return 1 - math.sqrt(1 - albedo) * h_function(mu0, albedo)
 
 
 def spherical_albedo(albedo: float) -> float:
-    """Share of Lambertian light that a half space returns [1]: the mean of the plane albedo, as of a planet in the sun."""
+    """Share of Lambertian light that a half space returns [1]: the plane albedo's mean, as of a planet."""
     return 1 - 2 * math.sqrt(1 - albedo) * h_moment(1, albedo)
 
 
 def darkening(mu: np.ndarray, mu0: float | None, albedo: float) -> np.ndarray:
-    """Radiance that returns at the cosines mu from a half space, per irradiance of a beam at mu0 [sr^-1].  Vectorised.
+    """Radiance that returns at the cosines mu from a half space, per irradiance of a beam at mu0 [sr^-1].
+    Vectorised.
 
     mu0 = None: of Lambertian light, (1 - sqrt(1 - a) H(mu))/pi, which is the plane albedo by reciprocity.
     """
@@ -88,7 +90,7 @@ def darkening_in(edges: np.ndarray, mu0: float | None, albedo: float) -> np.ndar
 
 
 def milne_radiance(mu: np.ndarray) -> np.ndarray:
-    """Radiance that leaves in Milne's problem, per net flux density [sr^-1]: sqrt(3)/(4 pi) H(mu).  Vectorised."""
+    """Radiance that leaves in Milne's problem, per net flux [sr^-1]: sqrt(3)/(4 pi) H(mu).  Vectorised."""
     return math.sqrt(3) / (4 * math.pi) * h_function(mu, 1.0)
 
 
@@ -107,7 +109,7 @@ def _in_bins(radiance, edges: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def hopf_constant() -> float:
-    """q(inf) of Milne's problem, in mean free paths [1]: alpha_2/alpha_1 of H without absorption (Hopf 1934)."""
+    """q(inf) of Milne's problem, in mean free paths [1]: alpha_2/alpha_1 of H for a = 1 (Hopf 1934)."""
     return h_moment(2, 1.0) / h_moment(1, 1.0)
 
 
@@ -115,8 +117,8 @@ def hopf_constant() -> float:
 def extrapolation(moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
     """q of any phase function without absorption, in units of 1/(1 - g) mean free paths [1].
 
-    Read off from the transmission of a slab that is THICK; 0.710446 if isotropic, 0.7114 for Rayleigh scattering, 0.7143 for
-    that of Henyey and Greenstein at g = 0.9.
+    Read off from the transmission of a slab that is THICK; 0.710446 if isotropic, 0.7114 for Rayleigh
+    scattering, 0.7143 for that of Henyey and Greenstein at g = 0.9.
     """
     if moments == ordinates.ISOTROPIC:
         return hopf_constant()
@@ -125,12 +127,13 @@ def extrapolation(moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
 
 
 def measured_extrapolation(transmission: float, depth: float) -> float:
-    """q by the transmission of Lambertian light through a thick slab of depth (1 - g) tau [1].  Takes estimates too."""
+    """q by the Lambertian transmission of a thick slab of depth (1 - g) tau [1]."""
     return (4 / 3 / transmission - depth) / 2
 
 
 def thick_slab(depth: float, moments: tuple[float, ...] = ordinates.ISOTROPIC) -> float:
-    """Share of Lambertian light that a thick slab without absorption transmits [1]: (4/3)/((1 - g) tau + 2 q).
+    """Share of Lambertian light that a thick slab without absorption transmits [1]: (4/3)/((1 - g) tau + 2
+    q).
 
     depth: tau.  Relative error exp(-tau) or so; T + R = 1.
     """
@@ -141,6 +144,7 @@ def thick_slab(depth: float, moments: tuple[float, ...] = ordinates.ISOTROPIC) -
 def thick_slab_beam(depth: float, mu0: float) -> float:
     """Share of a beam at the cosine mu0 that a thick slab transmits, isotropic, without absorption [1].
 
-    H(mu0)/(sqrt(3) (tau + 2 q)): the Lambertian share times (sqrt(3)/4) H(mu0) of Milne's problem, by reciprocity.
+    H(mu0)/(sqrt(3) (tau + 2 q)): the Lambertian share times (sqrt(3)/4) H(mu0) of Milne's problem, by
+    reciprocity.
     """
     return float(h_function(mu0, 1.0)) / (math.sqrt(3) * (depth + 2 * hopf_constant()))

@@ -1,19 +1,21 @@
-"""Discrete ordinates: reflection and transmission of a plane layer of any depth, albedo, phase function and index.
+"""Discrete ordinates: what a plane layer of any depth, albedo, phase function and index sends back and on.
 
-The azimuthal mean of the radiance obeys, with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from the Legendre moments
-chi_l of the phase function,
+The azimuthal mean of the radiance obeys, with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from the
+Legendre moments chi_l of the phase function,
 
     mu dI/dtau = -I + (a/2) int_-1^1 p(mu, mu') I(mu') dmu'
 
-(Chandrasekhar 1960, ch. 1 and 6).  Here the integral is Gauss's on panels of each hemisphere, which become narrower towards
-grazing, where I has mu log mu and exp(-tau/mu), and as narrow as the phase function is; the depth is dealt with by doubling
-(transport/theory/doubling.py).  Beams are ordinates of their own, of weight 0; their unscattered part is apart from I.
-What the quadrature lacks of sum_j w_j p_ij = 2, about 1e-9, is given to forward scattering, so that books close.
+(Chandrasekhar 1960, ch. 1 and 6).  Here the integral is Gauss's on panels of each hemisphere, which become
+narrower towards grazing, where I has mu log mu and exp(-tau/mu), and as narrow as the phase function is; the
+depth is dealt with by doubling (transport/theory/doubling.py).  Beams are ordinates of their own, of weight
+0; their unscattered part is apart from I.  What the quadrature lacks of sum_j w_j p_ij = 2, about 1e-9, is
+given to forward scattering, so that books close.
 
-Where the layer has an index n above that around it, both faces reflect by Fresnel's law, light being unpolarised at each
-crossing.  Ordinates are then Gauss's in the cosine outside, in which Fresnel's formulas are analytic, and on panels beyond
-the critical angle.  With u up and d down within the faces, r what these reflect, d = s + r (R d + T u), u = r (T d + R u),
-which is solved for d + u and d - u.  Outside, L = (1 - r) u/n^2.
+Where the layer has an index n above that around it, both faces reflect by Fresnel's law, light being
+unpolarised at each crossing.  Ordinates are then Gauss's in the cosine outside, in which Fresnel's formulas
+are analytic, and on panels beyond the critical angle.  With u up and d down within the faces, and r what
+these reflect, d = s + r (R d + T u) and u = r (T d + R u): u is eliminated first, so that nothing cancels.
+Outside, L = (1 - r) u/n^2.
 """
 
 from __future__ import annotations
@@ -63,9 +65,10 @@ def moments_of(mu: np.ndarray, density: np.ndarray, count: int) -> tuple[float, 
 class Light:
     """What leaves a layer, as shares of the incident flux [1].
 
-    reflected_diffuse, transmitted_diffuse: what was scattered.  unscattered_back, unscattered_on: what was not: mirrored by the
-    faces, and passed straight.  up, down: scattered radiance within the faces per incident irradiance [sr^-1], its azimuthal mean,
-    at the nodes of the panels (panels, nodes); up_straight, down_straight: that of Lambertian light that was not scattered.
+    reflected_diffuse, transmitted_diffuse: what was scattered.  unscattered_back, unscattered_on: what was
+    not: mirrored by the faces, and passed straight.  up, down: scattered radiance within the faces per
+    incident irradiance [sr^-1], its azimuthal mean, at the nodes of the panels (panels, nodes); up_straight,
+    down_straight: that of Lambertian light that was not scattered.
     """
 
     reflected_diffuse: float
@@ -96,7 +99,7 @@ class Light:
         return 1 - self.reflected - self.transmitted
 
     def reflected_radiance(self, mu: np.ndarray) -> np.ndarray:
-        """Radiance that returns at these cosines after scattering, per incident irradiance [sr^-1]; its azimuthal mean."""
+        """Radiance that returns at these cosines after scattering, per irradiance [sr^-1]: azimuthal mean."""
         return self._radiance(self.up, mu)
 
     def transmitted_radiance(self, mu: np.ndarray) -> np.ndarray:
@@ -161,9 +164,10 @@ def slab(
 ) -> Light:
     """A layer of that optical depth, unbounded sideways, with the same surroundings on both sides.
 
-    depth: above 0; math.inf for a half space of albedo below 1.  albedo: from 0 to 1.  moments: Legendre moments of the phase
-    function as a tuple, from 1 on.  mu0: cosine of incidence outside, in (0, 1]; None: Lambertian.  index: of the layer over that
-    around it, 1 or more.  Good to 1e-7 and better for |g| up to 0.9 (against other methods in the tests).
+    depth: above 0; math.inf for a half space of albedo below 1.  albedo: from 0 to 1.  moments: Legendre
+    moments of the phase function as a tuple, from 1 on.  mu0: cosine of incidence outside, in (0, 1]; None:
+    Lambertian.  index: of the layer over that around it, 1 or more.  Good to 1e-7 and better for |g| up to
+    0.9 (against other methods in the tests).
     """
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
@@ -179,7 +183,7 @@ def halved_slabs(
     mu0: float | None = 1.0,
     index: float = 1.0,
 ) -> list[Light]:
-    """Layers of depth/2^times, ..., depth/2 and depth, at the cost of the last, for curves; otherwise as `slab`."""
+    """Layers of depth/2^times, ..., depth/2 and depth at the cost of the last; otherwise as `slab`."""
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
     found = deque(layers(depth, albedo, *_phase(moments, mu, weight), mu, weight), maxlen=times + 1)
@@ -207,7 +211,7 @@ def _check(depth, albedo, moments, mu0, index) -> None:
 
 
 def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tuple[np.ndarray, ...]:
-    """Edges of panels and nodes in the cosine outside; cosines within and weights of all ordinates, a beam's the last."""
+    """Panels' edges and nodes in the cosine outside; cosines within and weights of all, a beam's the last."""
     last = max((degree for degree, each in enumerate(moments) if abs(each) > FADED), default=0)
     width = min(WIDEST, TURNS * NODES / max(last, 1))
     if index == 1:
@@ -247,7 +251,8 @@ def gauss(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def azimuthal_phase(moments: Sequence[float], mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means over azimuth of the phase function, of mean 1 over the sphere, between cosines of one hemisphere and of both.
+    """Means over azimuth of the phase function, of mean 1 over the sphere, between cosines of one hemisphere
+    and of both.
 
     (n, n) each: p(mu_i, mu_j) and p(mu_i, -mu_j) [1].
     """
@@ -307,7 +312,8 @@ def _lit(
 def _between(
     one: Layer, r: np.ndarray, flux: np.ndarray, beams_down: np.ndarray, beams_up: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scattered light within the upper face, upwards, and within the lower one, downwards, of unscattered beams.
+    """Scattered light within the upper face, upwards, and within the lower one, downwards, of unscattered
+    beams.
 
     beams_down, beams_up: their flux over 2 pi by ordinate, at the upper face and at the lower one.
     """

@@ -1,0 +1,318 @@
+"""Grids: flights through voxels against line integrals, against the same in other words, and in what no voxel can change.
+
+The exact values: a beam through voxels that only absorb is exp(-sum sigma ds), which a reference here adds up between sorted
+crossings; and in a closed room of one radiance L the fluence rate is 4 pi L in every place, whatever scatters there.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.agreement import assert_agrees
+from transport.compile import compile_scene, grids
+from transport.results.estimates import Estimate
+
+ROOT = Path(__file__).resolve().parents[1]
+FALSE_ALARM = 1e-6
+SIZE = (2.0, 1.0, 1.5)
+
+
+def strewn(shape=(5, 4, 6), seed=1, low=-3.0, high=3.0) -> np.ndarray:
+    """Coefficients of all magnitudes between 10^low and 10^high."""
+    return 10.0 ** np.random.default_rng(seed).uniform(low, high, shape)
+
+
+def checkerboard(shape=(5, 4, 6)) -> np.ndarray:
+    return 0.2 + 1.5 * (np.indices(shape).sum(axis=0) % 2)
+
+
+def grid_scene(medium, source, detectors=(), size=SIZE) -> tp.Scene:
+    return tp.Scene(source, tp.Surface(tp.Box(size=size), tp.Transparent(), inside=medium, name="box"), detectors)
+
+
+def depth_along(grid: tp.Grid, start, direction) -> float:
+    """Optical depth of a ray to the end of its grid: voxels looked up in the middle between crossings of the lattice's planes."""
+    low, high = np.array(grid.box.bounds)
+    u = np.array(direction) / np.linalg.norm(direction)
+    crossings = [0.0]
+    for axis in range(3):
+        if u[axis] != 0:
+            planes = np.linspace(low[axis], high[axis], grid.shape[axis] + 1)
+            crossings += ((planes - start[axis]) / u[axis]).tolist()
+    t = np.unique([each for each in crossings if each >= 0])
+    middles = np.array(start) + np.outer((t[1:] + t[:-1]) / 2, u)
+    voxels = np.floor((middles - low) / (high - low) * grid.shape).astype(int)
+    inside = ((voxels >= 0) & (voxels < grid.shape)).all(axis=1)
+    return float((grid.extinction[tuple(voxels[inside].T)] * np.diff(t)[inside]).sum())
+
+
+def come_through(grid, start, direction, tracking="weighted", particles=64) -> Estimate:
+    beam = tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(direction), power=1.0))
+    result = tp.simulate(grid_scene(grid, beam), particles=particles, seed=1, threads=1, tracking=tracking)
+    assert result.ledger["lost"].value == 0
+    return result.ledger["escaped"]
+
+
+# ---- what only absorbs ----
+
+RAYS = {
+    "oblique": ((-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)),
+    "along an axis": ((-0.93, 0.1, 0.2), (1, 0, 0)),
+    "against an axis": ((0.11, 0.1, 0.74), (0, 0, -1)),
+    "from the middle of a voxel": ((0.0, 0.125, 0.125), (-0.3, 0.4, -0.2)),
+    "from a face": ((-0.2, 0.1, 0.1), (-1, 0.2, 0.1)),
+    "from a face upwards": ((-0.2, 0.1, 0.1), (1, 0.2, 0.1)),
+    "from an edge": ((0.2, 0.25, 0.1), (-0.5, -0.7, 0.3)),
+    "from a corner": ((0.2, 0.25, 0.25), (-0.5, 0.7, -0.3)),
+    "through corners": ((0.0, 0.125, 0.125), (0.4, 0.25, 0.25)),
+    "through edges": ((0.0, -0.125, 0.1), (-0.4, 0.25, 0.0)),
+    "nearly along a face": ((-1.0 + 1e-9, 1e-9, 0.1), (1, 1e-9, 0)),
+}
+
+
+@pytest.mark.parametrize("ray", RAYS)
+def test_a_beam_is_lessened_by_the_line_integral_to_all_digits(ray):
+    for absorption in (checkerboard(), strewn(low=-3, high=1)):
+        grid = tp.Grid(box=tp.Box(size=SIZE), absorption=absorption)
+        left = come_through(grid, *RAYS[ray])
+        assert left.value == pytest.approx(math.exp(-depth_along(grid, *RAYS[ray])), rel=1e-11, abs=1e-18)
+
+
+def test_a_beam_in_a_face_of_voxels_is_in_one_of_both():
+    """In the one of the higher number, all the way: a ray that lies in a face to the last digit has no better answer."""
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=checkerboard())
+    left = come_through(grid, (-1.0, 0.0, 0.1), (1, 0, 0)).value  # y = 0: between the second and the third
+    either = [math.exp(-depth_along(grid, (-1.0, y, 0.1), (1, 0, 0))) for y in (-1e-6, 1e-6)]
+    assert left == pytest.approx(either[1], rel=1e-12) and either[0] != pytest.approx(either[1], rel=0.01)
+
+
+def columns(grid: tp.Grid) -> float:
+    """The mean over voxel columns of what a beam along z keeps."""
+    return float(np.exp(-grid.extinction.sum(axis=2) * grid.box.size[2] / grid.shape[2]).mean())
+
+
+def lit_along_z(grid, tracking, particles=200_000, seed=1) -> Estimate:
+    lid = tp.Rectangle(center=(0, 0, -1), width=SIZE[0], height=SIZE[1], up=(0, 1, 0))
+    source = tp.Source(lid, tp.Beam((0, 0, 1), power=1.0))
+    return tp.simulate(grid_scene(grid, source), particles=particles, seed=seed, threads=1, tracking=tracking).ledger["escaped"]
+
+
+@pytest.mark.parametrize("tracking", ["analog", "weighted"])
+@pytest.mark.parametrize("field", [checkerboard((5, 4, 7)), strewn(high=1.0), strewn((9, 7, 13))], ids=["checkerboard", "strewn", "wild"])
+def test_a_broad_beam_is_lessened_by_the_mean_of_line_integrals(field, tracking):
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=field)
+    assert_agrees(lit_along_z(grid, tracking), columns(grid), FALSE_ALARM)
+
+
+@pytest.mark.parametrize("block", [1, 2, 4, 8])
+def test_macro_cells_of_any_size_give_the_same_means(block, monkeypatch):
+    plant_block(monkeypatch, block)
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn((9, 7, 13), high=1.0), scattering=0.0)
+    assert_agrees(lit_along_z(grid, "analog"), columns(grid), FALSE_ALARM)
+
+
+def plant_block(monkeypatch, block: int) -> None:
+    def cells(grid):
+        tops = grids.extinction_of(grid)
+        for _ in range(block.bit_length() - 1):
+            tops = grids._halved(tops)
+        return block, np.ascontiguousarray(tops)
+
+    compile_scene.cache_clear()
+    forget_programs()
+    monkeypatch.setattr(grids, "macro_cells", cells)
+
+
+def forget_programs() -> None:
+    sys.modules["transport.simulate"]._program.cache_clear()
+
+
+@pytest.fixture(autouse=True)
+def nothing_planted_is_left():
+    yield
+    compile_scene.cache_clear()
+    forget_programs()
+
+
+# ---- the same in other words ----
+
+
+def test_a_grid_of_one_coefficient_is_a_medium():
+    """With the same random numbers, so to nearly all digits."""
+    source = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
+    phase = tp.HenyeyGreenstein(0.6)
+    medium = tp.Medium(absorption=0.7, scattering=2.5, phase=phase)
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=0.7, scattering=np.full((7, 3, 9), 2.5), phase=phase)
+    one, other = (
+        tp.simulate(grid_scene(filling, source), particles=50_000, seed=3, threads=1, tracking="analog")
+        for filling in (medium, grid)
+    )
+    assert one.cost.collisions == pytest.approx(other.cost.collisions, rel=1e-4)
+    np.testing.assert_allclose(one.ledger["absorbed"].value, other.ledger["absorbed"].value, rtol=1e-4)
+
+
+def layers(n: int = 4):
+    rng = np.random.default_rng(5)
+    return rng.uniform(0, 1, n), rng.uniform(0.5, 4, n)
+
+
+@pytest.mark.parametrize("tracking", ["analog", "weighted"])
+def test_a_layered_grid_is_a_stack_of_media(tracking):
+    absorption, scattering = layers()
+    thickness = SIZE[2] / len(absorption)
+    phase = tp.HenyeyGreenstein(0.5)
+    stack = [
+        tp.Surface(
+            tp.Box(center=(0, 0, -SIZE[2] / 2 + (k + 0.5) * thickness), size=(*SIZE[:2], thickness)),
+            tp.Transparent(),
+            inside=tp.Medium(absorption=a, scattering=s, phase=phase),
+        )
+        for k, (a, s) in enumerate(zip(absorption, scattering, strict=True))
+    ]
+    fields = {name: np.tile(field, (3, 2, 1)) for name, field in (("absorption", absorption), ("scattering", scattering))}
+    grid = tp.Grid(box=tp.Box(size=SIZE), phase=phase, **fields)
+    source = tp.Source(tp.Point(position=(0.1, 0.2, -0.7)), tp.Beam((0.1, 0.2, 1), power=1.0))
+    lids = [tp.Detector(tp.Plane(center=(0, 0, z)), name=name) for name, z in (("bottom", -0.76), ("lid", 0.76))]
+    results = [
+        tp.simulate(tp.Scene(source, parts, lids), particles=200_000, seed=seed, threads=1, tracking=tracking)
+        for seed, parts in enumerate((stack, [tp.Surface(grid.box, tp.Transparent(), inside=grid)]))
+    ]
+    for quantity in ((lambda r: r["lid"].flux_out), (lambda r: r["bottom"].flux_in), (lambda r: r.ledger["absorbed"])):
+        one, other = map(quantity, results)
+        assert_agrees(one - other, 0.0, FALSE_ALARM)
+
+
+def test_weights_and_chance_agree_where_voxels_absorb_and_scatter():
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn(high=0.5), scattering=strewn(seed=2, high=1.0))
+    source = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
+    results = [
+        tp.simulate(grid_scene(grid, source), particles=200_000, seed=seed, threads=1, tracking=tracking)
+        for seed, tracking in enumerate(("analog", "weighted"))
+    ]
+    assert_agrees(results[0].ledger["escaped"] - results[1].ledger["escaped"], 0.0, FALSE_ALARM)
+    for result in results:  # exactly, in each batch
+        whole = result.ledger["absorbed"] + result.ledger["escaped"] + result.ledger["roulette"]
+        assert whole.value == pytest.approx(1.0, rel=1e-14) and result.ledger["lost"].value == 0
+
+
+# ---- what no voxel can change ----
+
+
+def test_in_a_room_of_one_radiance_every_voxel_sees_it():
+    field = strewn((5, 4, 6), low=-3, high=2)
+    grid = tp.Grid(box=tp.Box(size=SIZE), scattering=field, phase=tp.HenyeyGreenstein(-0.4))
+    room = tp.Surface(tp.Sphere(radius=2.0), tp.Black(), name="room")
+    cloud = tp.Surface(grid.box, tp.Transparent(), inside=grid)
+    source = tp.Source("room", tp.Lambertian(radiance=1.0), side="inside")
+    look = tp.VolumeDetector(grid.box, name="voxels", cells=grid.shape)
+    result = tp.simulate(tp.Scene(source, [room, cloud], [look]), particles=100_000, seed=1, threads=1)
+    assert_agrees(result["voxels"].fluence_rate, 4 * math.pi, FALSE_ALARM)
+
+
+def test_empty_voxels_cost_no_draw():
+    field = np.zeros((32, 32, 32))
+    field[20, 7, 30] = 1e3
+    grid = tp.Grid(box=tp.Box(size=SIZE), scattering=field)
+    past = come_through(grid, (-0.9, -0.4, -0.7), (1, 0, 0), "analog", 10_000)
+    assert past.value == 1.0
+    source = tp.Source(tp.Point(position=(-0.9, -0.4, -0.7)), tp.Beam((1, 0, 0), power=1.0))
+    assert tp.simulate(grid_scene(grid, source), particles=10_000, seed=1, threads=1).cost.collisions == 0
+    nothing = tp.Grid(box=tp.Box(size=SIZE), scattering=np.zeros((2, 2, 2)))
+    assert come_through(nothing, (-0.9, -0.4, -0.7), (1, 0, 0)).value == 1.0
+
+
+def test_ratio_tracking_agrees_with_the_exact_transmittance():
+    """Novak et al. (2014): the product of 1 - sigma/top over tentative collisions; what it is compared with has no variance."""
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn(low=-2, high=0.5))
+    start, direction = (-0.99, -0.4, -0.7), (0.8, 0.33, 0.51)
+    exact = math.exp(-depth_along(grid, start, direction))
+    assert come_through(grid, start, direction).value == pytest.approx(exact, rel=1e-12)
+    rng, top, u = np.random.default_rng(1), grid.extinction.max(), np.array(direction) / np.linalg.norm(direction)
+    low, high = np.array(grid.box.bounds)
+    place, weight = np.tile(start, (100_000, 1)), np.ones(100_000)
+    inside = np.ones(len(place), bool)
+    while inside.any():
+        place[inside] += np.outer(rng.exponential(1 / top, inside.sum()), u)
+        inside &= ((place > low) & (place < high)).all(axis=1)
+        voxels = np.floor((place[inside] - low) / (high - low) * grid.shape).astype(int)
+        weight[inside] *= 1 - grid.extinction[tuple(voxels.T)] / top
+    assert abs(weight.mean() - exact) < 5 * weight.std() / math.sqrt(len(weight))  # 6 in 10 million
+
+
+# ---- the same bits ----
+
+
+def motley() -> tp.Scene:
+    """Voxels that absorb and scatter, in macro cells of several, with a mirror ball in them and a diffuse wall beside."""
+    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn((9, 7, 13), high=0.5), scattering=strewn((9, 7, 13), 2, high=1.5))
+    ball = tp.Surface(tp.Sphere(center=(0.2, 0.1, 0), radius=0.3), tp.Mirror(0.9))
+    wall = tp.Surface(tp.Plane(center=(0, 0, -1)), tp.Diffuse(0.7), name="wall")
+    parts = [tp.Surface(grid.box, tp.Transparent(), inside=grid), ball, wall]
+    source = tp.Source(tp.Point(position=(0.8, 0.2, 0.3)), tp.Isotropic(power=1.0))
+    return tp.Scene(source, parts, tp.Detector("wall", directions=tp.Directions(mu=3)))
+
+
+def digest(tracking: str) -> str:
+    from tests.test_reproducible import digest
+
+    return digest(motley(), tracking=tracking)
+
+
+@pytest.mark.parametrize("tracking", ["analog", "weighted"])
+def test_bundles_of_any_size_and_threads_of_any_number_count_the_same(tracking):
+    code = f"from tests.test_grid import digest; print(digest({tracking!r}))"
+    found = set()
+    for lanes in (64, 256):
+        environment = os.environ | {"TRANSPORT_LANES": str(lanes), "PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+        )
+        found.add(done.stdout.split()[-1])
+    assert found == {digest(tracking)}
+
+
+# ---- planted faults ----
+
+
+def plant(monkeypatch, name: str, wrong) -> None:
+    right = getattr(grids, name)
+    compile_scene.cache_clear()
+    forget_programs()
+    monkeypatch.setattr(grids, name, lambda *given: wrong(right(*given)))
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("macro_cells", lambda cells: (cells[0], 0.99 * cells[1])),  # majorants too small by 1 %
+        ("levels_of", lambda levels: np.minimum(levels, 200)),  # too few are taken for real: those between must be looked up
+        ("levels_of", lambda levels: levels[::-1].copy()),
+        ("levels_of", lambda levels: np.roll(levels, 1)),
+        ("macro_cells", lambda cells: (cells[0], np.roll(cells[1], 1, axis=2))),
+        ("macro_cells", lambda cells: (cells[0], np.ascontiguousarray(cells[1][::-1]))),
+    ],
+    ids=["low majorants", "few accepted", "voxels backwards", "voxels off by one", "cells off by one", "cells backwards"],
+)
+def test_planted_faults_are_seen(name, wrong, monkeypatch):
+    grid = tp.Grid(box=tp.Box(size=(2.0, 1.0, 1.5)), absorption=2.0 + 2.0 * checkerboard((9, 7, 13)))
+    assert_agrees(lit_along_z(grid, "analog", 1_000_000), columns(grid), FALSE_ALARM)
+    plant(monkeypatch, name, wrong)
+    with pytest.raises(AssertionError):
+        assert_agrees(lit_along_z(grid, "analog", 1_000_000), columns(grid), FALSE_ALARM)
+
+
+def test_swapped_axes_are_seen():
+    rows = np.broadcast_to(np.array([0.5, 1.0, 2.0, 4.0])[:, None, None], (4, 4, 4))
+    grid, swapped = (tp.Grid(box=tp.Box(size=SIZE), absorption=each) for each in (rows, rows.transpose(1, 0, 2)))
+    start, way = (-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)
+    left = come_through(grid, start, way).value
+    assert left == pytest.approx(math.exp(-depth_along(grid, start, way)), rel=1e-12)
+    assert left != pytest.approx(math.exp(-depth_along(swapped, start, way)), rel=0.01)
