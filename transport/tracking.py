@@ -46,10 +46,11 @@ class Splitting:
 class Tracking:
     """How histories are followed through media; every choice gives the same means.
 
-    absorption: "analog", a history ends where it is absorbed, or "weighted", each collision takes its share away.
+    absorption: "analog", a history ends where it is absorbed, or "weighted", its weight falls along the way.
     roulette: a weighted history whose weight falls below this share of what it was born with goes on with that
-    probability only (its weight raised in exchange).  forced: the first collision of a history happens before it
-    leaves the media, with the exact weight, for thin ones.  splitting: a Splitting for deep penetration.
+    probability only (its weight raised in exchange).  forced: a copy of each history makes its first collision before
+    the next boundary, with the exact weight, in every body that it comes through uncollided: for thin media, not for
+    stacks of many layers.  splitting: a Splitting for deep penetration.
     """
 
     absorption: str = "weighted"

@@ -15,7 +15,14 @@ from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
 from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
-from transport.compile.pieces import covers_alike, outward_of, piece_row, quadric_columns, rim_row
+from transport.compile.pieces import (
+    bounds_bodies,
+    covers_alike,
+    outward_of,
+    piece_row,
+    quadric_columns,
+    rim_row,
+)
 from transport.compile.plan import Plan
 from transport.compile.points import fill_points
 from transport.compile.space import space_of
@@ -149,6 +156,8 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
             if "tie" in row.dtype.names:
                 row["tie"] = ties[number]
             verb = "cover" if member.surface is None else "meet"
+            if member.surface is None and name == "rectangle" and bounds_bodies(member):
+                verb = "bound"
             plan.members.append((f"{verb}_{name}", row, member.shape))
     if len(coats) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(coats) - 1}")

@@ -11,7 +11,7 @@ import numpy as np
 
 from transport.compile import layout, velocities
 from transport.compile.birthplaces import places_of
-from transport.compile.media import glowing_sources, row_inside
+from transport.compile.media import glowing_sources, row_inside, rows_beside
 from transport.compile.meshes import areas_row
 from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
@@ -64,7 +64,8 @@ class Emitter:
     speed: tuple[Step, ...]  # how fast
     target: tuple[Step, ...] | None
     medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
-    inside: np.ndarray | None  # the bodies and the medium that it emits into, where the scene has any
+    inside: np.ndarray | None  # the bodies that it emits into, where the scene has any
+    beside: list[np.ndarray]  # boundaries of bodies on which it lies
 
     @property
     def bound(self) -> float:
@@ -86,7 +87,7 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
             facing = _facing(source, piece)
-            medium, inside = _medium(scene, source, piece), _inside(plan, source, piece)
+            medium, (inside, beside) = _medium(scene, source, piece), _inside(plan, source, piece)
             emitters.append(
                 Emitter(
                     source,
@@ -102,6 +103,7 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
                     target,
                     medium,
                     inside,
+                    beside,
                 )
             )
     return emitters
@@ -125,14 +127,21 @@ def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     return layout.row(layout.MEDIUM, index=0.0 if math.isnan(index) else index)
 
 
-def _inside(plan: Plan, source: Source, piece: Shape) -> np.ndarray | None:
-    """The row of the bodies that a source emits into; refused where it lies in several."""
+def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None, list[np.ndarray]]:
+    """The row of the bodies that a source emits into, and of boundaries that a point lies on; refused where it lies in several."""
     if not plan.has_bodies:
-        return None
+        return None, []
+    if isinstance(piece, Point) and not isinstance(source.emission, Beam):
+        found = rows_beside(plan, piece.position)
+        if found is None:
+            refuse(
+                source, f"position must not lie on the boundary of a body, got {shown(piece)}; move it off"
+            )
+        return found
     row = row_inside(plan, places_of(source, piece, plan.space.size))
     if row is None:
         refuse(source, f"shape must lie in one medium, got {shown(piece)}, which lies in several; divide it")
-    return row
+    return row, []
 
 
 def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:

@@ -41,7 +41,12 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}
     levels = levels_of(grid, block, tops) if collides else np.zeros(1, np.uint8)
     tops = np.pad(tops * size, 1, constant_values=-1.0)  # beyond the grid: what comes there is at its end
-    values |= {"tops": tops.ctypes.data, "top_count": tops.size, "levels": levels.ctypes.data, "level_count": levels.size}
+    values |= {
+        "tops": tops.ctypes.data,
+        "top_count": tops.size,
+        "levels": levels.ctypes.data,
+        "level_count": levels.size,
+    }
     values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
         values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_reach(array))}
@@ -83,7 +88,7 @@ def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
         within = row.repeat(block, axis=0).repeat(block, axis=1)[: grid.shape[1], : grid.shape[2]]
         extinction = grid.absorption[layer] + grid.scattering[layer]
         share = np.divide(extinction, within, out=np.zeros_like(extinction), where=within > 0)
-        levels[layer] = layout.LEVELS * share
+        levels[layer] = layout.LEVELS * np.minimum(share, 1.0)
     return in_bricks(levels)
 
 

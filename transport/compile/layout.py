@@ -146,6 +146,10 @@ METER = np.dtype(
 # phase: number of its phase function (the first of a mixture's), from 1.
 MEDIA = np.dtype(_floats("mfp sigma_a survival index") + _integers("phase"))
 INSIDE = np.dtype(_integers("inside"))  # of a birth: the bits of the bodies that it is in
+BESIDE = np.dtype(
+    _floats("nx ny nz") + _integers("bit")
+)  # of a birth on a body's boundary: its outward normal
+BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
 # Importance e^rise, rise = (x - c) · k between 0 and `most`;  station: a way [scene lengths] on which it at most doubles.
@@ -170,10 +174,10 @@ SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ah
 
 # A volume detector: a box of half sides h, or a ball of radius hx with the radii of its shells.  scale: one over the largest score of
 # weight 1 [1/scene lengths];  first: its first row;  rows: of a cell, the outside of all bins of direction and those;  kept: first row of
-# what its cells absorb, 0 where nothing does;  per: cells per scene length.
+# what its cells absorb, 0 where nothing does;  is_one: there is but one cell;  is_even: all bins of direction are equal;  per: cells per scene length.
 VOLUME = np.dtype(
     _floats(FRAME + " hx hy hz width_x width_y width_z per_x per_y per_z scale turn_low")
-    + _integers("first rows kept cells_x cells_y cells_z radii")
+    + _integers("first rows kept is_one is_even cells_x cells_y cells_z radii")
     + [column for axis in ("mu", "turn") for column in _axis(axis)]
 )
 
@@ -181,9 +185,10 @@ VOLUME = np.dtype(
 VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])
 
 # A point detector: where it is, the first of its POINT_ROWS rows of sums (compile/points.py), its number among their draws.
-POINT = np.dtype(_floats("x y z") + _integers("first number"))
+# medium: the row of MEDIA about it, where that scatters: there rays are scattered once more; else -1.
+POINT = np.dtype(_floats("x y z") + _integers("first number medium"))
 # What each birth sends there: intensity in all directions alike, and along the normal of a diffuse emitter, over the weight [sr^-1].
-POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("first"))
+POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("first number"))
 # A box of half sides h, or a ball of radius hx, about c that emits uniformly; scale: one over its volume.
 POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
 # A phase function, or part of a mixture that begins with `number`, as a density per steradian.

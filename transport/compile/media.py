@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +12,15 @@ from transport.bodies import bodies_of, body_bits_around, has_media, media_of
 from transport.compile import layout
 from transport.compile.grids import fill_grids
 from transport.emissions import Isotropic
-from transport.materials import Mixture
+from transport.materials import Mixture, Transparent
 from transport.media import Grid, HenyeyGreenstein, Rayleigh, Tabulated
+from transport.shapes import Box, FlatShape, Sphere
+from transport.shapes.supports import is_on_support
+from transport.sheets import pieces
 from transport.sources import Source
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
@@ -119,6 +124,46 @@ def importance_row(plan: Plan) -> np.ndarray:
     return layout.row(
         layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most, station=station
     )
+
+
+AROUND = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
+
+
+def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarray]] | None:
+    """Of a point that sends out into all directions: the row of births, and one for each boundary on which it lies.
+
+    None where it lies on one of a kind whose normal is not known here.
+    """
+    ways = AROUND / np.linalg.norm(AROUND, axis=1)[:, None]
+    bits = body_bits_around(plan.scene, np.tile(position, (len(ways), 1)), ways)
+    inside, rows = int(np.bitwise_or.reduce(bits)), []
+    for number, body in enumerate(plan.bodies):
+        if not inside >> number & 1 or (bits >> number & 1).all():
+            continue
+        for surface, is_front in body.faces:
+            for piece in pieces(plan.scene.surfaces[surface].shape):
+                if not isinstance(piece, Sphere | FlatShape):
+                    return None
+                if is_on_support(position, piece):
+                    out = np.array(position) - piece.center if isinstance(piece, Sphere) else piece.normal
+                    out = np.array(out) / np.linalg.norm(out) * (-1.0 if is_front else 1.0)
+                    normal = dict(zip(("nx", "ny", "nz"), out, strict=True))
+                    rows.append(layout.row(layout.BESIDE, **normal, bit=1 << number))
+    return layout.row(layout.INSIDE, inside=inside), rows
+
+
+def box_rows(plan: Plan) -> list[np.ndarray]:
+    """A row for each body that is a Box without an effect at its faces: where it has its edges."""
+    rows, size = [], plan.space.size
+    for number, body in enumerate(plan.bodies):
+        surface = plan.scene.surfaces[body.surfaces[0]]
+        if isinstance(surface.shape, Box) and isinstance(surface.material, Transparent):
+            half = dict(
+                zip(("hx", "hy", "hz"), (0.5 * side / size for side in surface.shape.size), strict=True)
+            )
+            center = layout.center_columns(plan.space.place(surface.shape.center))
+            rows.append(layout.row(layout.BODY_BOX, **center, **half, bit=1 << number))
+    return rows
 
 
 def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:

@@ -70,10 +70,15 @@ def _columns(member: Member, space: Space) -> dict[str, float]:
     return values | hole_columns(shape, space, slack)
 
 
+def bounds_bodies(member: Member) -> bool:
+    """Whether it is a boundary of media."""
+    return member.bodies[0] != member.bodies[1]
+
+
 def slack_of(member: Member, space: Space) -> float:
     """What acts takes what rounding carried past its edge: of the point's coordinates and of those that were given."""
     shape = member.shape
-    if member.surface is None or shape.is_infinite:
+    if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
         return 0.0
     rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.middle))) + shape.extent / space.size)
     return rounding + 2.0**-52 * sum(map(abs, shape.middle)) / space.size
@@ -193,7 +198,8 @@ def covers_alike(one: Member, other: Member) -> bool:
         return False
     if isinstance(one.shape, Plane) and isinstance(other.shape, Plane):
         return True
-    return one.surface is None and one.shape == other.shape and one.whole == other.whole
+    same = one.shape == other.shape and one.whole == other.whole
+    return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
 
 
 def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:

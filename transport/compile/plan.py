@@ -216,7 +216,7 @@ class Plan:
     @property
     def passes_meters(self) -> bool:
         """Whether rays go on through meters to other sheets, or through a mesh and on through it."""
-        meters = [name for name, *_ in self.members if name.startswith("cover")]
+        meters = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
         return bool(meters) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(meters)))
 
     @property

@@ -7,18 +7,19 @@ and 1.  So no sum overflows, none loses digits, and the rows tell how scores are
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.bodies import body_bits_around
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.emissions import Isotropic, Lambertian
 from transport.media import HenyeyGreenstein, Medium, Rayleigh, Tabulated
 from transport.points import PointDetector
 from transport.shapes import Box, Sphere
-from transport.validation import refuse
+from transport.validation import SceneError, refuse
 
 if TYPE_CHECKING:
     from transport.compile.emitters import Emitter
@@ -30,50 +31,85 @@ SCALES = np.ldexp(
 NEAR = 1.5  # distances of a point from the middle of a volume source, over its extent, within which lines are drawn from the point
 
 
+MOST_POINTS = 255  # of their numbers in the counter of random numbers
+
+Cast = tuple[str, np.ndarray]  # the name of a pass and its row
+
+
 @dataclass(frozen=True)
 class PointPlan:
-    """A point detector made ready: its row of layout.POINT, and one of how each emitter's births reach it (None: not)."""
+    """A point detector made ready: its row of layout.POINT, and how births reach it, emitter by emitter."""
 
     detector: PointDetector
     row: np.ndarray
-    births: list[tuple[str, np.ndarray] | None] = field(default_factory=list)
+    births: list[Cast | None]  # straight; None of beams
+    detours: list[Cast | None]  # scattered once more; None where the medium about the point does not scatter
+    by_flights: bool  # whether anything else scatters
+
+    @property
+    def leg(self) -> int:
+        """What tells rays that are to be scattered once more where to."""
+        return 1 + int(self.row["number"])
 
 
 def fill_points(plan: Plan) -> None:
     """A row for each PointDetector; their sums lie behind those of the volumes."""
+    if len(plan.scene.points) > MOST_POINTS:
+        raise SceneError(f"Scene: at most {MOST_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
-        if plan.tracking.forced:
-            refuse(
-                detector,
-                "does not go with Tracking(forced=True), whose flights are of another law; leave it out",
-            )
-        place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
         plan.bases[detector.name] = plan.rows
-        row = layout.row(layout.POINT, **place, first=plan.rows, number=number)
+        place = dict(zip("xyz", plan.space.place(detector.position), strict=True))
+        places = place | {"first": plan.rows, "number": number}
+        scatterers = _scatterers(plan)
+        medium = _row_about(plan, detector)
+        medium = medium if medium in scatterers else -1
+        by_flights = bool(scatterers - {medium})
+        if by_flights and plan.tracking.forced:
+            must = "does not go with Tracking(forced=True) where not all that scatters is the medium about it"
+            refuse(detector, f"{must}; leave forced out")
+        births = [_births(plan, emitter, detector, places) for emitter in plan.emitters]
+        detours = [_detour(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
+        row = layout.row(layout.POINT, **places, medium=medium)
+        plan.points.append(PointPlan(detector, row, births, detours, by_flights))
         plan.point_rows += POINT_ROWS
-        births = [_births(plan, emitter, detector, row, place) for emitter in plan.emitters]
-        plan.points.append(PointPlan(detector, row, births))
 
 
-def _births(
-    plan: Plan, emitter: Emitter, detector: PointDetector, row: np.ndarray, place: dict[str, float]
-) -> tuple[str, np.ndarray] | None:
-    """The pass by which births are seen from the point, and its row; None for beams."""
-    shape, values = emitter.shape, place | {"first": row["first"]}
+def _scatterers(plan: Plan) -> set[int]:
+    """The rows of media that scatter."""
+    return set(np.flatnonzero(plan.media["phase"] != 0).tolist()) if scatters_anywhere(plan) else set()
+
+
+def _row_about(plan: Plan, detector: PointDetector) -> int:
+    """The row of the medium about a point."""
+    bits = int(body_bits_around(plan.scene, np.array([detector.position]))[0])
+    return (bits & -bits).bit_length()
+
+
+def _births(plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]) -> Cast | None:
+    """How births are seen from the point; not at all those of beams."""
+    shape = emitter.shape
     match emitter.source.emission:
         case Lambertian():
-            return "cast_from_births", layout.row(layout.POINT_EMISSION, **values, lambertian=1 / math.pi)
+            return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
         case Isotropic():
             is_near = math.dist(detector.position, shape.middle) < NEAR * shape.extent
-            if not (is_near and isinstance(shape, Box | Sphere)):
-                return "cast_from_births", layout.row(
-                    layout.POINT_EMISSION, **values, isotropic=0.25 / math.pi
-                )
-            return _glow(plan, shape, values | {"number": row["number"]})
+            if is_near and isinstance(shape, Box | Sphere):
+                return _glow(plan, shape, dict(places))
+            return "cast_from_births", layout.row(layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi)
     return None
 
 
-def _glow(plan: Plan, shape, values: dict[str, float]) -> tuple[str, np.ndarray]:
+def _detour(emitter: Emitter, places: dict[str, float]) -> Cast:
+    """How births are seen by what they send, once it has been scattered."""
+    match emitter.source.emission:
+        case Lambertian():
+            return "detour_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
+        case Isotropic():
+            return "detour_from_births", layout.row(layout.POINT_EMISSION, **places, isotropic=0.25 / math.pi)
+    return "detour_along_beams", layout.row(layout.POINT_EMISSION, **places)
+
+
+def _glow(plan: Plan, shape, values: dict[str, float]) -> Cast:
     """A volume that emits uniformly, along lines through the point."""
     size = plan.space.size
     halves = [side / 2 for side in shape.size] if isinstance(shape, Box) else [shape.radius] * 3
@@ -82,7 +118,7 @@ def _glow(plan: Plan, shape, values: dict[str, float]) -> tuple[str, np.ndarray]
     return f"cast_from_{type(shape).__name__.lower()}", layout.row(layout.POINT_GLOW, **values)
 
 
-def phase_densities(plan: Plan) -> list[tuple[str, np.ndarray]]:
+def phase_densities(plan: Plan) -> list[Cast]:
     """The pass that adds up the density of each phase function, or part of one, and its row."""
     found = []
     for phase, number in plan.phase_numbers.items():

@@ -66,11 +66,12 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     if absorbs:
         values["kept"] = plan.rows
         plan.volume_rows += cells
+    is_hollow = not isinstance(shape, Box) and detector.cells is not None
+    values["is_one"] = cells == 1 and not is_hollow
     values["scale"] = _scale(plan, detector, shape)
     row = layout.row(layout.VOLUME, **{"rows": 1} | values)
     grids = tuple(_grids(plan, shape, row))
-    is_hollow = not isinstance(shape, Box) and detector.cells is not None
-    has_cells = cells * rows > 1 or is_hollow
+    has_cells = rows > 1 or not values["is_one"]
     return Volume(detector, shape, row, size / values["scale"], has_cells, absorbs, grids)
 
 
@@ -108,6 +109,11 @@ def _directions(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
     values |= axis_columns(plan, "mu", _widened(cosines), turns)
     if "phi" in edges:
         values |= axis_columns(plan, "turn", edges["phi"], 1) | {"turn_low": edges["phi"][0]}
+    are_even = all(
+        bins is None or isinstance(bins, int) for bins in (detector.directions.mu, detector.directions.phi)
+    )
+    if are_even:  # without an axis, one bin of it
+        values |= {"turn_cells": turns, "is_even": 1}
     return values | {"rows": 1 + (len(cosines) - 1) * turns}
 
 

@@ -20,6 +20,7 @@ ROOM = 1 << 16  # copies that a bank holds
 HISTORY, WEIGHT, BIRTH, AHEAD = (
     [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "ahead")
 )
+FORCED = 1 << 20  # the place of a copy whose collision is forced, beyond those of splitting
 MARK, LOWER = 1 << 55, (1 << 55) - 1
 
 
@@ -75,7 +76,7 @@ def deposit_forced(b, table, first, live):
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for j in range(listed_with_copies(b, first, live)):
         k = b.listed[j]
-        row = laid_down(b, fields, words, table.count, k, 0)
+        row = laid_down(b, fields, words, table.count, k, FORCED)
         row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(b.caught[k]), bits_of(b.caught[k]), bits_of(b.path[k])
         b.copies[k] = 0
     return live

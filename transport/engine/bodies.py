@@ -8,7 +8,10 @@ import numpy as np
 from numba import float64, uint64
 
 from transport.compile.layout import (
+    BESIDE,
     BODY,
+    BODY_BOX,
+    EDGE,
     ESCAPED,
     INSIDE,
     LAYER,
@@ -23,8 +26,14 @@ from transport.compile.layout import (
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
+from transport.engine.surfaces import WHAT_ACTS
 from transport.physics.bits import bits_of
 from transport.physics.device import device
+
+AT_EDGE, OFF_EDGE = (
+    2.0**-42,
+    2.0**-41,
+)  # [scene lengths] from a face: as near as flights.bound_rectangle tells, and clear of it
 
 
 @lane_pass(INSIDE)
@@ -33,6 +42,16 @@ def begin_inside(b, table, first, live):
     inside = table.inside
     for k in range(first, live):
         b.inside[k] = inside
+    return live
+
+
+@lane_pass(BESIDE)
+def begin_beside(b, table, first, live):
+    """What sets out from a body's boundary away from it is not in it."""
+    nx, ny, nz, bit = table.nx, table.ny, table.nz, table.bit
+    for k in range(first, live):
+        leaves = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz > 0.0
+        b.inside[k] = b.inside[k] & ~bit if leaves else b.inside[k]
     return live
 
 
@@ -47,6 +66,61 @@ def cross_boundary(b, table, first, live):
         side = front if b.mu[k] > 0.0 else back
         inside = (b.inside[k] & ~(front | back)) | side
         b.inside[k] = inside if covered else b.inside[k]
+    return live
+
+
+@device
+def along_axis(p, half, u, positive):
+    """Of a box along one axis, for a ray at p from its middle: whether it is beyond it, whether at its face, which, and whether it leaves.
+
+    What runs along a face is in the one of two boxes that lies where the axis points from it.
+    """
+    side = 1.0 if p > 0.0 else -1.0
+    far = abs(p) - half
+    at = abs(far) <= AT_EDGE
+    outwards = side * u
+    leaves = (outwards > 0.0) | ((outwards == 0.0) & (side * positive > 0.0))
+    return (far > AT_EDGE) | (at & leaves), at, side
+
+
+@lane_pass(BODY_BOX)
+def settle_at_edges(b, table, first, live):
+    """What meets a box within rounding of its edges is in it or not by where it goes, and is drawn off its faces to that side.
+
+    So no ray through an edge or a corner is taken for one that passes, and what runs along a face shared by two boxes is in
+    one of them.
+    """
+    any_edge = 0
+    for k in range(first, live):
+        any_edge |= 1 if (b.hit[k] & (EDGE | WHAT_ACTS)) == EDGE else 0
+    if any_edge == 0:
+        return live
+    cx, cy, cz, hx, hy, hz, bit = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz, table.bit
+    for k in range(first, live):
+        t = b.distance[k]
+        px, py, pz = (
+            b.rx[k] + t * b.ux[k] - cx,
+            b.ry[k] + t * b.uy[k] - cy,
+            b.rz[k] + t * b.uz[k] - cz,
+        )
+        out_x, at_x, side_x = along_axis(px, hx, b.ux[k], 1.0)
+        out_y, at_y, side_y = along_axis(py, hy, b.uy[k], 1.0)
+        out_z, at_z, side_z = along_axis(pz, hz, b.uz[k], 1.0)
+        edge = ((b.hit[k] & (EDGE | WHAT_ACTS)) == EDGE) & (b.weight[k] != 0.0)
+        touches = (abs(px) <= hx + AT_EDGE) & (abs(py) <= hy + AT_EDGE) & (abs(pz) <= hz + AT_EDGE)
+        touches &= edge & (at_x | at_y | at_z)
+        outside = out_x | out_y | out_z
+        b.inside[k] = (b.inside[k] & ~bit if outside else b.inside[k] | bit) if touches else b.inside[k]
+        # Off each face that it is at: beyond those by which it is outside, else within.
+        ox = cx + side_x * (hx + (OFF_EDGE if out_x else -OFF_EDGE))
+        oy = cy + side_y * (hy + (OFF_EDGE if out_y else -OFF_EDGE))
+        oz = cz + side_z * (hz + (OFF_EDGE if out_z else -OFF_EDGE))
+        here = b.start[k] != 0.0  # not drawn off yet: it is where its ray began
+        b.x[k] = (ox if at_x else cx + px if here else b.x[k]) if touches else b.x[k]
+        b.y[k] = (oy if at_y else cy + py if here else b.y[k]) if touches else b.y[k]
+        b.z[k] = (oz if at_z else cz + pz if here else b.z[k]) if touches else b.z[k]
+        b.start[k] = 0.0 if touches else b.start[k]
+        b.sheet[k] = 0 if touches else b.sheet[k]
     return live
 
 

@@ -164,6 +164,10 @@ SCRATCH = (
     ("law", "i8"),  # number of the phase function here
     ("stands", "i8"),  # the sheet that the ray begins on
     ("tally", "i8"),  # first row of its point detector
+    (
+        "leg",
+        "i8",
+    ),  # one more than the number of that, of a ray that is to be scattered once more on its way; else 0
     ("listed", "i8"),  # lanes picked out by a pass
     ("movers", "i8"),
 )

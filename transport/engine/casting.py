@@ -10,12 +10,12 @@ import numpy as np
 from numba import uint64
 
 from transport.compile.layout import (
+    CODE,
     DIFFUSE,
     GRID,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     MEDIA,
-    NO_TABLE,
     POINT,
     POINT_EMISSION,
     POINT_GLOW,
@@ -32,9 +32,9 @@ from transport.physics.device import device
 from transport.physics.directions import sample_isotropic
 from transport.physics.elementary import exp_negative
 from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
-from transport.physics.streams import SHADOW, event_words, short_uniform, uniform
+from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
 
-NUMBER = uint64(6)  # bits of a purpose below the number of the point detector
+NUMBER = uint64(24)  # bits of an event, below the number of the point detector
 NEUTRAL = 0.07957747154594767  # 1 / 4 pi
 INVERSE_PI = 0.3183098861837907
 
@@ -51,14 +51,8 @@ def towards(x, y, z, px, py, pz):
 @lane_pass(POINT_EMISSION)
 def cast_from_births(b, table, first, live):
     """What a birth sends: a share of its weight per steradian over the squared distance."""
-    px, py, pz, isotropic, lambertian, tally = (
-        table.x,
-        table.y,
-        table.z,
-        table.isotropic,
-        table.lambertian,
-        table.first,
-    )
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    isotropic, lambertian = table.isotropic, table.lambertian
     for k in range(first, live):
         vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
         cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
@@ -66,9 +60,7 @@ def cast_from_births(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
-        b.density[k] = 1.0
-        b.stands[k] = b.sheet[k]
-        b.tally[k] = tally
+        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k], tally
     return live
 
 
@@ -78,25 +70,21 @@ def cast_from_box(b, table, first, live):
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
         near_x, far_x = slab(ox, ux, hx)
         near_y, far_y = slab(oy, uy, hy)
         near_z, far_z = slab(oz, uz, hz)
         near = max(0.0, max(near_x, max(near_y, near_z)))
         far = min(far_x, min(far_y, far_z))
-        inside = near < far
-        way = far - near if inside else 0.0
-        s = near + short_uniform(w3) * way if inside else 1.0
+        way = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * way if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.density[k] = 1.0
-        b.stands[k] = 0
-        b.tally[k] = tally
+        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
     return live
 
 
@@ -105,28 +93,22 @@ def cast_from_sphere(b, table, first, live):
     """The same for a ball; the chord is told from the place nearest its centre."""
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, 0, purpose, seed_low, seed_high)
+        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
         h = ox * ux + oy * uy + oz * uz
         qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
         q = math.sqrt(qx * qx + qy * qy + qz * qz)
         d = (radius - q) * (radius + q)
         half = math.sqrt(d if d > 0.0 else 0.0)
-        near = -h - half
-        near = near if near > 0.0 else 0.0
-        far = half - h
-        inside = near < far
-        way = far - near if inside else 0.0
-        s = near + short_uniform(w3) * way if inside else 1.0
+        near, far = max(0.0, -h - half), half - h
+        way = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * way if near < far else 1.0
         b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
         b.score[k] = b.weight[k] * way * scale
-        b.density[k] = 1.0
-        b.stands[k] = 0
-        b.tally[k] = tally
+        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
     return live
 
 
@@ -146,34 +128,32 @@ def cast_from_flights(b, table, first, live):
     No factor for the way flown as far as that place: that it flies so far is drawn; only absorption along it is weighed.  In
     voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid` knows it.
     """
-    px, py, pz, tally = table.x, table.y, table.z, table.first
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    purpose = uint64(SHADOW) | uint64(table.number) << NUMBER
+    px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
+    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
-        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], purpose, seed_low, seed_high)
+        event = uint64(b.event[k]) | number
+        w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = px - x, py - y, pz - z
         foot = rx * ux + ry * uy + rz * uz
         qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
         least = math.sqrt(qx * qx + qy * qy + qz * qz)
-        start, end = b.start[k] + SLACK, b.distance[k] - SLACK
-        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (start < end) & (end < math.inf)
+        start, end, mfp = b.start[k] + SLACK, b.distance[k] - SLACK, b.mfp[k]
+        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (b.medium[k] != medium)
+        flies &= (start < end) & (end < math.inf)
         place, inverse = sample_equiangular(
             least, start - foot, (end if flies else start) - foot, uniform(w0, w1)
         )
         t = foot + place
         sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
         vx, vy, vz, r = towards(sx, sy, sz, px, py, pz)
-        mfp = b.mfp[k]
         sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
         score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
         b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.bent[k] = ux * vx + uy * vy + uz * vz
         b.score[k] = score if flies else 0.0
-        b.density[k] = 0.0
-        b.stands[k] = 0
-        b.tally[k] = tally
+        b.density[k], b.stands[k], b.tally[k] = 0.0, 0, tally
     return live
 
 
@@ -187,7 +167,7 @@ def weigh_in_grid(b, table, first, live):
             j = voxel_along((b.sy[k] - table.cy) * table.per_y, table.ny)
             m = voxel_along((b.sz[k] - table.cz) * table.per_z, table.nz)
             here = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-            b.score[k] *= -here * table.length
+            b.score[k] *= -here * table.size
     return live
 
 
@@ -254,19 +234,17 @@ def cast_from_walls(b, table, first, live):
         b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
         b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
         b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
-        b.density[k] = 1.0
-        b.stands[k] = b.sheet[k] & STANDING
-        b.tally[k] = tally
+        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k] & STANDING, tally
     return live
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(CODE)
 def list_shadows(b, table, first, live):
-    """The lanes whose rays bring anything."""
-    cast = 0
+    """The lanes whose rays bring anything, and what the rays are to do: code is their `leg`."""
+    cast, leg = 0, table.code
     for k in range(first, live):  # no branch, so nothing to mispredict
         score = b.score[k] * b.density[k]
-        b.score[k] = score
+        b.score[k], b.leg[k] = score, leg
         b.listed[cast] = k
         cast += 1 if score > 0.0 else 0
     b.cast, b.taken = cast, 0

@@ -100,6 +100,29 @@ def cover_rectangle(b, table, first, live):
     return live
 
 
+@lane_pass(RECTANGLE)
+def bound_rectangle(b, table, first, live):
+    """Keep this boundary of a medium where its sheet is the nearest ahead; as what acts, it takes what rounding carried past its edge."""
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz, slack = t * ux - rx, t * uy - ry, t * uz - rz, ROUNDING * t
+        u, v = abs(px * eux + py * euy + pz * euz), abs(px * evx + py * evy + pz * evz)
+        found = code | EDGE if (u > inner_u) | (v > inner_v) else code
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (u - slack <= half_u) & (v - slack <= half_v) & ahead(t, b.start[k], sheet, b.sheet[k])
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | found if same else found) if nearer else b.hit[k]
+    return live
+
+
 @lane_pass(DISK)
 def meet_disk(b, table, first, live):
     """Keep this acting disk or annulus where it is the nearest surface ahead."""

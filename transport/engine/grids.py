@@ -142,7 +142,11 @@ def coefficients(table, scattering, absorption, voxel):
     brick, within = voxel >> 6, voxel & 63
     bricks_y, bricks_z = (table.ny + 3) >> 2, (table.nz + 3) >> 2
     row = brick // bricks_z
-    x, y, z = 4 * (row // bricks_y) + (within >> 4), 4 * (row % bricks_y) + (within >> 2 & 3), 4 * (brick % bricks_z) + (within & 3)
+    x, y, z = (
+        4 * (row // bricks_y) + (within >> 4),
+        4 * (row % bricks_y) + (within >> 2 & 3),
+        4 * (brick % bricks_z) + (within & 3),
+    )
     scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
     return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
 

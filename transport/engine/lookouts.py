@@ -3,8 +3,8 @@
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.points import dims_anywhere, phase_densities, scatters_anywhere
-from transport.engine import births, casting, shadows
+from transport.compile.points import dims_anywhere, phase_densities
+from transport.engine import births, casting, detours, shadows
 from transport.engine.bundle import Bundle
 from transport.engine.registry import named, rows_of, step
 
@@ -13,40 +13,60 @@ MOVES = (
     ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
     ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
 )  # fmt: skip
+STRAIGHT = 0  # the leg of rays that go straight to their point
 
 
 def casts_of_births(plan, emitter):
-    """What each birth of an emitter sends to every point."""
+    """What each birth of an emitter sends to every point, straight and scattered once."""
     number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
-    seen = [point.births[number] for point in plan.points if point.births[number] is not None]
-    if seen and emitter.facing is not None and emitter.law[0] != "emit_isotropic":
+    casts = [(point.births[number], STRAIGHT) for point in plan.points]
+    casts += [(point.detours[number], point.leg) for point in plan.points]
+    casts = [(cast, leg) for cast, leg in casts if cast is not None]
+    if casts and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
         yield step(births.take_normal, emitter.facing)
-    for cast in seen:
+    for cast, leg in casts:
         yield named(cast)
-        yield step(casting.list_shadows)
+        yield _listed(leg)
 
 
 def casts_of_flights(plan):
-    """What scattering on a flight sends."""
-    if not (plan.points and scatters_anywhere(plan)):
-        return
-    yield step(casting.know_phase, rows_of(plan.media))
-    densities = phase_densities(plan)
-    for point in plan.points:
+    """What scattering on a flight sends, other than in the medium about a point."""
+    points = [point for point in plan.points if point.by_flights]
+    if points:
+        yield step(casting.know_phase, rows_of(plan.media))
+    for point in points:
         yield step(casting.cast_from_flights, point.row)
         for row in plan.grids:
             yield step(casting.weigh_in_grid, row)
-        for density in densities:
-            yield named(density)
-        yield step(casting.list_shadows)
+        yield from map(named, phase_densities(plan))
+        yield _listed(STRAIGHT)
+
+
+def detours_of_collisions(plan):
+    """What a collision sends, and the medium about a point scatters once more."""
+    points = [point for point in plan.points if point.row["medium"] >= 0]
+    if points:
+        yield step(detours.know_phase_at_collisions, rows_of(plan.media))
+    for point in points:
+        yield step(detours.detour_from_collisions, point.row)
+        yield from map(named, phase_densities(plan))
+        yield _listed(point.leg)
 
 
 def casts_of_walls(plan):
-    """What diffuse walls send of what they reflect or let through."""
-    if layout.DIFFUSE in plan.materials:
-        for point in plan.points:
-            yield step(casting.cast_from_walls, point.row)
-            yield step(casting.list_shadows)
+    """What diffuse walls send of what they reflect or let through, straight and scattered once."""
+    if layout.DIFFUSE not in plan.materials:
+        return
+    for point in plan.points:
+        yield step(casting.cast_from_walls, point.row)
+        yield _listed(STRAIGHT)
+        if point.row["medium"] >= 0:
+            yield step(detours.detour_from_walls, point.row)
+            yield _listed(point.leg)
+
+
+def _listed(leg):
+    return step(casting.list_shadows, layout.row(layout.CODE, code=leg))
 
 
 def sight_of(plan, media, members, crossing):
@@ -64,7 +84,26 @@ def sight_of(plan, media, members, crossing):
     for row in (*plan.grids, *plan.thinning_grids):
         yield step(shadows.dim_in_grid, row)
     yield step(shadows.arrive)
+    if _has_detours(plan):
+        yield from _turn(plan)
     yield from crossing
+
+
+def _turn(plan):
+    """From the first leg of a detour to the second one."""
+    points = np.array([point.row for point in plan.points], layout.POINT)
+    plan.kept.append(points)
+    both = {"rows": points.ctypes.data, "count": len(points)}
+    both |= {"others": plan.media.ctypes.data, "other_count": len(plan.media)}
+    yield step(detours.turn_to_point, layout.row(layout.TWO_ROWS, **both))
+    for row in plan.grids:
+        yield step(casting.weigh_in_grid, row)
+    yield from map(named, phase_densities(plan))
+    yield step(detours.set_off_again)
+
+
+def _has_detours(plan) -> bool:
+    return any(point.row["medium"] >= 0 for point in plan.points)
 
 
 def _moves(plan) -> np.ndarray:
@@ -73,6 +112,8 @@ def _moves(plan) -> np.ndarray:
         moves.append(("inside", "inside"))
     if plan.meshes:
         moves.append(("footing", "footing"))
+    if _has_detours(plan):
+        moves.append(("leg", "leg"))
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
     rows = np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
     plan.kept.append(rows)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.media import box_rows
 from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
 from transport.engine import (
@@ -115,6 +116,8 @@ def _births(plan, emitter):
         yield step(births.begin_events)
     if emitter.inside is not None:
         yield step(bodies.begin_inside, emitter.inside)
+    for row in emitter.beside:
+        yield step(bodies.begin_beside, row)
     if emitter.medium is not None:
         yield step(births.begin_in_medium, emitter.medium)
     if plan.plays_roulette:
@@ -174,7 +177,7 @@ def _flight(plan, moved):
 
 def _through(plan):
     """Steps of a shadow ray through what lets it pass, to the other side of the same ray."""
-    if any(name.startswith("cover") for name, *_ in plan.members):
+    if any(name.startswith(("cover", "bound")) for name, *_ in plan.members):
         yield step(flights.remember_ray)
         yield step(flights.move)
         yield from _stand(plan)
@@ -211,8 +214,7 @@ def _crossing(plan, moved):
         yield from _metering(plan, meters.bin_crossings)
         yield from _visits(plan)
         yield from _boundaries(plan)
-        if plan.passes_meters:
-            yield step(flights.resume_ray)
+        yield from _onwards(plan)
         yield from _end(plan, moved)
         return
     yield from _metering(plan, meters.bin_arrivals)
@@ -243,13 +245,21 @@ def _crossing(plan, moved):
     yield from _visits(plan)
     yield from _boundaries(plan)
     yield from casts_of_walls(plan)
-    if plan.passes_meters:
-        yield step(flights.resume_ray)
+    yield from _onwards(plan)
     if plan.has_roulette:
         yield step(surfaces.play_roulette)
     if plan.reflects:
         yield step(surfaces.give_up)
     yield from _end(plan, moved)
+
+
+def _onwards(plan):
+    """What passes flies on along its old ray, but for what came to the edges of a box of fog."""
+    if plan.passes_meters:
+        yield step(flights.resume_ray)
+        if plan.bounds_bodies:
+            for row in box_rows(plan):
+                yield step(bodies.settle_at_edges, row)
 
 
 def _end(plan, moved):

@@ -21,7 +21,7 @@ from transport.engine import (
     surfaces,
     volume_steps,
 )
-from transport.engine.lookouts import casts_of_flights
+from transport.engine.lookouts import casts_of_flights, detours_of_collisions
 from transport.engine.registry import named, rows_of, step
 
 PARALLEL = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
@@ -158,6 +158,7 @@ def _absorbed(plan):
 
 
 def _scattering(plan):
+    yield from detours_of_collisions(plan)
     if len(plan.phase_laws) > 1:
         laws = np.array([row for _, row in plan.phase_laws], layout.PHASE_LAW)
         plan.kept.append(laws)

@@ -91,7 +91,7 @@ def arrive(b, table, first, live):
     arrived = 0
     for k in range(first, live):  # no branch, so nothing to mispredict
         b.listed[arrived] = k
-        arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) else 0
+        arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) & (b.leg[k] == 0) else 0
     for item in range(arrived):
         k = b.listed[item]
         score = min(b.weight[k], LARGEST)
@@ -101,6 +101,7 @@ def arrive(b, table, first, live):
         add_to_row(b.tallies + 32 * (b.tally[k] + POINT_MIDDLE + row), high, low, 1, 0)
     b.scored += arrived * A_SCORE
     for k in range(first, live):
-        stopped = (b.hit[k] == 0) | (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0)
+        stopped = (b.hit[k] == 0) & (b.leg[k] == 0)
+        stopped |= ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
         b.weight[k] = 0.0 if stopped else b.weight[k]
     return live

@@ -20,9 +20,34 @@ from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
 
 
+@lane_pass(VOLUME)
+def find_even_bins(b, table, first, live):
+    """Which of a cell's rows each lane's direction counts in, where bins of equal width hold all directions."""
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz, cosines, turns = (
+        table.nx,
+        table.ny,
+        table.nz,
+        float64(table.mu_cells),
+        float64(table.turn_cells),
+    )
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        i = math.floor((ux * nx + uy * ny + uz * nz + 1.0) * (0.5 * cosines))
+        j = math.floor(azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz) * turns)
+        i = i if i > 0.0 else 0.0
+        i = i if i < cosines else cosines - 1.0
+        j = j if j < turns else turns - 1.0
+        b.bin[k] = int64(1.0 + i * turns + j)
+    return live
+
+
 @device
-def direction_bin(table, ux, uy, uz):
-    """Which of a cell's rows a direction counts in: 0 without directions, and outside of their bins."""
+def direction_bin(b, table, k):
+    """The same for any directions: 0 without bins of them, and outside of these."""
+    if table.is_even != 0:
+        return b.bin[k]
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     bin = 0
     if table.rows > 1:
         found, turn = cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges), 0
@@ -168,6 +193,8 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 @device
 def walk(b, table, k, bin, t, end, weight, fade, keep):
     """Through the cells of a volume, from the distance t on a flight to `end`; returns the weight that is left."""
+    if table.is_one != 0:
+        return score_part(b, table, 0, bin, end - t, weight, fade, keep)
     if table.radii != 0:
         return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
     return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
@@ -186,7 +213,7 @@ def walk_through_cells(b, table, first, live):
         if table.kept != 0:
             fade, keep = b.fade[k], b.keep[k]
             weight *= exp_negative(-fade * b.lead[k])
-        bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+        bin = direction_bin(b, table, k)
         t = b.start[k] + b.lead[k]
         walk(b, table, k, bin, t, t + b.within[k], weight, fade, keep)
     return live
@@ -205,7 +232,7 @@ def walk_through_grid(b, table, first, live):
         weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.lead[k]
         end = entry + b.within[k]
         b.within[k] = 0.0
-        bin = direction_bin(volume, b.ux[k], b.uy[k], b.uz[k])
+        bin = direction_bin(b, volume, k)
         vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
         px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
         pz = (b.z[k] - grid.cz) * grid.per_z
@@ -282,7 +309,7 @@ def score_collisions_in_box(b, table, first, live):
         i = number_along(b.x[k] - table.cx + hx, table.per_x, table.cells_x)
         j = number_along(b.y[k] - table.cy + hy, table.per_y, table.cells_y)
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
-        bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+        bin = direction_bin(b, table, k)
         number = (i * table.cells_y + j) * table.cells_z + m
         score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live
@@ -301,6 +328,6 @@ def score_collisions_in_ball(b, table, first, live):
         dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
-            bin = direction_bin(table, b.ux[k], b.uy[k], b.uz[k])
+            bin = direction_bin(b, table, k)
             score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live

@@ -15,6 +15,7 @@ def ways(plan):
         yield _end_of_clock(plan)
     for volume in tracks:
         yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)
+        yield from _directions(volume)
         for row in volume.grids:
             yield step(volume_cells.walk_through_grid, row)
         if volume.has_cells:
@@ -33,6 +34,11 @@ def _end_of_clock(plan):
     return step(volumes.reach_until_end, layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness))
 
 
+def _directions(volume):
+    if volume.row["is_even"]:
+        yield step(volume_cells.find_even_bins, volume.row)
+
+
 def collided(plan):
     """Count what collides in volumes."""
     counting = [volume for volume in plan.volumes if volume.counts_collisions]
@@ -42,5 +48,6 @@ def collided(plan):
     for row in plan.grids:
         yield step(volume_cells.know_collisions_in_grid, row)
     for volume in counting:
+        yield from _directions(volume)
         in_box, in_ball = volume_cells.score_collisions_in_box, volume_cells.score_collisions_in_ball
         yield step(in_box if volume.is_box else in_ball, volume.row)

@@ -1,22 +1,20 @@
-"""Adding and doubling: what a layer does to diffuse light that falls on it, from a layer so thin that this is
-plain.
+"""Adding and doubling: what a layer does to diffuse light, by way of one so thin that this is plain.
 
 Light is taken without its azimuth, at ordinates of cosine mu with weights w; I is its mean radiance over
-azimuth.  A layer is two kernels, which are symmetric, and what passes straight on:
+azimuth.  A layer is two kernels, which are symmetric, and what passes straight on, e = exp(-tau/mu):
 
-    reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j,    e =
-    exp(-tau/mu).
+    reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j.
 
 An ordinate of weight 0 is seen but sees nothing: a beam of flux E at mu_j gives the radiance R_ij E/2 pi.
-Two equal layers on each other are
+Two equal layers on each other are, with w for w mu,
 
     S = (1 - Q)^-1 Q,  Q = R w R,    D = T + S e + S w T,  U = R e + R w D,
     R' = R + e U + T w U,    T' = e D + T e + T w D
 
 (van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that nothing
-cancels from a depth of 1e-12 to 1e12.  The first layer is `start` deep; there, out - in = depth/mu (a P -
-1)(in + out)/2, which keeps the books exactly, is good to (depth/mu)^2/12, and a direct part (2 mu - depth)/(2
-mu + depth) goes with it.
+cancels at a depth of 1e-12 or of 1e4.  Through the first layer, `start` deep, out - in = start/mu (a P - 1)
+(in + out)/2, P the mean over directions: it keeps the books exactly, is good to (start/mu)^2/12, and goes
+with a direct part of (2 mu - start)/(2 mu + start).
 """
 
 from __future__ import annotations

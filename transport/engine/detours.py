@@ -1,0 +1,161 @@
+"""Rays that are scattered once more on their way to a point detector in a scattering medium: so no score has a heavy tail.
+
+From where light is born, collides or leaves a diffuse wall a ray goes to a place that is drawn with a density as
+1/(a^2 b^2), a and b its distances from both ends: that cancels both inverse squares, and scores go as 1/r only, r from end to
+end: their variance is finite (Kalos 1963; Steinberg and Kalos 1971).  Where it arrives in the medium about the point it is
+scattered; all else that scatters is told from the flights (casting.py), which do not come close to the point.
+"""
+
+import math
+
+from numba import uint64
+
+from transport.compile.layout import (
+    DIFFUSE,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    MEDIA,
+    NO_TABLE,
+    POINT,
+    POINT_EMISSION,
+    ROWS,
+    STANDING,
+    TWO_ROWS,
+)
+from transport.engine.addresses import view
+from transport.engine.casting import INVERSE_PI, NUMBER, towards
+from transport.engine.passes import lane_pass
+from transport.physics.device import device
+from transport.physics.scattering import turned_by_angle
+from transport.physics.sight import sample_detour, sample_equiangular_beyond
+from transport.physics.streams import AGAIN, event_words, short_uniform, uniform
+
+
+@device
+def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
+    """Direction and length of the first leg of a detour to a point, and one over (its density times a^2 b^2)."""
+    ex, ey, ez, r = towards(x, y, z, px, py, pz)
+    mu, sine, leg, inverse = sample_detour(r, uniform(w0, w1), short_uniform(w3))
+    vx, vy, vz = turned_by_angle(ex, ey, ez, mu, sine, short_uniform(w2))
+    return vx, vy, vz, leg, inverse
+
+
+@lane_pass(POINT_EMISSION)
+def detour_from_births(b, table, first, live):
+    """Of what a birth sends, and is scattered once."""
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    isotropic, lambertian = table.isotropic, table.lambertian
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
+        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
+        b.score[k] = b.weight[k] * inverse
+        b.density[k] = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        b.stands[k], b.tally[k] = b.sheet[k], tally
+    return live
+
+
+@lane_pass(POINT_EMISSION)
+def detour_along_beams(b, table, first, live):
+    """Of a beam, whose direction is given: a place on its line, equiangularly."""
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, _, _ = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = px - b.x[k], py - b.y[k], pz - b.z[k]
+        foot = rx * ux + ry * uy + rz * uz
+        qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
+        least = math.sqrt(qx * qx + qy * qy + qz * qz)
+        leg, inverse = sample_equiangular_beyond(least, -foot, uniform(w0, w1))
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = ux, uy, uz, leg
+        b.score[k], b.density[k] = b.weight[k] * inverse, 1.0
+        b.stands[k], b.tally[k] = b.sheet[k], tally
+    return live
+
+
+@lane_pass(ROWS)
+def know_phase_at_collisions(b, table, first, live):
+    """The number of the phase function of the medium that a lane collides in."""
+    rows = view(table.rows, table.count, MEDIA)
+    for k in range(first, live):
+        b.law[k] = rows[b.medium[k]].phase if b.collides[k] != 0 else 0
+    return live
+
+
+@lane_pass(POINT)
+def detour_from_collisions(b, table, first, live):
+    """Of what a collision sends, and is scattered once more."""
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        event = uint64(b.event[k]) | number
+        w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
+        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
+        b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
+        b.score[k] = b.weight[k] * inverse if b.law[k] != 0 else 0.0
+        b.density[k], b.stands[k], b.tally[k] = 0.0, 0, tally
+    return live
+
+
+@lane_pass(POINT)
+def detour_from_walls(b, table, first, live):
+    """Of what a diffuse wall sends, and is scattered once."""
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        event = uint64(b.event[k]) | number
+        w0, w1, w2, w3 = event_words(b.history[k], batch, event, AGAIN, seed_low, seed_high)
+        vx, vy, vz, leg, inverse = detour(b.x[k], b.y[k], b.z[k], px, py, pz, w0, w1, w2, w3)
+        side = 1.0 if b.mu[k] > 0.0 else -1.0
+        cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
+        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, leg
+        b.score[k] = b.weight[k] * inverse if here & (cosine > 0.0) else 0.0
+        b.density[k], b.stands[k], b.tally[k] = INVERSE_PI * cosine, b.sheet[k] & STANDING, tally
+    return live
+
+
+@lane_pass(TWO_ROWS)
+def turn_to_point(b, table, first, live):
+    """A ray at the end of its first leg, in the medium about its point, turns there: from the same place, by a known angle."""
+    points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
+    turning = 0
+    for k in range(first, live):  # no branch, so nothing to mispredict
+        b.law[k] = 0
+        b.listed[turning] = k
+        turning += 1 if (b.leg[k] != 0) & (b.hit[k] == 0) & (b.weight[k] != 0.0) else 0
+    for item in range(turning):
+        k = b.listed[item]
+        point, medium, way, mfp = points[b.leg[k] - 1], b.medium[k], b.distance[k], b.mfp[k]
+        here = medium == point.medium
+        x, y, z = b.x[k] + way * b.ux[k], b.y[k] + way * b.uy[k], b.z[k] + way * b.uz[k]
+        vx, vy, vz, r = towards(x, y, z, point.x, point.y, point.z)
+        sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
+        b.bent[k] = b.ux[k] * vx + b.uy[k] * vy + b.uz[k] * vz
+        b.law[k] = media[medium].phase if here else 0
+        b.score[k] = sigma_s if here else 0.0
+        b.density[k] = 0.0
+        b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k] = x, y, z, vx, vy, vz
+        b.sx[k], b.sy[k], b.sz[k] = x, y, z
+        b.gap[k], b.start[k], b.sheet[k] = r, 0.0, 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def set_off_again(b, table, first, live):
+    """The second leg, with what is scattered into it."""
+    for k in range(first, live):
+        turns = (b.leg[k] != 0) & (b.hit[k] == 0)
+        score = b.score[k] * b.density[k]
+        after = b.weight[k] * score if score > 0.0 else 0.0
+        b.weight[k] = after if turns else b.weight[k]
+        b.leg[k] = 0 if turns else b.leg[k]
+    return live
