@@ -37,7 +37,7 @@ law = (
     "(Bouguer 1729; Chandrasekhar 1950; here by sums over voxels and discrete ordinates)"
 )
 question = "What does a cloud do to sunlight, and how dark is its shadow?"
-particles = 1_000_000
+particles = 4_000_000
 
 SUN = 1000.0  # W m^-2, across the beam
 SKIES = ("cumulus", "layers")
@@ -58,7 +58,7 @@ ZONES = {
 ENOUGH = 0.02  # of full light, expected in bins that are judged together
 DEPTHS = (0.05, 1.2, 0.2, 0.5, 1.5, 0.0, 0.4, 0.15)  # optical, of layers
 WIDE = 1e8  # m
-EYE, TARGET = (-500.0, -3300.0, 1350.0), (230.0, 0.0, 370.0)  # of the picture [m]
+EYE, TARGET = (-450.0, -3000.0, 800.0), (200.0, 0.0, 480.0)  # of the picture [m]
 FARTHEST = math.radians(60)
 
 CHI_SQUARE, ALL = "X² / expected, direct light in all bins", "back to the sky + cloud + ground"
@@ -319,12 +319,8 @@ def draw_shares(outcomes: list[Outcome], path: str) -> None:
     """Estimates of layers against the slab."""
     from viz.comparisons import comparison
 
-    comparison(
-        outcomes[0].rows,
-        path,
-        title="Layers of voxels, and the slab of their depth",
-        note=provenance(outcomes),
-    )
+    table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
+    comparison(table, path, title="Layers of voxels, and the slab of their depth", note=provenance(outcomes))
 
 
 if __name__ == "__main__":

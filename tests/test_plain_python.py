@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests import media_scenes
 from transport import engine
 from transport.compile import compile_scene
 from transport.detectors import Detector, Directions, Positions
@@ -310,14 +311,14 @@ SCENES = {
     for scene in (
         room, furnace, gas, flash, vessel, burst, glow, beams, aims, turned_shapes, flat_shapes, optics, meshed
     )
-}  # fmt: skip
+} | media_scenes.MEDIA  # fmt: skip
 
 
 def sums_of(names):
     """What these scenes count, as lists; their passes by name."""
     results, passes = {}, set()
     for name in names:
-        machine = machine_of(program_of(compile_scene(SCENES[name]())))
+        machine = machine_of(program_of(compile_scene(SCENES[name](), media_scenes.TRACKINGS.get(name))))
         raw = run_batch(machine, seed=12345678901, batch=1, histories=HISTORIES)
         passes |= {lane_pass.name for lane_pass in machine.program.passes}
         results[name] = {
@@ -326,6 +327,7 @@ def sums_of(names):
             "moments": raw.moments.tolist(),
             "records": [list(map(float, record)) for record in raw.records.tolist()],
             "crossings": raw.crossings,
+            "collisions": raw.collisions,
         }
     return {"sums": results, "passes": sorted(passes)}
 
@@ -348,6 +350,7 @@ def test_plain_python_counts_what_compiled_code_counts(plain, name):
     compiled = sums_of([name])["sums"][name]
     interpreted = plain["sums"][name]
     assert interpreted["crossings"] == compiled["crossings"] > HISTORIES // 20
+    assert interpreted["collisions"] == compiled["collisions"]
     for table in ("meters", "ledger"):
         one, other = (np.array(sums[table]) for sums in (interpreted, compiled))
         assert (one[:, 2] == other[:, 2]).all()

@@ -14,11 +14,12 @@ from matplotlib.ticker import MaxNLocator
 from transport import EstimateArray
 from viz.style import BLUE, INK, POINTS, VERMILLION, figure_at, with_unit
 
-PIXELS, STEPS = (1000, 460), 160  # of the view; places along each line of sight
+PIXELS, STEPS = (760, 350), 100  # of the view; places along each line of sight
 LINES = 40_000  # of sight, taken at a time
-SKY_LOW, SKY_HIGH = np.array([0.50, 0.62, 0.74]), np.array([0.13, 0.26, 0.47])  # of white in full sun; chosen
+SKY_LOW, SKY_HIGH = np.array([0.20, 0.30, 0.40]), np.array([0.03, 0.09, 0.21])  # of white in full sun; chosen
 EARTH = np.array([1.12, 1.06, 0.72])  # tint of the ground; chosen
-EXPOSURE = 1.5
+EXPOSURE = 3.0
+OPAQUE = 1e-3  # share of light let through, below which no more is added
 COLOURS = "inferno"
 
 
@@ -66,12 +67,24 @@ def cloud_picture(
     with figure_at(path, (21, 19.6), title, note) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1.12, 1))
         axes = above.subplots()
-        axes.imshow(view(voxels, ground, eye, target), interpolation="lanczos")
+        axes.imshow(view(voxels, ground, eye, target), interpolation="bicubic")
         axes.axis("off")
+        _point_out_sun(axes, voxels.down)
         maps, cut = below.subfigures(1, 2, width_ratios=(1.62, 1))
         _draw_maps(maps, ground)
         _draw_cut(cut.subplots(), ground)
     return path
+
+
+def _point_out_sun(axes: Axes, down: tuple[float, float, float]) -> None:
+    """An arrow along the light, as it is seen from the south."""
+    style = {"arrowstyle": "-|>", "color": "white", "lw": 3, "mutation_scale": 28}
+    start, length = np.array([0.05, 0.94]), 0.2
+    end = start + length * np.array([down[0] * PIXELS[1] / PIXELS[0], down[2]])
+    axes.annotate("", end, start, xycoords="axes fraction", arrowprops=style)
+    axes.text(
+        *(start + (0.022, -0.03)), "sunlight", color="white", transform=axes.transAxes, va="top", fontsize=19
+    )
 
 
 def view(
@@ -98,16 +111,20 @@ def along_sight(
     with np.errstate(divide="ignore"):
         crossings = np.sort([(low - eye) / rays, (high - eye) / rays], axis=0)
     near, far = np.maximum(crossings[0].max(axis=1), 0), crossings[1].min(axis=1)
-    length = np.maximum(far - near, 0) / steps
     phase = np.asarray(voxels.density(-rays @ np.asarray(voxels.down)))
     sent, passed = np.zeros(len(rays)), np.ones(len(rays))
+    seen = np.flatnonzero(far > near)  # rays that still gather something
     for k in range(steps):
-        places = eye + (near + (k + 0.5) * length)[:, None] * rays
+        seen = seen[passed[seen] > OPAQUE]
+        length = (far - near)[seen] / steps
+        places = eye + (near[seen] + (k + 0.5) * length)[:, None] * rays[seen]
         share = (places - low) / (high - low)
         through = np.exp(-_between(voxels.extinction, share) * length)
-        glow = phase * _between(voxels.direct, share) + _between(voxels.scattered, share) / (4 * math.pi)
-        sent += passed * (1 - through) * voxels.albedo * glow
-        passed *= through
+        glow = phase[seen] * _between(voxels.direct, share) + _between(voxels.scattered, share) / (
+            4 * math.pi
+        )
+        sent[seen] += passed[seen] * (1 - through) * voxels.albedo * glow
+        passed[seen] *= through
     return sent, passed
 
 
@@ -144,14 +161,14 @@ def _lit(ground: Ground, places: np.ndarray) -> np.ndarray:
     share = np.stack(
         [(places[:, k] - e[0]) / (e[-1] - e[0]) for k, e in enumerate((ground.x, ground.y))], axis=1
     )
-    return _between(ground.expected + rest, share, "nearest")
+    return _between(ground.expected + rest, share)
 
 
-def _between(field: np.ndarray, share: np.ndarray, mode: str = "nearest") -> np.ndarray:
+def _between(field: np.ndarray, share: np.ndarray) -> np.ndarray:
     """A field of cells at places, given as shares (n, dims) of its extent, linear between the cells' middles."""
     from scipy.ndimage import map_coordinates
 
-    return map_coordinates(field, (share * field.shape - 0.5).T, order=1, mode=mode)
+    return map_coordinates(field, (share * field.shape - 0.5).T, order=1, mode="nearest")
 
 
 def _draw_maps(figure, ground: Ground) -> None:

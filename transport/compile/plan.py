@@ -235,7 +235,7 @@ class Plan:
     def has_roulette(self) -> bool:
         """Whether a particle can go on at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
-        return (is_grey or (self.lessens and self.reflects)) and not self.splits
+        return (is_grey or ((self.lessens or self.forces) and self.reflects)) and not self.splits
 
     @property
     def splits(self) -> bool:

@@ -7,7 +7,7 @@ Each pass computes for every lane where its ray begins, its direction, and what 
 import math
 
 import numpy as np
-from numba import uint64
+from numba import int64, uint64
 
 from transport.compile.layout import (
     CODE,
@@ -25,6 +25,7 @@ from transport.compile.layout import (
     STANDING,
 )
 from transport.engine.addresses import view
+from transport.engine.grids import cell_at
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.volumes import slab
@@ -163,20 +164,12 @@ def weigh_in_grid(b, table, first, live):
     scattering = view(table.scattering, table.scattering_count, np.float64)
     for k in range(first, live):
         if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
-            i = voxel_along((b.sx[k] - table.cx) * table.per_x, table.nx)
-            j = voxel_along((b.sy[k] - table.cy) * table.per_y, table.ny)
-            m = voxel_along((b.sz[k] - table.cz) * table.per_z, table.nz)
-            here = scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
-            b.score[k] *= -here * table.size
+            i = cell_at((b.sx[k] - table.cx) * table.per_x, table.nx)
+            j = cell_at((b.sy[k] - table.cy) * table.per_y, table.ny)
+            m = cell_at((b.sz[k] - table.cz) * table.per_z, table.nz)
+            voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
+            b.score[k] *= -scattering[voxel] * table.length
     return live
-
-
-@device
-def voxel_along(place, count):
-    """The voxel along one axis at a place; rounding leads out of none."""
-    number = int(place)
-    number = number if number > 0 else 0
-    return number if number < count else count - 1
 
 
 @lane_pass(POINT_PHASE)

@@ -249,9 +249,10 @@ def scatter_by_table(b, table, first, live):
     """About the old direction by a tabulated phase function: within the segment that was chosen."""
     number = table.number
     for k in range(first, live):
-        mu, sine = sample_segment(b.nx[k], b.ny[k], b.nz[k], b.u0[k])
-        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         here = b.collides[k] == number
+        start, width, share = b.nx[k] if here else 0.0, b.ny[k] if here else 1.0, b.nz[k] if here else 0.5
+        mu, sine = sample_segment(start, width, share, b.u0[k])
+        ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         b.ux[k] = ux if here else b.ux[k]
         b.uy[k] = uy if here else b.uy[k]
         b.uz[k] = uz if here else b.uz[k]

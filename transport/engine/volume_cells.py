@@ -7,7 +7,7 @@ that place is passed at once.  Every step leaves a cell for the next one on the 
 import math
 
 import numpy as np
-from numba import float64, int64
+from numba import float64, int64, njit
 
 from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GRID
 from transport.engine.addresses import add_to_row, view
@@ -16,8 +16,10 @@ from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.sums import limbs
 from transport.engine.volumes import A_SCORE, mean_of_fading
-from transport.physics.device import device
+from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
+
+called = njit(**ARITHMETIC)  # a function by itself, where inlining would only make passes long to compile
 
 
 @lane_pass(VOLUME)
@@ -42,7 +44,7 @@ def find_even_bins(b, table, first, live):
     return live
 
 
-@device
+@called
 def direction_bin(b, table, k):
     """The same for any directions: 0 without bins of them, and outside of these."""
     if table.is_even != 0:
@@ -77,16 +79,15 @@ def score_in_cell(b, table, number, bin, track, keep, count):
         b.scored += high
 
 
-@device
+@called
 def score_part(b, table, number, bin, way, weight, fade, keep):
     """Score the way through one cell; returns the weight that is left behind it."""
-    count = 1 if way > SLACK else 0
-    if table.kept == 0:
-        score_in_cell(b, table, number, bin, weight * way, 0.0, count)
-        return weight
-    mean, less = mean_of_fading(fade * way)
-    score_in_cell(b, table, number, bin, weight * way * mean, keep, count)
-    return weight + weight * less
+    mean, left = 1.0, weight
+    if table.kept != 0:
+        mean, less = mean_of_fading(fade * way)
+        left = weight + weight * less
+    score_in_cell(b, table, number, bin, weight * way * mean, keep, 1 if way > SLACK else 0)
+    return left
 
 
 @device
@@ -104,7 +105,7 @@ def next_face(place, number, u, inverse, width, count):
     return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
 
 
-@device
+@called
 def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
     """From face to face of the voxels that a flight comes through from t to end (Amanatides and Woo 1987).
 
@@ -156,7 +157,7 @@ def half_chord(radius, q):
     return math.sqrt(d if d > 0.0 else 0.0)
 
 
-@device
+@called
 def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
     """Inwards from sphere to sphere as far as the ray meets them, then outwards.  Returns the weight that is left."""
     count = table.cells_x
