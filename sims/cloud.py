@@ -1,21 +1,26 @@
 """Cloud: what a cloud of voxels does to sunlight, and what can be known of it exactly.
 
-A cumulus of 64 × 64 × 32 voxels of 20 m: domes on a flat base, roughened by noise of Kolmogorov's spectrum (1941: k^(-11/3)),
-always the same.  Droplets scatter nearly all light that they meet, mostly forwards (Henyey and Greenstein 1941, g = 0.85,
-albedo 0.999).  The sun shines from a side; the ground below scatters back a fifth.
+A cumulus of 64 × 64 × 32 voxels of 20 m: domes on a flat base, roughened by noise of Kolmogorov's spectrum
+(1941: k^(-11/3)), always the same.  Droplets scatter nearly all light that they meet, mostly forwards (Henyey
+and Greenstein 1941, g = 0.85, albedo 0.999).  The sun shines from a side; the ground below scatters back a
+fifth.
 
-What is known.  (1) What comes straight through: E exp(-τ), τ the sum over the voxels along the ray, and its mean over each bin
-of the ground in closed form (transport/theory/voxels.py); the scattered light is told from it by events=0.  The rows are means over
-zones of the shadow, and χ² of all bins at once, over what chance makes it.  (2) All light goes somewhere: what the ground and
-the cloud keep and what flies off up is what came, in every batch.  (3) Layers: voxels as wide as the sky, of unlike
-extinction and one albedo, reflect and let through what one slab of their optical depth does (discrete ordinates,
-transport/theory/ordinates.py): R and T depend on τ alone.  A homogeneous grid is the case of equal layers.
+What is known.  (1) What comes straight through: E exp(-τ), τ the sum over the voxels along the ray, and its
+mean over each bin of the ground in closed form (transport/theory/voxels.py); the scattered light is told from
+it by events=0.  The rows are means over zones of the shadow, and χ² of all bins at once, over what chance
+makes it.  (2) All light goes somewhere: what the ground and the cloud keep and what flies off up is what
+came, in the mean, for roulette ends some histories and strengthens others.  (3) Layers: voxels as wide as the
+sky, of unlike extinction and one albedo, reflect and let through what one slab of their optical depth does
+(discrete ordinates, transport/theory/ordinates.py): R and T depend on τ alone.  A homogeneous
+grid is the case of equal layers.
 
-Free paths through voxels are drawn against majorants, without bias for fields that jump from cell to cell (Woodcock et al. 1965).
+Free paths through voxels are drawn against majorants, without bias for fields that jump from cell to cell
+(Woodcock et al. 1965).
 
-Picture.  A view of the cloud, computed from the run: along each line of sight it adds what the voxels send there, direct light by
-the phase function and the rest, from the fluence rate that a VolumeDetector counted, evenly; the ground shines by the
-irradiance that was counted on it.  The colours of sky and ground are chosen, brightnesses are not.
+Picture.  A view of the cloud, computed from the run: along each line of sight it adds what the voxels send
+there, direct light by the phase function and the rest, from the fluence rate that a VolumeDetector counted,
+evenly; the ground shines by the light that was counted on it, straight light by its exact means.  Colours,
+and how bright the sky is, are chosen; how bright cloud and ground are is not.
 """
 
 from __future__ import annotations
@@ -77,8 +82,8 @@ def scene(
     extinction: float = 0.05,
     ground: float = 0.2,
 ) -> tp.Scene:
-    """A cloud in the sun.  zenith: the sun's angle [rad];  albedo, g: of the droplets;  extinction: the cumulus' largest
-    [m^-1];  ground: its albedo, below the cumulus; layers hang free.
+    """A cloud in the sun.  zenith: the sun's angle [rad];  albedo, g: of the droplets;  extinction: the
+    cumulus' largest [m^-1];  ground: its albedo, below the cumulus; layers hang free.
     """
     if sky not in SKIES or not 0 <= zenith <= FARTHEST or not abs(g) <= 0.9:
         must = f"sky {' or '.join(SKIES)}, zenith from 0 to {FARTHEST:.4g} rad, g from -0.9 to 0.9"
@@ -146,7 +151,7 @@ def cumulus(extinction: float) -> np.ndarray:
     ]
     inside = np.max(domes, axis=0) - 0.05 + ROUGHNESS * _noise() * np.sqrt((6 * z).clip(0, 1))
     rim = np.min([x, 1 - x, y, 1 - y, 1 - z], axis=0)
-    fades = (z / 0.06).clip(0, 1) * ((rim - 0.01) / 0.05).clip(0, 1)  # at the base, and before the box ends
+    fades = (z / 0.06).clip(0, 1) * ((rim - 0.02) / 0.05).clip(0, 1)  # at the base, and before the box ends
     return extinction * (STEEPNESS * inside).clip(0, 1) * fades
 
 
@@ -256,8 +261,8 @@ def _said(outcome: Outcome) -> str:
         return f"Layers of optical depth {math.fsum(DEPTHS):.3g} send back {back}, as a slab does{off}."
     share, dark = _reflected(result), _darkest(result)
     return (
-        f"Of the light that meets the cumulus {share} more goes back to the sky than without it; in the middle of its shadow"
-        f" {dark} of full light is left, nearly all of it scattered{off}."
+        f"Of the light that meets the cumulus {share} more goes back to the sky than without it; in the middle"
+        f" of its shadow {dark} of full light is left, nearly all of it scattered{off}."
     )
 
 

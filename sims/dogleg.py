@@ -1,22 +1,26 @@
 """Dogleg: how much gets out through a hole in a thick shield that has no straight way out?
 
-Kobayashi's problems (Kobayashi, Sugimura and Nagaya 2000, OECD/NEA NSC/DOC(2000)4; 2001, Prog. Nucl. Energy 39, 119): a cube
-of 10 cm in the corner of three mirrors emits 1 particle per cm³ and second evenly, in a shield of 0.1 per cm with a void
-of 1e-4 per cm: (1) a void of 50 cm about the source, within a shield of 1 m; (2) a straight duct of 10 by 10 cm; (3) a duct with
-three bends.  Wanted is the fluence rate at points on lines A, B, C; in case i nothing scatters, in case ii half of all
-collisions do, isotropically.  Discrete ordinates fail here: their rays miss the ducts.
+Kobayashi's problems (Kobayashi, Sugimura and Nagaya 2000, OECD/NEA NSC/DOC(2000)4; 2001, Prog. Nucl. Energy
+39, 119): a cube of 10 cm in the corner of three mirrors emits 1 particle per cm³ and second evenly, in a
+shield of 0.1 per cm with a void of 1e-4 per cm: (1) a void of 50 cm about the source, within a shield of 1 m;
+(2) a straight duct of 10 by 10 cm; (3) a duct with three bends.  Wanted is the fluence rate at points on
+lines A, B, C; in case i nothing scatters, in case ii half of all collisions do, isotropically.  Discrete
+ordinates fail here: their rays miss the ducts.
 
 Exact values.  In case i what reaches a point is the volume integral of exp(-τ)/(4π r²) over the source, with
-exact optical depths through the boxes: transport/theory/ray_integrals.py has it to 1e-9.  For case ii of problem 1 there are
-published values by Monte Carlo (GMVP), each with its standard error; the rows are ratios to them, and their errors are
-those of both.  For case ii of the others none are known here: the rows are told without.
+exact optical depths through the boxes: transport/theory/ray_integrals.py has it to 1e-9.  For case ii of
+problem 1 there are published values by Monte Carlo (GMVP), each with its standard error; the rows are ratios
+to them, and their errors are those of both.  For case ii of the others none are known here: the rows are told
+without.
 
-Scene.  Instead of mirrors, which no straight line to a point leads through, the whole: all eight octants, with the source in
-the middle.  Of boxes in boxes, or of voxels of 10 cm: the same to rounding.  At every birth and on every flight a PointDetector
-asks what would come straight from there, through duct or shield.  As a check of another kind, a VolumeDetector counts tracks
-in the last 10 cm before the bend, y from 50 to 60 cm: its exact value is the mean over that cell.
+Scene.  Instead of mirrors, which no straight line to a point leads through, the whole: all eight octants,
+with the source in the middle.  Of boxes in boxes, or of voxels of 10 cm: the same to rounding.  At every
+birth and on every flight a PointDetector asks what would come straight from there, through duct or shield.
+As a check of another kind, a VolumeDetector counts tracks in the last 10 cm before the bend, y from 50 to 60
+cm: its exact value is the mean over that cell.
 
-What comes straight falls behind the bend as exp(-τ) of the shield; with scattering the walls of each leg shine into the next.
+What comes straight falls behind the bend as exp(-τ) of the shield; with scattering the walls of each leg
+shine into the next.
 """
 
 from __future__ import annotations
@@ -95,11 +99,12 @@ def cases() -> list[dict[str, object]]:
 def scene(problem: int = 3, scattering: float = 0.0, built: str = "boxes", points: str = "few") -> tp.Scene:
     """The source in the middle of all eight octants.
 
-    problem: 1 (void), 2 (straight duct), 3 (dogleg);  scattering: share of collisions that scatter;  built: of "boxes"
-    or of "voxels";  points: "few", or "all" that were published.
+    problem: 1 (void), 2 (straight duct), 3 (dogleg);  scattering: share of collisions that scatter;  built:
+    of "boxes" or of "voxels";  points: "few", or "all" that were published.
     """
     if problem not in LINES or built not in BUILT or points not in ("few", "all") or not 0 <= scattering < 1:
-        must = f"problem 1, 2 or 3, scattering from 0 to below 1, built of {' or '.join(BUILT)}, points few or all"
+        built_of = " or ".join(BUILT)
+        must = f"problem 1, 2 or 3, scattering from 0 to below 1, built of {built_of}, points few or all"
         raise tp.SceneError(f"dogleg: must have {must}, got {problem=}, {scattering=}, {built=}, {points=}")
     surfaces = _of_voxels(problem, scattering) if built == "voxels" else _of_boxes(problem, scattering)
     low, high = SOURCE
@@ -280,7 +285,9 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """Maps of the fluence rate with the points in them, and below how the points compare; two problems a figure."""
+    """Maps of the fluence rate with the points in them, and below how the points compare; two problems a
+    figure.
+    """
     from viz.ducts import duct_maps
 
     path, paths = Path(path), []
@@ -321,7 +328,9 @@ def _place(point: tp.PointDetector) -> tuple[float, float, float]:
 
 
 def folded(rates: tp.EstimateArray) -> np.ndarray:
-    """Means of the mirror images in one octant, (nx/2, ny/2, nz/2), in the unit of the rates; 0 where nothing came."""
+    """Means of the mirror images in one octant, (nx/2, ny/2, nz/2), in the unit of the rates; 0 where nothing
+    came.
+    """
     values = rates.value
     for axis in range(3):
         low, high = np.split(values, 2, axis=axis)

@@ -1,4 +1,5 @@
-"""The cloud: its direct light by place, layers against the slab, a plain walk through the same voxels, and its picture.
+"""The cloud: its direct light by place, layers against the slab, a plain walk through the same voxels, and
+its picture.
 
 Each statistical judgement fails right code in one of 10^5 seeds; the seed is 1.
 """
@@ -36,6 +37,15 @@ def only(scene, *names):
     return dataclasses.replace(scene, detectors=[d for d in scene.detectors if d.name in names])
 
 
+def with_field(scene, change):
+    """The scene with another field of coefficients in its cloud."""
+    *others, cloud = scene.surfaces
+    grid = cloud.inside
+    other = dataclasses.replace(grid, absorption=change(grid.absorption), scattering=change(grid.scattering))
+    body = tp.Surface(cloud.shape, tp.Transparent(), "cloud", inside=other)
+    return dataclasses.replace(scene, surfaces=[*others, body])
+
+
 def assert_rejected(estimate, wrong):
     with pytest.raises(AssertionError):
         assert_agrees(estimate, wrong, FALSE_ALARM)
@@ -58,32 +68,28 @@ def test_the_cloud_is_always_the_same_and_of_a_clouds_depth():
     assert (sim.cumulus(0.1) == 2 * field).all()
 
 
-def test_a_cloud_turned_over_throws_another_shadow():
-    """Mirrored in y, and shifted by a voxel: all bins at once tell both."""
+@pytest.mark.parametrize("word", ["mirrored", "shifted"])
+def test_a_cloud_that_is_mirrored_or_a_voxel_aside_throws_another_shadow(word):
+    """All bins at once tell."""
+    change = {"mirrored": lambda f: f[:, ::-1], "shifted": lambda f: np.roll(f, 1, axis=0)}[word]
     scene = only(sim.scene(), "light", "direct")
-    ground, cloud = scene.surfaces
-    for change in (lambda field: field[:, ::-1], lambda field: np.roll(field, 1, axis=0)):
-        grid = dataclasses.replace(
-            cloud.inside,
-            scattering=change(cloud.inside.scattering),
-            absorption=change(cloud.inside.absorption),
-        )
-        other = dataclasses.replace(cloud, inside=grid)
-        direct = run(dataclasses.replace(scene, surfaces=[ground, other]))["direct"].irradiance
-        expected = sim.SUN * -DOWN[2] * sim.direct_means(DOWN, 0.05)
-        assert_rejected(sim._chi_square(direct, expected), 1.0)
+    expected = sim.SUN * -DOWN[2] * sim.direct_means(DOWN, 0.05)
+    assert_agrees(sim._chi_square(run(scene)["direct"].irradiance, expected), 1.0, FALSE_ALARM)
+    assert_rejected(sim._chi_square(run(with_field(scene, change))["direct"].irradiance, expected), 1.0)
 
 
 def test_the_mean_depth_of_a_bin_is_not_what_comes_through(outcomes):
-    """Gaps let through more than their mean does: exp of the mean is rejected in the half-shadow."""
-    row = outcomes[0][sim._zone("half-shadow")]
-    means = sim.direct_means(DOWN, 0.05)
-    x = sim.shadow_middle(DOWN) + (np.arange(60) - 29.5) * sim.BIN
-    y = (np.arange(60) - 29.5) * sim.BIN
-    places = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((60, 60))], axis=-1).reshape(-1, 3)
-    depths = sim.optical_depths(sim.cumulus(0.05), sim.LOW, sim.HIGH, places, [-d for d in DOWN])
-    held = (means >= 0.1) & (means < 0.5)
-    assert_rejected(row.estimate, np.exp(-depths.reshape(60, 60)[held]).mean())
+    """Gaps let through more than their mean does: exp of minus the mean depth of each bin is rejected."""
+    row, means = outcomes[0][sim._zone("half-shadow")], sim.direct_means(DOWN, 0.05)
+    fine = (np.arange(180) - 89.5) * sim.BIN / 3
+    places = np.meshgrid(sim.shadow_middle(DOWN) + fine, fine, [0.0], indexing="ij")
+    starts = np.stack([each.ravel() for each in places], axis=1)
+    depths = sim.optical_depths(sim.cumulus(0.05), sim.LOW, sim.HIGH, starts, [-d for d in DOWN])
+    low, high = sim.ZONES["half-shadow"]
+    held = (means >= low) & (means < high)
+    through = np.exp(-depths).reshape(60, 3, 60, 3).mean(axis=(1, 3))[held].mean()
+    assert through == pytest.approx(row.exact, rel=0.02)  # nine lines a bin
+    assert_rejected(row.estimate, np.exp(-depths.reshape(60, 3, 60, 3).mean(axis=(1, 3)))[held].mean())
 
 
 @pytest.mark.parametrize("zenith", [0.0, 60 * tp.deg])
@@ -93,7 +99,7 @@ def test_at_other_hours_the_shadow_is_known_as_well(zenith):
     )
     for row in outcome.rows:
         assert_agrees(row.estimate, row.exact, FALSE_ALARM / len(outcome.rows))
-    assert smallest_bias(outcome[sim._zone("half-shadow")].estimate, FALSE_ALARM) < 0.2
+    assert smallest_bias(outcome[sim._zone("half-shadow")].estimate, FALSE_ALARM) < 0.3
 
 
 def test_without_scattered_light_the_direct_is_all():
@@ -131,13 +137,7 @@ def test_layers_of_another_order_are_the_same_and_of_another_depth_are_not(outco
     assert_rejected(rows[sim.REFLECTED].estimate, shallow.reflected)
     assert_rejected(rows[sim.THROUGH].estimate, shallow.transmitted)
     scene = sim.scene(sky="layers")
-    [cloud] = scene.surfaces
-    turned = dataclasses.replace(
-        cloud.inside,
-        absorption=cloud.inside.absorption[:, :, ::-1],
-        scattering=cloud.inside.scattering[:, :, ::-1],
-    )
-    result = run(dataclasses.replace(scene, surfaces=[dataclasses.replace(cloud, inside=turned)]), 200_000)
+    result = run(with_field(scene, lambda f: f[:, :, ::-1]), 200_000)
     assert_agrees(sim.measure(result)[sim.REFLECTED], rows[sim.REFLECTED].exact, FALSE_ALARM)
 
 
@@ -154,7 +154,9 @@ def test_a_plain_walk_through_the_voxels_reflects_as_much():
 
 
 def _walked(extinction, albedo, g, number):
-    """Photons from the sun's rectangle through the cumulus over a black ground: how many end above, below, of all."""
+    """Photons from the sun's rectangle through the cumulus over a black ground: how many end above, below, of
+    all.
+    """
     draws, most = np.random.default_rng(1), extinction.max()
     low, high = np.array(sim.LOW), np.array(sim.HIGH)
     middle = sim.shadow_middle(DOWN) + sim.SUNRISE * DOWN[0] / DOWN[2]
@@ -222,7 +224,8 @@ def test_other_skies_are_refused(wrong):
 def test_both_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
     monkeypatch.setattr("viz.clouds.PIXELS", (64, 30))
     monkeypatch.setattr("viz.clouds.STEPS", 20)
-    for name, shown in {"all": outcomes, "cumulus": outcomes[:1], "layers": outcomes[1:]}.items():
+    assert sim.verdict(outcomes[:1]).endswith(".")
+    for name, shown in {"all": outcomes, "layers": outcomes[1:]}.items():
         sim.draw(shown, tmp_path / f"{name}.png")
         assert sim.verdict(shown).endswith(".")
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())

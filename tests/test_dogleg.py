@@ -1,4 +1,5 @@
-"""Kobayashi's void problems: points and a cell against exact values, GMVP's values, and wrong scenes that are rejected.
+"""Kobayashi's void problems: points and a cell against exact values, GMVP's values, and wrong scenes that are
+rejected.
 
 Each statistical judgement fails right code in one of 10^5 seeds; the seed is 1.
 """

@@ -1,6 +1,8 @@
-"""Uncollided fluence through boxes: the reference values, other ways to the same integral, and how near a face it holds.
+"""Uncollided fluence through boxes: the reference values, other ways to the same integral, and how near a
+face it holds.
 
-A comment such as `I.kobayashi1_absorber` names the entry of the project's reference collection that numbers come from.
+A comment such as `I.kobayashi1_absorber` names the entry of the project's reference collection that numbers
+come from.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Straight light through voxels: sums along lines, and exact means in the shadow, each against another way."""
+"""Straight light through voxels: sums along lines, and means in the shadow, each against another way."""
 
 from __future__ import annotations
 

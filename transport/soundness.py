@@ -9,6 +9,7 @@ from transport.filling import absorbs, check_filling, glowing_sources
 from transport.flush import check_flush
 from transport.materials import (
     Black,
+    Dielectric,
     Diffuse,
     Glossy,
     Material,
@@ -51,11 +52,20 @@ def check_supports(scene: Scene) -> None:
         for i, one in enumerate(acting):
             for other in acting[:i]:
                 if overlap(one.shape, other.shape):
+                    cure = "make them share an edge at most, leave a gap of a billionth between them, or leave one out"
+                    if all(_refracts(member.surface) for member in (one, other)):
+                        cure = (
+                            "give the common face once, as a Plane, Disk or Rectangle with Dielectric(index behind,"
+                            " index in front), and make the bodies there Transparent(); a gap would be a film of air"
+                        )
                     raise SceneError(
                         f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
-                        f" {_support_of(one.shape)}; make them share an edge at most,"
-                        " leave a gap of a billionth between them, or leave one out"
+                        f" {_support_of(one.shape)}; {cure}"
                     )
+
+
+def _refracts(surface: Surface) -> bool:
+    return any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
 
 
 def check_aims(scene: Scene) -> None:

@@ -1,4 +1,4 @@
-"""A cloud of voxels as it looks, computed from what a run counted; beside it the light on the ground below."""
+"""A cloud of voxels as it looks, computed from what a run counted; below, the light on the ground."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ COLOURS = "inferno"
 class Voxels(NamedTuple):
     """A cloud between the corners low and high [m].
 
-    extinction (nx, ny, nz) [m^-1];  direct (nx, ny, nz): fluence rate of straight light [W m^-2];  scattered (mx, my, mz): of
-    the rest, in coarser cells;  albedo, density(mu): of the droplets;  down: where the light goes;  sun: irradiance across
-    it [W m^-2].
+    extinction (nx, ny, nz) [m^-1];  direct (nx, ny, nz): fluence rate of straight light [W m^-2];  scattered
+    (mx, my, mz): of the rest, in coarser cells;  albedo, density(mu): of the droplets;  down: where the light
+    goes;  sun: irradiance across it [W m^-2].
     """
 
     low: tuple[float, float, float]
@@ -43,8 +43,9 @@ class Voxels(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Bins of the ground at z = 0: x, y their edges [m]; irradiances, all light and straight light alone, and the exact means
-    of the latter, (nx, ny) [W m^-2];  albedo: of the ground, which scatters evenly."""
+    """Bins of the ground at z = 0: x, y their edges [m]; irradiances, all light and straight light alone, and
+    the exact means of the latter, (nx, ny) [W m^-2];  albedo: of the ground, which scatters evenly.
+    """
 
     x: np.ndarray
     y: np.ndarray
@@ -63,7 +64,9 @@ def cloud_picture(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw the view from `eye` to `target` [m], maps of the light on the ground, and a cut through the shadow; returns the path."""
+    """Draw the view from `eye` to `target` [m], maps of the light on the ground, and a cut through the
+    shadow; returns the path.
+    """
     with figure_at(path, (21, 19.6), title, note) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1.12, 1))
         axes = above.subplots()
@@ -83,7 +86,7 @@ def _point_out_sun(axes: Axes, down: tuple[float, float, float]) -> None:
     end = start + length * np.array([down[0] * PIXELS[1] / PIXELS[0], down[2]])
     axes.annotate("", end, start, xycoords="axes fraction", arrowprops=style)
     axes.text(
-        *(start + (0.022, -0.03)), "sunlight", color="white", transform=axes.transAxes, va="top", fontsize=19
+        *(start + (0.035, -0.03)), "sunlight", color="white", transform=axes.transAxes, va="top", fontsize=19
     )
 
 
@@ -94,7 +97,9 @@ def view(
     target: tuple[float, float, float],
     pixels: tuple[int, int] = PIXELS,
 ) -> np.ndarray:
-    """Picture (height, width, 3) from 0 to 1: radiance over that of a white surface in full sun, darkened towards 1."""
+    """Picture (height, width, 3) from 0 to 1: radiance over that of a white surface in full sun, darkened
+    towards 1.
+    """
     eye, rays = np.asarray(eye, float), _rays(eye, np.asarray(target, float), pixels)
     shades = np.concatenate(
         [_shades(voxels, ground, eye, rays[k : k + LINES]) for k in range(0, len(rays), LINES)]
@@ -106,7 +111,9 @@ def view(
 def along_sight(
     voxels: Voxels, eye: np.ndarray, rays: np.ndarray, steps: int = STEPS
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the cloud sends along rays (n, 3) to the eye [W m^-2 sr^-1], and the share that passes through it, (n,) each."""
+    """What the cloud sends along rays (n, 3) to the eye [W m^-2 sr^-1], and the share that passes through it,
+    (n,) each.
+    """
     low, high = np.asarray(voxels.low), np.asarray(voxels.high)
     with np.errstate(divide="ignore"):
         crossings = np.sort([(low - eye) / rays, (high - eye) / rays], axis=0)
@@ -154,7 +161,9 @@ def _shades(voxels: Voxels, ground: Ground, eye: np.ndarray, rays: np.ndarray) -
 
 
 def _lit(ground: Ground, places: np.ndarray) -> np.ndarray:
-    """Irradiance at places (n, 2) of the ground: straight light exactly, the rest as counted, smoothed over 3 by 3 bins."""
+    """Irradiance at places (n, 2) of the ground: straight light exactly, the rest as counted, smoothed over 3
+    by 3 bins.
+    """
     from scipy.ndimage import uniform_filter
 
     rest = uniform_filter(ground.light.value - ground.direct.value, 3, mode="nearest")
@@ -165,7 +174,7 @@ def _lit(ground: Ground, places: np.ndarray) -> np.ndarray:
 
 
 def _between(field: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """A field of cells at places, given as shares (n, dims) of its extent, linear between the cells' middles."""
+    """A field of cells at places, as shares (n, dims) of its extent, linear between the cells' middles."""
     from scipy.ndimage import map_coordinates
 
     return map_coordinates(field, (share * field.shape - 0.5).T, order=1, mode="nearest")

@@ -1,4 +1,6 @@
-"""Ducts through a shield: maps of the fluence rate in layers, and how points in them compare with what is known."""
+"""Ducts through a shield: maps of the fluence rate in layers, and how points in them compare with what is
+known.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,9 @@ FURTHEST = 5.0  # standard errors shown
 
 
 class Layer(NamedTuple):
-    """A map, (nx, ny), of one octant from the origin on; outlines: low and high (x, y) [cm] of voids and source, which is
-    the last;  points: name -> (x, y, ...) [cm]."""
+    """A map, (nx, ny), of one octant from the origin on; outlines: low and high (x, y) [cm] of voids and
+    source, which is the last;  points: name -> (x, y, ...) [cm].
+    """
 
     label: str
     rates: np.ndarray
@@ -30,8 +33,9 @@ class Layer(NamedTuple):
 
 
 class Duct(NamedTuple):
-    """One problem.  cell: width of the map's cells [cm];  ratios: name -> ratio to what is known, and its standard error;
-    against: what is known."""
+    """One problem.  cell: width of the map's cells [cm];  ratios: name -> ratio to what is known, and its
+    standard error; against: what is known.
+    """
 
     label: str
     cell: float

@@ -11,7 +11,7 @@ import numpy as np
 
 from transport.compile import layout, velocities
 from transport.compile.birthplaces import places_of
-from transport.compile.media import glowing_sources, row_inside, rows_beside
+from transport.compile.media import glowing_sources, row_inside, rows_beside, runs_along_boundary
 from transport.compile.meshes import areas_row
 from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
@@ -138,6 +138,9 @@ def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None
                 source, f"position must not lie on the boundary of a body, got {shown(piece)}; move it off"
             )
         return found
+    if isinstance(piece, Point) and runs_along_boundary(plan, piece.position, source.emission.direction):
+        must = "direction must not lead along the boundary of a body from a point on it"
+        refuse(source, f"{must}, got {source.emission.direction} from {shown(piece)}; move it to one side")
     row = row_inside(plan, places_of(source, piece, plan.space.size))
     if row is None:
         refuse(source, f"shape must lie in one medium, got {shown(piece)}, which lies in several; divide it")

@@ -10,6 +10,7 @@ import numpy as np
 
 from transport.bodies import bodies_of, body_bits_around, has_media, media_of
 from transport.compile import layout
+from transport.compile.birthplaces import AWAY
 from transport.compile.grids import fill_grids
 from transport.emissions import Isotropic
 from transport.materials import Mixture, Transparent
@@ -20,7 +21,7 @@ from transport.sheets import pieces
 from transport.sources import Source
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown
-from transport.vectors import Vector
+from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
@@ -126,6 +127,7 @@ def importance_row(plan: Plan) -> np.ndarray:
     )
 
 
+ALONG = 1e-15  # cosine of a direction along a plane, with rounding
 AROUND = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
 
 
@@ -150,6 +152,20 @@ def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarr
                     normal = dict(zip(("nx", "ny", "nz"), out, strict=True))
                     rows.append(layout.row(layout.BESIDE, **normal, bit=1 << number))
     return layout.row(layout.INSIDE, inside=inside), rows
+
+
+def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool:
+    """Whether a ray from a position runs along the boundary of a body."""
+    for body in plan.bodies:
+        for surface, _ in body.faces:
+            for piece in pieces(plan.scene.surfaces[surface].shape):
+                is_along = isinstance(piece, FlatShape) and abs(dot(piece.normal, direction)) <= ALONG
+                if is_along and is_on_support(position, piece):
+                    aside = AWAY * plan.space.size * np.array([[1.0], [-1.0]]) * np.array(piece.normal)
+                    bits = body_bits_around(plan.scene, np.array(position) + aside)
+                    if bits[0] != bits[1]:
+                        return True
+    return False
 
 
 def box_rows(plan: Plan) -> list[np.ndarray]:

@@ -1,7 +1,7 @@
 """Point detectors as rows: where they are, where their sums lie, what births send them and how media scatter.
 
-A score is not bounded: it is entered into one of POINT_ROWS rows by its exponent, four octaves a row, scaled to between 1/16
-and 1.  So no sum overflows, none loses digits, and the rows tell how scores are spread.
+A score is not bounded: it is entered into one of POINT_ROWS rows by its exponent, four octaves a row, scaled
+to between 1/16 and 1.  So no sum overflows, none loses digits, and the rows tell how scores are spread.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 SCALES = np.ldexp(
     1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1)
 )  # what a sum of 1 in each row is
-NEAR = 1.5  # distances of a point from the middle of a volume source, over its extent, within which lines are drawn from the point
+# Within so many extents of a volume source from its middle lines are drawn from the point.
+NEAR = 1.5
 
 
 MOST_POINTS = 255  # of their numbers in the counter of random numbers

@@ -1,42 +1,37 @@
-"""Shadow rays are cast: from births, from flights through scattering media and from diffuse walls towards a point detector.
+"""Shadow rays are cast from births, flights through media and diffuse walls towards a point detector.
 
-Each pass computes for every lane where its ray begins, its direction, and what it brings to the point if nothing stops it;
-0 where there is none.  `list_shadows` picks those that bring anything: the driver has them traced before the next pass.
+Each pass computes for every lane where its ray begins, its direction, and what it brings to the point if
+nothing stops it; 0 where there is none.  `list_shadows` picks those that bring anything: the driver has them
+traced before the next pass.
 """
 
 import math
 
-import numpy as np
-from numba import int64, uint64
+from numba import uint64
 
 from transport.compile.layout import (
     CODE,
     DIFFUSE,
-    GRID,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     MEDIA,
     POINT,
     POINT_EMISSION,
     POINT_GLOW,
-    POINT_PHASE,
     ROWS,
     SLACK,
     STANDING,
 )
 from transport.engine.addresses import view
-from transport.engine.grids import cell_at
 from transport.engine.passes import lane_pass
-from transport.engine.refinements import cell
 from transport.engine.volumes import slab
 from transport.physics.device import device
 from transport.physics.directions import sample_isotropic
 from transport.physics.elementary import exp_negative
-from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
+from transport.physics.sight import sample_equiangular
 from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
 
 NUMBER = uint64(24)  # bits of an event, below the number of the point detector
-NEUTRAL = 0.07957747154594767  # 1 / 4 pi
 INVERSE_PI = 0.3183098861837907
 
 
@@ -67,7 +62,7 @@ def cast_from_births(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_box(b, table, first, live):
-    """A line through the point in a direction of all alike, and a place of the box on it: the 1/r^2 is drawn, not weighed."""
+    """A line through the point, isotropic, and a place of the box on it: so 1/r^2 is drawn, not weighed."""
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
@@ -124,10 +119,11 @@ def know_phase(b, table, first, live):
 
 @lane_pass(POINT)
 def cast_from_flights(b, table, first, live):
-    """What scattering somewhere on a flight sends, over the flight and per coefficient of scattering drawn equiangularly.
+    """What scattering somewhere on a flight sends, from a place drawn equiangularly on it.
 
-    No factor for the way flown as far as that place: that it flies so far is drawn; only absorption along it is weighed.  In
-    voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid` knows it.
+    No factor for the way flown as far as that place: that it flies so far is drawn; only absorption along it
+    is weighed.  In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`
+    knows it.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -158,66 +154,9 @@ def cast_from_flights(b, table, first, live):
     return live
 
 
-@lane_pass(GRID)
-def weigh_in_grid(b, table, first, live):
-    """The coefficient of scattering in the voxel where a shadow ray begins."""
-    scattering = view(table.scattering, table.scattering_count, np.float64)
-    for k in range(first, live):
-        if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
-            i = cell_at((b.sx[k] - table.cx) * table.per_x, table.nx)
-            j = cell_at((b.sy[k] - table.cy) * table.per_y, table.ny)
-            m = cell_at((b.sz[k] - table.cz) * table.per_z, table.nz)
-            voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
-            b.score[k] *= -scattering[voxel] * table.length
-    return live
-
-
-@lane_pass(POINT_PHASE)
-def weigh_isotropically(b, table, first, live):
-    """Isotropic scattering."""
-    number, density = table.number, table.share * NEUTRAL
-    for k in range(first, live):
-        b.density[k] += density if b.law[k] == number else 0.0
-    return live
-
-
-@lane_pass(POINT_PHASE)
-def weigh_by_henyey_greenstein(b, table, first, live):
-    """Henyey and Greenstein's phase function."""
-    number, share, g = table.number, table.share, table.g
-    for k in range(first, live):
-        density = share * henyey_greenstein_density(g, b.bent[k])
-        b.density[k] += density if b.law[k] == number else 0.0
-    return live
-
-
-@lane_pass(POINT_PHASE)
-def weigh_by_rayleigh(b, table, first, live):
-    """Rayleigh's phase function."""
-    number, share = table.number, table.share
-    for k in range(first, live):
-        density = share * rayleigh_density(b.bent[k])
-        b.density[k] += density if b.law[k] == number else 0.0
-    return live
-
-
-@lane_pass(POINT_PHASE)
-def weigh_by_table(b, table, first, live):
-    """A tabulated phase function: linear in the cosine between its points."""
-    count = table.cells + 1
-    cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
-    for k in range(first, live):
-        if (b.law[k] == table.number) & (b.score[k] != 0.0):
-            mu = min(1.0, max(-1.0, b.bent[k]))
-            j = cell(mu, table.cells, table.cosines)
-            part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
-            b.density[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
-    return live
-
-
 @lane_pass(POINT)
 def cast_from_walls(b, table, first, live):
-    """What a diffuse wall sends of the weight that it has just reflected, or let through, to the side that it leaves to."""
+    """What a diffuse wall sends of the weight that it has just reflected or let through."""
     px, py, pz, tally = table.x, table.y, table.z, table.first
     for k in range(first, live):
         vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)

@@ -1,9 +1,10 @@
-"""Rays that are scattered once more on their way to a point detector in a scattering medium: so no score has a heavy tail.
+"""Rays that are scattered once more on their way to a point detector: so no score has a heavy tail.
 
-From where light is born, collides or leaves a diffuse wall a ray goes to a place that is drawn with a density as
-1/(a^2 b^2), a and b its distances from both ends: that cancels both inverse squares, and scores go as 1/r only, r from end to
-end: their variance is finite (Kalos 1963; Steinberg and Kalos 1971).  Where it arrives in the medium about the point it is
-scattered; all else that scatters is told from the flights (casting.py), which do not come close to the point.
+From where light is born, collides or leaves a diffuse wall a ray goes to a place that is drawn with a density
+as 1/(a^2 b^2), a and b its distances from both ends: that cancels both inverse squares, and scores go as 1/r
+only, r from end to end: their variance is finite (Kalos 1963; Steinberg and Kalos 1971).  Where it arrives in
+the medium about the point it is scattered; all else that scatters is told from the flights (casting.py),
+which do not come close to the point.
 """
 
 import math
@@ -27,17 +28,17 @@ from transport.engine.casting import INVERSE_PI, NUMBER, towards
 from transport.engine.passes import lane_pass
 from transport.physics.device import device
 from transport.physics.scattering import turned_by_angle
-from transport.physics.sight import sample_detour, sample_equiangular_beyond
+from transport.physics.sight import PI_CUBED, sample_detour, sample_equiangular_beyond
 from transport.physics.streams import AGAIN, event_words, short_uniform, uniform
 
 
 @device
 def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
-    """Direction and length of the first leg of a detour to a point, and one over (its density times a^2 b^2)."""
+    """Direction and length of the first leg of a detour, and one over (its density times a^2 b^2)."""
     ex, ey, ez, r = towards(x, y, z, px, py, pz)
-    mu, sine, leg, inverse = sample_detour(r, uniform(w0, w1), short_uniform(w3))
+    mu, sine, leg = sample_detour(r, uniform(w0, w1), short_uniform(w3))
     vx, vy, vz = turned_by_angle(ex, ey, ez, mu, sine, short_uniform(w2))
-    return vx, vy, vz, leg, inverse
+    return vx, vy, vz, leg, PI_CUBED / r if r > 0.0 else 0.0
 
 
 @lane_pass(POINT_EMISSION)
@@ -125,7 +126,7 @@ def detour_from_walls(b, table, first, live):
 
 @lane_pass(TWO_ROWS)
 def turn_to_point(b, table, first, live):
-    """A ray at the end of its first leg, in the medium about its point, turns there: from the same place, by a known angle."""
+    """A ray at the end of its first leg, in the medium about its point, turns towards that."""
     points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
     turning = 0
     for k in range(first, live):  # no branch, so nothing to mispredict

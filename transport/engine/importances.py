@@ -45,6 +45,30 @@ def pause_at_station(b, table, first, live):
 
 
 @lane_pass(IMPORTANCE)
+def play_roulette_by_importance(b, table, first, live):
+    """At walls: what is less than half as heavy as its place wants survives with the chance of that share, at that weight."""
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    total_high, total_low = 0, 0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
+        rise = min(max(rise, 0.0), most)
+        w, wanted = b.weight[k], b.birth[k] * exp_negative(-rise)
+        light = (b.hit[k] != 0) & (w > 0.0) & (w < 0.5 * wanted)
+        new = (wanted if uniform(w0, w1) * wanted < w else 0.0) if light else w
+        high, low = limbs(w)
+        new_high, new_low = limbs(new)
+        total_high += high - new_high
+        total_low += low - new_low
+        b.weight[k] = new
+    ledger = view(b.ledger, b.ledger_words, np.int64)
+    ledger[4 * ROULETTE] += total_high
+    ledger[4 * ROULETTE + 1] += total_low
+    return live
+
+
+@lane_pass(IMPORTANCE)
 def weigh_by_importance(b, table, first, live):
     """Too heavy for the place: split; too light: killed or raised.  The ledger takes what was killed less what was gained."""
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most

@@ -1,14 +1,15 @@
-"""The steps that point detectors call for: where shadow rays are cast, and what happens to them on their way."""
+"""The steps that point detectors call for: where shadow rays are cast, and what befalls them on their way."""
 
 import numpy as np
 
 from transport.compile import layout
 from transport.compile.points import dims_anywhere, phase_densities
-from transport.engine import births, casting, detours, shadows
+from transport.engine import births, casting, densities, detours, shadows
 from transport.engine.bundle import Bundle
 from transport.engine.registry import named, rows_of, step
 
-# What a ray takes along, from the lane that casts it into its own; the bodies that it is in and a mesh's facet where there are any.
+# What a ray takes along, from the lane that casts it into its own; the bodies that it is in and a mesh's
+# facet where there are any.
 MOVES = (
     ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
     ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
@@ -37,7 +38,7 @@ def casts_of_flights(plan):
     for point in points:
         yield step(casting.cast_from_flights, point.row)
         for row in plan.grids:
-            yield step(casting.weigh_in_grid, row)
+            yield step(densities.weigh_in_grid, row)
         yield from map(named, phase_densities(plan))
         yield _listed(STRAIGHT)
 
@@ -70,10 +71,10 @@ def _listed(leg):
 
 
 def sight_of(plan, media, members, crossing):
-    """The steps of shadow rays, the first one with the handle of the bundle that casts them, the others with their own.
+    """The steps of shadow rays: the first has the handle of the bundle that casts them, others their own.
 
-    media: the steps by which lanes know their medium;  members: those that find what is next;  crossing: those that bring a
-    ray through what lets it pass.
+    media: the steps by which lanes know their medium;  members: those that find what is next;  crossing:
+    those that bring a ray through what lets it pass.
     """
     yield step(shadows.take_shadows, rows_of(_moves(plan)))
     yield step(shadows.look_for_point)
@@ -97,7 +98,7 @@ def _turn(plan):
     both |= {"others": plan.media.ctypes.data, "other_count": len(plan.media)}
     yield step(detours.turn_to_point, layout.row(layout.TWO_ROWS, **both))
     for row in plan.grids:
-        yield step(casting.weigh_in_grid, row)
+        yield step(densities.weigh_in_grid, row)
     yield from map(named, phase_densities(plan))
     yield step(detours.set_off_again)
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.media import box_rows
+from transport.compile.media import box_rows, importance_row
 from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
 from transport.engine import (
@@ -19,6 +19,7 @@ from transport.engine import (
     forcing,
     hierarchies,
     histories,
+    importances,
     landings,
     lanes,
     meshes,
@@ -248,6 +249,8 @@ def _crossing(plan, moved):
     yield from _onwards(plan)
     if plan.has_roulette:
         yield step(surfaces.play_roulette)
+    elif plan.splits and plan.reflects:
+        yield step(importances.play_roulette_by_importance, importance_row(plan))
     if plan.reflects:
         yield step(surfaces.give_up)
     yield from _end(plan, moved)

@@ -13,6 +13,7 @@ from transport.engine import (
     casting,
     clocks,
     collisions,
+    densities,
     detours,
     flats,
     flights,
@@ -39,7 +40,7 @@ from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
-    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, detours, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
+    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
     refinements, rims, shadows, snapshots, speeds, surfaces, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}

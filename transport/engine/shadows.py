@@ -1,7 +1,7 @@
-"""Shadow rays on their way, in a bundle of their own: dimmed by media, stopped by what acts, scored where they arrive.
+"""Shadow rays on their way, in a bundle of their own: dimmed by media, stopped by what acts, scored.
 
-They see all shapes and media by the very passes that flights see them by.  Rays wait until the bundle is full, so its passes
-work on full vectors; in which order they come does not matter, for sums are of integers.
+They see all shapes and media by the very passes that flights see them by.  Rays wait until the bundle is
+full, so its passes work on full vectors; in which order they come does not matter, for sums are of integers.
 """
 
 import numpy as np

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +16,7 @@ from transport.shapes import Point
 from transport.units import Unit
 
 POINT_QUANTITIES = ("fluence_rate", "counts")
-FEW, MUCH = 10, 0.1  # scores, which should not carry more than this share
+FEW, SMALL = 20, 0.02  # scores that may carry an error above this share
 
 
 class PointReading(Quantified):
@@ -47,7 +48,7 @@ class PointReading(Quantified):
 
     @cached_property
     def counts(self) -> Estimate:
-        """Number of scores in the whole run: of births, flights and reflections that the point was seen from."""
+        """Number of scores in the whole run: of events that the point was seen from."""
         counts = self._counts.sum(axis=1)
         values = counts * self._run.sizes.sum() / self._run.sizes
         return Estimate(values, self._run, Unit.parse("1"), counts=int(counts.sum()))
@@ -58,30 +59,33 @@ class PointReading(Quantified):
         return not self._counts.any()
 
     @cached_property
-    def few(self) -> tuple[int, float]:
-        """How many scores are the largest ones, about FEW at most, and what share of all they are: (0, 0) where none stand out.
+    def carriers(self) -> float:
+        """About how many scores s carry the error, (sum of s^2)^2 / sum of s^4, told from their rows.
 
-        Told from the rows of scores within four octaves of one another.
+        One over the squared relative error of the error itself, for many scores; infinite without any.
         """
-        counts, weights = self._counts.sum(axis=0)[::-1], self._weights.sum(axis=0)[::-1]
-        among = np.flatnonzero(np.cumsum(counts) <= FEW)
-        number, total = int(counts[among].sum()), float(weights.sum())
-        return (number, float(weights[among].sum()) / total) if number and total else (0, 0.0)
+        counts, sums = self._counts.sum(axis=0), self._weights.sum(axis=0)
+        if not counts.any():
+            return math.inf
+        among = counts > 0
+        sizes = sums[among] / counts[among]
+        squares = (sizes / sizes.max()) ** 2
+        return float((counts[among] * squares).sum() ** 2 / (counts[among] * squares**2).sum())
 
     @property
     def warning(self) -> str | None:
-        """What to know before trusting it, where a few scores carry it."""
-        number, share = self.few
-        if share <= MUCH:
+        """What to know before trusting it, where a few scores carry its error."""
+        error = self.fluence_rate.relative_error
+        if self.carriers >= FEW or not error > SMALL:
             return None
         return (
-            f"{number} of the scores of point detector {self.name!r} make up {share:.0%} of it: its error is not to be"
-            " trusted; use more particles, or a small VolumeDetector"
+            f"the scores of point detector {self.name!r} differ so much that about {self.carriers:.2g} of them carry"
+            " its error, which is not to be trusted; use more particles, or a small VolumeDetector"
         )
 
     @property
     def _is_sure(self) -> bool:
-        """Whether every history brings the same: all begin in one place, and none is sent on its way again."""
+        """Whether all histories bring the same: they begin in one place, and nothing sends them on again."""
         plan = self._plan
         is_one = len(plan.emitters) == 1 and isinstance(plan.emitters[0].shape, Point)
         return is_one and not scatters_anywhere(plan) and DIFFUSE not in plan.materials

@@ -8,7 +8,13 @@ from transport.volumes import VolumeDetector
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
-    lines = [_head(result), *_tracking_lines(result), "", "ledger", *(f"  {line}" for line in ledger_lines(result.ledger))]
+    lines = [
+        _head(result),
+        *_tracking_lines(result),
+        "",
+        "ledger",
+        *(f"  {line}" for line in ledger_lines(result.ledger)),
+    ]
     for detector in result.scene.detectors:
         reading = result[detector.name]
         lines += ["", _title(detector, reading)]
@@ -39,7 +45,8 @@ def ledger_lines(ledger) -> list[str]:
         if _is_told(name, estimate):
             lines.append(f"{name:10s} {estimate}")
             if name == "absorbed" and len(ledger.absorbed_by) > 1:
-                lines += [f"  by {surface:8s} {share}" for surface, share in ledger.absorbed_by.items()]
+                shares = {by: share for by, share in ledger.absorbed_by.items() if _is_told(by, share)}
+                lines += [f"  by {by:8s} {share}" for by, share in shares.items()]
     return lines
 
 

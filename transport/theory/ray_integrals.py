@@ -1,15 +1,18 @@
-"""Uncollided fluence: what comes straight from a glowing box through boxes that absorb, with nothing scattered back.
+"""Uncollided fluence: what comes straight from a glowing box through boxes that absorb, with nothing
+scattered back.
 
-A point P receives, along each direction, what the chord of length l in the source adds, weakened on the way there:
+A point P receives, along each direction, what the chord of length l in the source adds, weakened on the way
+there:
 
     φ(P) = Q/(4π) ∫ dω exp(-τ) (1 - exp(-σ l))/σ,    τ = ∫ σ ds from P to where the ray enters the source
 
-which is the volume integral of Q exp(-τ)/(4π r²) with the radial part done (Kobayashi, Sugimura and Nagaya 2001, Prog. Nucl.
-Energy 39, 119).  The directions are taken over the faces of the source that P sees, dω = h dA/r³, h the distance of the
-face's plane; from within, over the faces that the rays leave by.
+which is the volume integral of Q exp(-τ)/(4π r²) with the radial part done (Kobayashi, Sugimura and Nagaya
+2001, Prog. Nucl. Energy 39, 119).  The directions are taken over the faces of the source that P sees, dω = h
+dA/r³, h the distance of the face's plane; from within, over the faces that the rays leave by.
 
-Lengths in boxes are analytic but for rays through an edge of a box, and edges are seen from P as straight lines on the face:
-Gauss and Legendre's rule is used between those lines, where it converges exponentially, in panels graded about the foot of P.
+Lengths in boxes are analytic but for rays through an edge of a box, and edges are seen from P as straight
+lines on the face: Gauss and Legendre's rule is used between those lines, where it converges exponentially, in
+panels graded about the foot of P.
 """
 
 from __future__ import annotations
@@ -36,7 +39,9 @@ class Region(NamedTuple):
 
 
 class Space:
-    """Regions that are nested or touch, or lie apart; the innermost counts, and nothing is outside of them all."""
+    """Regions that are nested or touch, or lie apart; the innermost counts, and nothing is outside of them
+    all.
+    """
 
     def __init__(self, regions: Iterable[Region]) -> None:
         self.regions = [
@@ -91,10 +96,11 @@ class Space:
 def uncollided_fluence(
     point: Sequence[float], low: Sequence[float], high: Sequence[float], space: Space, order: int = ORDER
 ) -> float:
-    """Fluence rate at a point from a box that emits 1 per volume and time, isotropically, without what is scattered [m].
+    """Fluence rate at a point from a box that emits 1 per volume and time, isotropically, without what is
+    scattered [m].
 
-    low, high: corners of the source [m], which lies in one region and holds no other.  order: of the Gauss rule; the error
-    is some 1e-10 of the value or less at 10 (tested against 16).
+    low, high: corners of the source [m], which lies in one region and holds no other.  order: of the Gauss
+    rule; the error is some 1e-10 of the value or less at 10 (tested against 16).
     """
     point, low, high = (np.asarray(each, float) for each in (point, low, high))
     inside = bool(((point >= low) & (point <= high)).all())
@@ -115,7 +121,8 @@ def mean_uncollided_fluence(
     across: int = 3,
     order: int = ORDER,
 ) -> float:
-    """Mean of the uncollided fluence rate over a box-shaped cell, its corners [m], by Gauss points, `across` an axis [m].
+    """Mean of the uncollided fluence rate over a box-shaped cell, its corners [m], by Gauss points, `across`
+    an axis [m].
 
     Good where the cell is small against what changes in it; raise `across` to see how good.
     """
@@ -190,7 +197,7 @@ class _Face:
         return passed * gain * self.height / distance**3
 
     def _graded(self, which: int, more: Sequence[float]) -> np.ndarray:
-        """Breaks along u or v: the face's ends, those asked for, and ever farther from the foot of the point."""
+        """Breaks along u or v: the face's ends, those asked for, and ever farther from the point's foot."""
         low, high = (corner[self.uv[which]] for corner in (self.low, self.high))
         foot, size = self.point[self.uv[which]], high - low
         steps = self.height * 2.0 ** np.arange(
@@ -201,7 +208,9 @@ class _Face:
         return breaks[np.append(True, np.diff(breaks) > 1e-13 * size)]
 
     def _segments(self) -> np.ndarray:
-        """Edges of all boxes between the point and the face, and of the source behind it, seen on it, (n, 2, 2)."""
+        """Edges of all boxes between the point and the face, and of the source behind it, seen on it, (n, 2,
+        2).
+        """
         found = [_seen(edge, self, 0.0, 1.0) for region in self.space.regions for edge in _edges(*region[:2])]
         found += [_seen(edge, self, 1.0, math.inf) for edge in _edges(self.low, self.high)]
         rounded = {
@@ -227,7 +236,8 @@ class _Face:
 
 
 def _seen(edge: np.ndarray, face: _Face, nearest: float, furthest: float) -> np.ndarray | None:
-    """An edge (2, 3) as seen from the point on the face's plane, cut to the face, (2, 2); None where it is not on it.
+    """An edge (2, 3) as seen from the point on the face's plane, cut to the face, (2, 2); None where it is
+    not on it.
 
     nearest, furthest: between which shares of the way to the plane it counts.
     """
@@ -245,7 +255,9 @@ def _seen(edge: np.ndarray, face: _Face, nearest: float, furthest: float) -> np.
 
 
 def _cut(ends: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
-    """The part of a segment (2, 2) within a rectangle (Liang and Barsky 1984); None where it has no length there."""
+    """The part of a segment (2, 2) within a rectangle (Liang and Barsky 1984); None where it has no length
+    there.
+    """
     way, first, last = ends[1] - ends[0], 0.0, 1.0
     for k in range(2):
         if way[k] == 0:

@@ -1,8 +1,10 @@
-"""Light straight through voxels: optical depths along lines, and means of exp(-τ) over what lies in the shadow, exactly.
+"""Light straight through voxels: optical depths along lines, and means of exp(-τ) over what lies in the
+shadow, exactly.
 
-A line crosses the planes between voxels at known places, and within a voxel τ grows evenly (Amanatides and Woo 1987,
-Eurographics 87, 3): τ is a finite sum.  Where parallel light slants along x only, τ as a function of the place x on the ground is
-linear between the shadows of the voxels' edges, and the mean of exp(-τ) over each piece is elementary.
+A line crosses the planes between voxels at known places, and within a voxel τ grows evenly (Amanatides and
+Woo 1987, Eurographics 87, 3): τ is a finite sum.  Where parallel light slants along x only, τ as a function
+of the place x on the ground is linear between the shadows of the voxels' edges, and the mean of exp(-τ) over
+each piece is elementary.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ def optical_depths(
     starts: np.ndarray,
     direction: Sequence[float],
 ) -> np.ndarray:
-    """∫ σ ds from points (n, 3) [m] to infinity along one direction, through voxels that fill a box, (n,) [1].
+    """∫ σ ds from points (n, 3) [m] to infinity along one direction, through voxels that fill a box, (n,)
+    [1].
 
     extinction: (nx, ny, nz) [m^-1];  low, high: corners of the box [m].
     """
@@ -42,8 +45,9 @@ def shadow_means(
 ) -> np.ndarray:
     """Means of exp(-τ) over bins on the plane z = 0 under voxels lit by parallel light, (bins, ny) [1].
 
-    The light goes down by 1 and along +x by `tangent`.  edges: (bins + 1,) of bins along x [m];  along y a bin is as wide as a
-    voxel.  extinction: (nx, ny, nz) [m^-1];  low, high: corners of the box [m], above the plane.
+    The light goes down by 1 and along +x by `tangent`.  edges: (bins + 1,) of bins along x [m];  along y a
+    bin is as wide as a voxel.  extinction: (nx, ny, nz) [m^-1];  low, high: corners of the box [m], above the
+    plane.
     """
     nx, _, nz = extinction.shape
     x, z = np.linspace(low[0], high[0], nx + 1), np.linspace(low[2], high[2], nz + 1)

@@ -1,0 +1,354 @@
+"""However histories are followed through media, the same comes out: exact values, equality, balances, splitting, the clock.
+
+All runs have seed 1; each judgement fails right code in one of 10^5 seeds.  A comment such as `E.slab_HG` names the entry of
+the project's reference collection that a number comes from.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.special import chdtrc
+
+import transport as tp
+from tests.agreement import assert_agrees
+from transport.theory import ordinates, random_flights
+
+FALSE_ALARM = 1e-5
+CLEAR, LIGHT_SPEED = tp.Transparent(), 299792458.0
+R, T = 0.0973946386719247, 0.6609577001638116  # E.vandehulst_hg: tau 2, albedo 0.9, g 0.75, normal beam
+DOWN = {"start": (0, 0, 0), "end": (0, 0, -1)}
+
+
+def splitting(gain, **way):
+    return tp.Splitting(**(DOWN | way), gain=gain)
+
+
+TRACKINGS = {
+    "analog": tp.Tracking(absorption="analog"),
+    "weighted": tp.Tracking(),
+    "roulette 0.05": tp.Tracking(roulette=0.05),
+    "roulette 1": tp.Tracking(roulette=1.0),
+    "forced": tp.Tracking(forced=True),
+    "analog, forced": tp.Tracking(absorption="analog", forced=True),
+    "split": tp.Tracking(splitting=splitting(10)),
+    "split upwards": tp.Tracking(splitting=splitting(10, start=(0, 0, -1), end=(0, 0, 0))),
+    "split aside": tp.Tracking(splitting=splitting(30, end=(1, 0.2, 0.3))),
+    "analog, split": tp.Tracking(absorption="analog", splitting=splitting(10)),
+    "forced, split": tp.Tracking(forced=True, splitting=splitting(4)),
+}
+
+
+def slab(tau, albedo, g=0.0, mu0=1.0):
+    """A slab one metre thick below z = 0 under a pencil beam of 1 W, with a meter on each face."""
+    phase = tp.HenyeyGreenstein(g) if g else tp.Isotropic()
+    fog = tp.Medium(absorption=(1 - albedo) * tau, scattering=albedo * tau, phase=phase)
+    sine = math.sqrt((1 - mu0) * (1 + mu0))
+    beam = tp.Source(tp.Point(position=(-sine / mu0, 0, 1)), tp.Beam((sine, 0, -mu0), power=1.0))
+    faces = [
+        tp.Detector(tp.Plane(), "top"),
+        tp.Detector(tp.Plane(center=(0, 0, -1), normal=(0, 0, -1)), "bottom"),
+    ]
+    body = tp.Slab(center=(0, 0, -0.5), thickness=1.0)
+    return tp.Scene(beam, tp.Surface(body, CLEAR, "slab", inside=fog), faces)
+
+
+def run(scene, tracking=None, particles=100_000):
+    result = tp.simulate(scene, particles, seed=1, threads=1, tracking=tracking, progress=False)
+    assert_closed(result)
+    return result
+
+
+def assert_closed(result):
+    """Batch by batch all that was emitted is somewhere, and nothing is lost."""
+    ledger = result.ledger
+    parts = sum(ledger[name] for name in ledger if name != "emitted")
+    assert (parts - ledger["emitted"]).value == pytest.approx(0, abs=1e-14 * ledger["emitted"].value)
+    assert ledger["lost"].value == 0
+
+
+def assert_rejects(estimate, wrong):
+    with pytest.raises(AssertionError):
+        assert_agrees(estimate, wrong, FALSE_ALARM)
+
+
+# ---- exact values, whatever the tracking ----
+
+
+@pytest.mark.parametrize("name", TRACKINGS)
+def test_van_de_hulst_s_slab(name):
+    """A cosine of the wrong sign (g = -0.75) or isotropic scattering would be seen."""
+    result = run(slab(2.0, 0.9, 0.75), TRACKINGS[name])
+    top, bottom = result["top"].flux_out, result["bottom"].flux_out
+    assert_agrees(top, R, FALSE_ALARM)
+    assert_agrees(bottom, T, FALSE_ALARM)
+    balance = result.ledger["absorbed"] + result.ledger["roulette"]  # what roulette kills less what it gains
+    assert_agrees(balance, 1 - R - T, FALSE_ALARM)
+    wrong = ordinates.slab(2.0, 0.9)
+    for estimate, other, exact in ((top, wrong.reflected, R), (bottom, wrong.transmitted, T)):
+        assert_rejects(estimate, other)
+        assert_rejects(estimate, exact * 1.05)
+
+
+def test_ways_that_do_not_lessen_weights_play_no_roulette():
+    assert run(slab(2.0, 1.0, 0.75)).ledger["roulette"].value == 0
+    assert run(slab(2.0, 0.9, 0.75), "analog").ledger["roulette"].value == 0
+
+
+OTHERS = [  # tau, albedo, g, mu0
+    (0.1, 0.5, 0.0, 0.5),
+    (1.0, 0.99, -0.5, 1.0),
+    (5.0, 0.8, 0.9, 0.7),
+    (2.0, 1.0, 0.0, 0.1),
+]
+
+
+@pytest.mark.parametrize(("tau", "albedo", "g", "mu0"), OTHERS)
+@pytest.mark.parametrize("name", ["analog", "weighted", "forced", "split"])
+def test_slabs_of_every_kind(tau, albedo, g, mu0, name):
+    exact = ordinates.slab(tau, albedo, ordinates.henyey_greenstein(g), mu0)
+    result = run(slab(tau, albedo, g, mu0), TRACKINGS[name], 50_000)
+    assert_agrees(result["top"].flux_out, exact.reflected, FALSE_ALARM)
+    assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
+
+
+@pytest.mark.parametrize("name", ["analog", "weighted", "forced", "split"])
+def test_a_half_space_behind_a_boundary(name):
+    """E.giovanelli: index 1.5, albedo 0.9: 0.2599186 with the specular 0.04."""
+    milk = tp.Medium(absorption=0.1, scattering=0.9, index=1.5)
+    beam = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
+    face = tp.Surface(tp.Plane(), tp.Dielectric(1.5), "face", inside=milk)
+    above = tp.Detector(tp.Plane(center=(0, 0, 2)), "above", side="back")
+    tracking = TRACKINGS[name]
+    if name == "split":
+        tracking = tp.Tracking(splitting=splitting(10, start=(0, 0, -5), end=(0, 0, 0)))
+    result = run(tp.Scene(beam, face, [above]), tracking)
+    assert_agrees(result["above"].flux_in, 0.2599185699177473, FALSE_ALARM)
+    assert_rejects(result["above"].flux_in, 0.2599185699177473 - 0.04)
+
+
+def test_weights_that_forget_what_did_not_collide_would_be_seen():
+    """Planted: a forced collision that keeps the whole weight would return 1/(1 - exp(-tau)) times as much."""
+    tau = 0.1
+    exact = ordinates.slab(tau, 0.5)
+    returned = run(slab(tau, 0.5), TRACKINGS["forced"])["top"].flux_out
+    assert_agrees(returned, exact.reflected, FALSE_ALARM)
+    assert_rejects(returned, exact.reflected / -math.expm1(-tau))
+    assert_rejects(returned, exact.reflected * 1.05)
+
+
+# ---- equality where nothing is exact ----
+
+
+def _ball_of_glass():
+    """Fog in a glass ball, in a grey room full of other fog."""
+    ball = tp.Medium(absorption=0.3, scattering=2.0, index=1.5)
+    walls = tp.Surface(tp.Box(size=6.0), tp.Diffuse(0.5), "walls")
+    glass = tp.Surface(tp.Sphere(radius=1.0), tp.Dielectric(1.5), "ball", inside=ball)
+    lamp = tp.Source(tp.Point(position=(0.1, 0.2, -1.5)), tp.Isotropic(power=1.0))
+    fog = tp.Medium(absorption=0.1, scattering=0.4, phase=tp.HenyeyGreenstein(0.6))
+    looks = [tp.Detector("ball"), tp.Detector("walls", side="inside"), tp.VolumeDetector("ball", "within")]
+    return tp.Scene(lamp, [glass, walls], looks, medium=fog), ("ball", "walls"), "within"
+
+
+def _shells():
+    """Balls in one another, more than are told one by one, of unlike phase functions."""
+    phases = (
+        tp.Rayleigh(),
+        tp.HenyeyGreenstein(-0.3),
+        tp.Mixture({tp.HenyeyGreenstein(0.8): 0.5, tp.Isotropic(): 0.5}),
+    )
+    shells = [
+        tp.Surface(
+            tp.Sphere(center=(0, 0, -0.05 * k), radius=2 - 0.3 * k),
+            CLEAR,
+            f"shell {k}",
+            inside=tp.Medium(absorption=0.1 * k, scattering=0.5 + 0.3 * k, phase=phases[k % 3]),
+        )
+        for k in range(6)
+    ]
+    lamp = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
+    looks = [
+        tp.Detector("shell 0", side="inside"),
+        tp.Detector("shell 3"),
+        tp.VolumeDetector("shell 2", "within"),
+    ]
+    return tp.Scene(lamp, shells, looks), ("shell 0", "shell 3"), "within"
+
+
+def _pipe():
+    """A pipe of mirrors between a black and a white lid, full of haze."""
+    pipe = tp.Surface(tp.Cylinder(radius=0.5, height=3.0), tp.Mirror(0.95), "pipe")
+    lids = [
+        tp.Surface(tp.Disk(center=(0, 0, z), radius=0.5), kind, name)
+        for z, kind, name in ((1.5, tp.Black(), "top"), (-1.5, tp.Diffuse(0.5), "bottom"))
+    ]
+    haze = tp.Medium(absorption=0.1, scattering=0.4, phase=tp.HenyeyGreenstein(0.7))
+    lamp = tp.Source(tp.Point(position=(0, 0, 0.1)), tp.Isotropic(power=1.0))
+    looks = [
+        tp.Detector("top", side="back"),
+        tp.Detector("bottom"),
+        tp.VolumeDetector(tp.Sphere(radius=0.4), "within"),
+    ]
+    return tp.Scene(lamp, [pipe, *lids], looks, medium=haze), ("top", "bottom"), "within"
+
+
+@pytest.mark.parametrize("make", [_ball_of_glass, _shells, _pipe])
+def test_all_ways_to_follow_histories_agree(make):
+    """Chi-square of each quantity about the mean of all."""
+    scene, meters, volume = make()
+    results = [run(scene, tracking, 20_000) for tracking in TRACKINGS.values()]
+    for results_of in (
+        *((lambda r, name=name: r[name].flux_in) for name in meters),
+        lambda r: r[volume].fluence_rate,
+        lambda r: r[volume].absorbed_power,
+        lambda r: r.ledger["absorbed"] + r.ledger["roulette"],
+    ):
+        found = [results_of(result) for result in results]
+        values, errors = (np.array([getattr(e, part) for e in found]) for part in ("value", "error"))
+        known = errors > 1e-9  # where nothing can escape what stays is exact
+        if known.sum() < 2:
+            continue
+        values, weights = values[known], errors[known] ** -2.0
+        square = ((values - np.average(values, weights=weights)) ** 2 * weights).sum()
+        assert chdtrc(known.sum() - 1, square) > FALSE_ALARM
+        values[0] *= 1.1
+        shifted = ((values - np.average(values, weights=weights)) ** 2 * weights).sum()
+        assert chdtrc(known.sum() - 1, shifted) < FALSE_ALARM or weights[0] ** -0.5 > 0.02 * values[0]
+
+
+# ---- deep penetration ----
+
+
+@lru_cache
+def transmitted(tau, albedo):
+    return ordinates.slab(tau, albedo).transmitted
+
+
+@pytest.mark.parametrize("absorption", ["weighted", "analog"])
+@pytest.mark.parametrize("gain", [1e6, 3e8, 1e10])
+def test_what_gets_through_twenty_mean_free_paths_is_found_by_splitting(absorption, gain):
+    """tau 20, albedo 0.2: 2.94e-9 of the light; without splitting none of 10^5 particles comes through."""
+    tracking = tp.Tracking(absorption=absorption, splitting=splitting(gain))
+    through = run(slab(20.0, 0.2), tracking, 40_000)["bottom"].flux_out
+    assert_agrees(through, transmitted(20.0, 0.2), FALSE_ALARM)
+    if gain == 3e8:
+        assert through.relative_error < 0.1
+        assert_rejects(through, 1.6 * transmitted(20.0, 0.2))
+    assert run(slab(20.0, 0.2), absorption, 40_000)["bottom"].flux_out.value == 0
+
+
+@pytest.mark.parametrize("gain", [2.0, 10.0, 1e3, 1e6, 1e12])
+@pytest.mark.parametrize("is_upwards", [False, True])
+def test_gains_that_suit_the_slab_or_do_not_bias_nothing(gain, is_upwards):
+    """A slab of tau 3: splitting towards the bottom, and away from it, where much is thinned out."""
+    ends = {"start": (0, 0, -1), "end": (0, 0, 0)} if is_upwards else DOWN
+    if gain > 1e3 and not is_upwards:
+        ends = {
+            "start": (0, 0, 0),
+            "end": (0, 0, -math.log(gain) / 3),
+        }  # beyond the slab: what is needed of it
+    exact = ordinates.slab(3.0, 0.5)
+    particles = 20_000 if gain <= 10 else 2_000
+    result = run(slab(3.0, 0.5), tp.Tracking(splitting=splitting(gain, **ends)), particles)
+    assert_agrees(result["top"].flux_out, exact.reflected, FALSE_ALARM)
+    if result["bottom"].flux_out.relative_error < 0.5:
+        assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
+
+
+def test_too_high_a_gain_is_told():
+    with pytest.raises(OverflowError, match="gain|crossings"):
+        run(slab(1.0, 1.0), tp.Tracking(splitting=splitting(1e12)), 2_000)
+
+
+# ---- balances ----
+
+
+def test_a_conservative_slab_returns_or_passes_all():
+    """tau 100: R + T = 1 in every batch, to the last unit."""
+    exact = ordinates.slab(100.0, 1.0)
+    for tracking in ("weighted", "analog"):
+        result = run(slab(100.0, 1.0), tracking, 10_000)
+        returned, passed = result["top"].flux_out, result["bottom"].flux_out
+        assert_agrees(passed, exact.transmitted, FALSE_ALARM)
+        assert result.ledger["absorbed"].value == 0
+        assert (returned + passed).value == 1
+
+
+@pytest.mark.parametrize("material", [tp.Mirror(), tp.Diffuse(1.0)], ids=["mirrors", "white"])
+@pytest.mark.parametrize("name", ["analog", "weighted", "roulette 0.05", "forced", "analog, forced", "split"])
+def test_what_is_shut_in_with_fog_is_absorbed_by_it(material, name):
+    fog = tp.Medium(absorption=0.2, scattering=1.0, phase=tp.HenyeyGreenstein(0.5))
+    lamp = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
+    walls = tp.Surface(tp.Box(size=2.0), material, "walls", inside=fog)
+    result = run(tp.Scene(lamp, walls, tp.VolumeDetector("walls", "all")), TRACKINGS[name], 5_000)
+    assert result.ledger["absorbed"].value + result.ledger["roulette"].value == pytest.approx(1, abs=1e-14)
+    assert_agrees(result["all"].absorbed_power, 1.0, FALSE_ALARM)
+
+
+def test_collisions_are_counted_as_often_as_they_happen():
+    """A conservative ball under light from all sides: mean chord 4/3 r, so 4/3 tau collisions a particle, whatever g is."""
+    for g in (0.0, 0.9):
+        fog = tp.Medium(scattering=1.5, phase=tp.HenyeyGreenstein(g))
+        ball = tp.Sphere(radius=1.0)
+        light = tp.Source(ball, tp.Lambertian(power=1.0), side="inside")
+        result = run(tp.Scene(light, tp.Surface(ball, CLEAR, inside=fog)), None, 100_000)
+        spread = math.sqrt(100_000 * 2.0) * 10  # of a number whose variance a particle is about 2 to 20
+        assert abs(result.cost.collisions - 200_000) < spread
+        assert spread < 0.1 * 200_000
+
+
+# ---- the clock ----
+
+
+def flash(index, duration, tracking="analog", walls=(), **looks):
+    fog = tp.Medium(absorption=0.4, scattering=1.6, phase=tp.HenyeyGreenstein(0.5), index=index)
+    lamp = tp.Source(tp.Point(), tp.Isotropic(energy=1.0), pulse=tp.Instant(0.0))
+    return run(
+        tp.Scene(lamp, walls, **looks, medium=fog, duration=duration * index / LIGHT_SPEED), tracking, 20_000
+    )
+
+
+@pytest.mark.parametrize("index", [1.0, 1.5])
+@pytest.mark.parametrize("name", ["analog", "analog, forced", "analog, split"])
+def test_light_in_fog_is_absorbed_in_time_at_its_speed_there(index, name):
+    """After a flight of 2 m exp(-0.8) is left, in fog of any index; in a room of mirrors as well."""
+    for walls in ((), tp.Surface(tp.Box(size=1.0), tp.Mirror(), "walls")):
+        ledger = flash(index, 2.0, TRACKINGS[name], walls).ledger
+        assert_agrees(ledger["in_flight"], math.exp(-0.8), FALSE_ALARM)
+        assert_agrees(ledger["absorbed"], -math.expm1(-0.8), FALSE_ALARM)
+        assert_rejects(ledger["in_flight"], math.exp(-0.8 * 1.1))
+
+
+def test_steady_light_in_fog_is_in_flight_for_a_lifetime():
+    """A lamp that burns from 0 to the end: (1 - exp(-s))/s of its energy is still under way, s = 0.8."""
+    fog = tp.Medium(absorption=0.4, scattering=1.6)
+    lamp = tp.Source(tp.Point(), tp.Isotropic(power=LIGHT_SPEED / 2.0))
+    result = run(tp.Scene(lamp, medium=fog, duration=2.0 / LIGHT_SPEED))
+    assert_agrees(result.ledger["in_flight"], -math.expm1(-0.8) / 0.8, FALSE_ALARM)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.5])
+def test_light_spreads_by_the_law_of_random_flights(index):
+    """The mean square displacement of a snapshot, and of phase space at once; g forgotten would be seen."""
+    fog = tp.Medium(scattering=2.0, phase=tp.HenyeyGreenstein(0.5), index=index)
+    lamp = tp.Source(tp.Point(), tp.Isotropic(energy=1.0), pulse=tp.Instant(0.0))
+    duration = 3.0 * index / LIGHT_SPEED
+    looks = [tp.Snapshot(duration, particles=20_000, name="there")]
+    result = run(tp.Scene(lamp, (), looks, medium=fog, duration=duration), None, 20_000)
+    seen = result["there"]
+    squares = np.asarray(seen.x) ** 2 + np.asarray(seen.y) ** 2 + np.asarray(seen.z) ** 2
+    exact = random_flights.mean_square_displacement(6.0, 0.5) / 4  # 6 mean free paths of 0.5 m
+    error = squares.std() / math.sqrt(len(squares))
+    assert len(squares) == 20_000
+    assert abs(squares.mean() - exact) < 4.42 * error
+    assert abs(squares.mean() - random_flights.mean_square_displacement(6.0, 0.0) / 4) > 10 * error
+    assert squares.max() <= 9.0 * (1 + 1e-12)
+
+
+def test_weights_do_not_go_with_a_clock():
+    with pytest.raises(tp.SceneError, match="analog in a scene with a duration"):
+        flash(1.0, 2.0, "weighted")
