@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.materials.surface import AnyMedium
+from transport.materials.surface import AnyMedium, Surface
 from transport.media import Vacuum
 from transport.media.medium import plain
 from transport.regions import SKIN, Body, held_by, is_in, skin_of
@@ -112,9 +112,22 @@ def _solid_bodies(scene: Scene) -> Iterator[Body]:
     for number, surface in enumerate(scene.surfaces):
         if is_whole(surface.shape) and surface.back is not None:
             yield Body(plain(surface.back), (number,), ((number, False),))
-        is_plane = isinstance(surface.shape, Plane)
-        if is_plane and surface.front is not None and plain(surface.front) != surrounding_of(scene):
+        is_plane = isinstance(surface.shape, Plane) and surface.front is not None
+        if is_plane and plain(surface.front) != surrounding_of(scene) and not _is_layer(scene, surface):
             yield Body(plain(surface.front), (number,), ((number, True),))
+
+
+def _is_layer(scene: Scene, lower: Surface) -> bool:
+    """Whether what a Plane names in front of it is what the next parallel plane before it has behind: a layer between them."""
+    normal, heights = np.array(lower.shape.normal), []
+    level = float(normal @ lower.shape.center)
+    for upper in scene.surfaces:
+        if isinstance(upper.shape, Plane) and normal @ upper.shape.normal >= 1 - 4 * ROUNDING:
+            height = float(normal @ upper.shape.center) - level
+            if height > 0:
+                heights.append((height, upper.back))
+    _, medium = min(heights, key=lambda found: found[0], default=(0.0, None))
+    return medium is not None and plain(medium) == plain(lower.front)
 
 
 def is_whole(shape: Shape) -> bool:

@@ -237,7 +237,8 @@ def _all_stay(plan) -> bool:
     """Whether by construction every history is there at all times: born at 0, and nothing to end at."""
     moments = [emitter.moment for emitter in plan.emitters]
     born_at_once = all(name == "start_at" and row["start"] == 0 for name, row in moments)
-    return born_at_once and not plan.acts and all(emitter.target is None for emitter in plan.emitters)
+    stays = not plan.acts and not plan.absorbing_media
+    return born_at_once and stays and all(emitter.target is None for emitter in plan.emitters)
 
 
 class SnapshotReading(Quantified):
