@@ -30,9 +30,9 @@ def run(scene, particles=RUNS):
     return tp.simulate(scene, particles=particles, seed=1, threads=1)
 
 
-def without_map(scene):
-    """No layers to look at: faster."""
-    return dataclasses.replace(scene, detectors=[d for d in scene.detectors if d.name != "map"])
+def only_cell(scene):
+    """Neither points nor layers to look at: faster."""
+    return dataclasses.replace(scene, detectors=[d for d in scene.detectors if d.name == "cell"])
 
 
 def assert_rejected(estimate, wrong):
@@ -80,7 +80,7 @@ def test_boxes_and_voxels_are_one_geometry(problem):
 def test_boxes_and_voxels_scatter_alike():
     """The cell's rate, for which histories differ."""
     boxes, voxels = (
-        run(without_map(sim.scene(problem=3, scattering=0.5, built=built)))["cell"].fluence_rate
+        run(only_cell(sim.scene(problem=3, scattering=0.5, built=built)))["cell"].fluence_rate
         for built in sim.BUILT
     )
     assert abs(boxes.value - voxels.value) < 5 * np.hypot(boxes.error, voxels.error)
@@ -144,7 +144,8 @@ def test_other_problems_are_refused(wrong):
 
 
 @pytest.mark.filterwarnings("error")
-def test_all_cases_are_drawn_alone_and_together(outcomes, tmp_path):
+def test_all_cases_are_drawn_alone_and_together(outcomes, tmp_path, monkeypatch):
+    monkeypatch.setattr("viz.style.RESOLUTION", 30)
     paths = sim.draw(outcomes, tmp_path / "all.png")
     assert [path.stem for path in paths] == ["all", "all_2"]
     walls = run_experiment(sim, {"problem": 3, "scattering": 0.5, "built": "voxels"}, particles=3000, seed=1)

@@ -90,7 +90,7 @@ def test_van_de_hulst_s_slab(name):
     wrong = ordinates.slab(2.0, 0.9)
     for estimate, other, exact in ((top, wrong.reflected, R), (bottom, wrong.transmitted, T)):
         assert_rejects(estimate, other)
-        assert_rejects(estimate, exact * 1.05)
+        assert_rejects(estimate, exact * 1.1)
 
 
 def test_ways_that_do_not_lessen_weights_play_no_roulette():
@@ -198,7 +198,7 @@ def _pipe():
 
 @pytest.mark.parametrize("make", [_ball_of_glass, _shells, _pipe])
 def test_all_ways_to_follow_histories_agree(make):
-    """Chi-square of each quantity about the mean of all."""
+    """Chi-square of each quantity about the mean of all; one that is off by eight of its errors is seen."""
     scene, meters, volume = make()
     results = [run(scene, tracking, 20_000) for tracking in TRACKINGS.values()]
     for results_of in (
@@ -210,14 +210,17 @@ def test_all_ways_to_follow_histories_agree(make):
         found = [results_of(result) for result in results]
         values, errors = (np.array([getattr(e, part) for e in found]) for part in ("value", "error"))
         known = errors > 1e-9  # where nothing can escape what stays is exact
-        if known.sum() < 2:
-            continue
-        values, weights = values[known], errors[known] ** -2.0
-        square = ((values - np.average(values, weights=weights)) ** 2 * weights).sum()
-        assert chdtrc(known.sum() - 1, square) > FALSE_ALARM
-        values[0] *= 1.1
-        shifted = ((values - np.average(values, weights=weights)) ** 2 * weights).sum()
-        assert chdtrc(known.sum() - 1, shifted) < FALSE_ALARM or weights[0] ** -0.5 > 0.02 * values[0]
+        if known.sum() > 1:
+            assert chance_of(values[known], errors[known]) > FALSE_ALARM
+            assert errors.max() < 0.08 * values.mean()
+            values[np.flatnonzero(known)[0]] += 8 * errors[known][0]
+            assert chance_of(values[known], errors[known]) < FALSE_ALARM
+
+
+def chance_of(values, errors):
+    """The probability that independent estimates of one number are so far apart."""
+    mean = np.average(values, weights=errors**-2.0)
+    return chdtrc(len(values) - 1, (((values - mean) / errors) ** 2).sum())
 
 
 # ---- deep penetration ----
@@ -260,7 +263,7 @@ def test_gains_that_suit_the_slab_or_do_not_bias_nothing(gain, is_upwards):
 
 
 def test_too_high_a_gain_is_told():
-    with pytest.raises(OverflowError, match="gain|crossings"):
+    with pytest.raises(OverflowError, match=r"gain|crossings"):
         run(slab(1.0, 1.0), tp.Tracking(splitting=splitting(1e12)), 2_000)
 
 
@@ -340,7 +343,7 @@ def test_light_spreads_by_the_law_of_random_flights(index):
     looks = [tp.Snapshot(duration, particles=20_000, name="there")]
     result = run(tp.Scene(lamp, (), looks, medium=fog, duration=duration), None, 20_000)
     seen = result["there"]
-    squares = np.asarray(seen.x) ** 2 + np.asarray(seen.y) ** 2 + np.asarray(seen.z) ** 2
+    squares = (seen.positions**2).sum(axis=1)
     exact = random_flights.mean_square_displacement(6.0, 0.5) / 4  # 6 mean free paths of 0.5 m
     error = squares.std() / math.sqrt(len(squares))
     assert len(squares) == 20_000

@@ -13,9 +13,9 @@ from transport.media import Grid
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-# What a flight spends on crossing a macro cell, and on a tentative collision [ns], as measured by tests/bench/grid.py.
-CROSSING, TRYING = 5.0, 20.0
-MOST_BLOCK = 1 << 20
+# What a flight spends on crossing a macro cell, twice where their table does not stay in the second cache, and on a tentative
+# collision [ns], as tests/bench/grid.py measures them.
+CROSSING, TRYING, LARGE = 6.0, 14.0, 1 << 22
 
 
 def fill_grids(plan: Plan, analog: bool) -> None:
@@ -40,7 +40,9 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     values |= {f"n{x}": count for x, count in zip("xyz", counts, strict=True)}
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}
     levels = levels_of(grid, block, tops) if collides else np.zeros(1, np.uint8)
-    tops = np.pad(tops * size, 1, constant_values=-1.0)  # beyond the grid: what comes there is at its end
+    least = least_of(grid, block, tops) if collides else tops
+    both = [np.pad(each, 1, constant_values=-1.0) for each in (tops * size, least)]  # -1: beyond the grid
+    tops = np.ascontiguousarray(np.stack(both, axis=-1))
     values |= {
         "tops": tops.ctypes.data,
         "top_count": tops.size,
@@ -72,12 +74,22 @@ def macro_cells(grid: Grid) -> tuple[int, np.ndarray]:
     tops, block, found = extinction_of(grid), 1, []
     while True:
         crossings = 0.5 * float((1 / (block * voxel))[np.array(tops.shape) > 1].sum())
-        found.append((CROSSING * crossings + TRYING * _mean(tops, block, grid.shape), block, tops))
+        crossing = CROSSING * (2 if 2 * tops.nbytes > LARGE else 1)
+        found.append((crossing * crossings + TRYING * _mean(tops, block, grid.shape), block, tops))
         if max(tops.shape) == 1:
             break
         tops, block = _halved(tops), 2 * block
     _, block, tops = min(found, key=lambda each: each[0])
     return block, np.ascontiguousarray(tops)
+
+
+def least_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
+    """Of each macro cell its least extinction over its largest: a chance below it decides without a look at the voxel."""
+    least = extinction_of(grid)
+    for axis, count in enumerate(grid.shape):
+        least = np.minimum.reduceat(least, np.arange(0, count, block), axis=axis)
+    share = np.divide(least, tops, out=np.zeros_like(tops), where=tops > 0)
+    return np.where(share < 1, share * (1 - 2.0**-50), 1.0)
 
 
 def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
@@ -89,18 +101,7 @@ def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
         extinction = grid.absorption[layer] + grid.scattering[layer]
         share = np.divide(extinction, within, out=np.zeros_like(extinction), where=within > 0)
         levels[layer] = layout.LEVELS * np.minimum(share, 1.0)
-    return in_bricks(levels)
-
-
-def in_bricks(levels: np.ndarray) -> np.ndarray:
-    """Bytes of voxels in the order of bricks of 4 x 4 x 4, a cache line each: tentative collisions of a flight are close together."""
-    padded = np.pad(levels, [(0, -count % 4) for count in levels.shape])
-    bricks = padded.reshape([part for count in padded.shape for part in (count // 4, 4)])
-    ordered = np.ascontiguousarray(bricks.transpose(0, 2, 4, 1, 3, 5)).ravel()
-    aligned = np.zeros(ordered.size + 64, np.uint8)
-    aligned = aligned[-aligned.ctypes.data % 64 :][: ordered.size]
-    aligned[:] = ordered
-    return aligned
+    return levels
 
 
 def extinction_of(grid: Grid) -> np.ndarray:

@@ -77,7 +77,11 @@ def deposit_forced(b, table, first, live):
     for j in range(listed_with_copies(b, first, live)):
         k = b.listed[j]
         row = laid_down(b, fields, words, table.count, k, FORCED)
-        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(b.caught[k]), bits_of(b.caught[k]), bits_of(b.path[k])
+        caught = b.caught[k]
+        birth = caught * (
+            b.birth[k] / (b.weight[k] + caught)
+        )  # so that roulette treats it as it would have the whole
+        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])
         b.copies[k] = 0
     return live
 

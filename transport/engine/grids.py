@@ -1,32 +1,41 @@
-"""Flights through voxels: tentative collisions by local majorants, of which some are real (Woodcock 1965), or exact depths.
+"""Flights through voxels: to their first collision by chance, or, where nothing scatters, by their exact optical depth.
 
-A flight has an optical depth to spend.  In each macro cell it spends it at the rate of the largest extinction there; where
-it is spent, a tentative collision is real with the chance of the voxel's extinction over that majorant, else the flight goes
-on with a new depth.  No draw is made on the way from macro cell to macro cell: the exponential law has no memory.  Macro
-cells are left by counting their indices up or down, never by comparing places, so every step makes progress.
+No draw is made on the way from macro cell to macro cell, and none in empty ones: the exponential law has no memory, so a depth
+is spent wherever it is spent.  For the same reason a long flight may be cut and go on as a new one.
 """
 
 import math
 
 import numpy as np
-from numba import float64, int64, uint64
+from numba import int64, uint64
 
-from transport.compile.layout import GRID, LEVELS, NO_TABLE, SLACK
+from transport.compile.layout import GRID, NO_TABLE, SLACK
 from transport.engine.addresses import view
-from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, SCRATCH
+from transport.engine.bundle import PITCH
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.physics.device import device
+from transport.engine.voxels import cell_at, coefficients, grid_depth, pace
+from transport.engine.walks import (
+    COLLIDED,
+    ENDED,
+    FLIES,
+    PAUSED,
+    UNSURE,
+    WALK_FIELDS,
+    WALK_WORDS,
+    close_ranks,
+    cross,
+    decide,
+    draw_again,
+    end_in_place,
+    end_listed,
+    list_of,
+    look,
+    place_of,
+    settle,
+)
 from transport.physics.elementary import exp_negative, log_positive
-from transport.physics.streams import LOW32, PATH, VOXELS, event_words, short_uniform, uniform
-
-FLIES, TRIES, UNSURE, ENDED, COLLIDED, PAUSED = range(6)  # what a walk is doing
-SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
-WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
-WALK_FIELDS = len(WALK)
-WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
-DRAW = uint64(8)  # bits of a purpose below the number of the draw
-MOST_TURNS = 8  # of a walk, before it pauses: the others shall not wait for long
+from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
 
 
 @lane_pass(NO_TABLE)
@@ -77,280 +86,60 @@ def collide_in_grid(b, table, first, live):
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     words = view(b.address, WALK_WORDS + WALK_FIELDS * PITCH, np.int64)
-    shrink = 1.0 / float64(table.block)
+    shrink = 1.0 / (table.block * 1.0)
     per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
     medium, cx, cy, cz = table.medium, table.cx, table.cy, table.cz
+    mx, my, mz = table.mx, table.my, table.mz
     walking = 0
     for k in range(first, live):
-        walks = (b.flies[k] != 0) & (b.medium[k] == medium)
-        start = b.start[k]
+        walks, start = (b.flies[k] != 0) & (b.medium[k] == medium), b.start[k]
         px, py, pz = (b.x[k] - cx) * per_x, (b.y[k] - cy) * per_y, (b.z[k] - cz) * per_z
         vx, ix = pace(b.ux[k] * per_x)
         vy, iy = pace(b.uy[k] * per_y)
         vz, iz = pace(b.uz[k] * per_z)
-        i, j, m = (
-            cell_at(px + start * vx, table.mx),
-            cell_at(py + start * vy, table.my),
-            cell_at(pz + start * vz, table.mz),
-        )
-        b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
-        b.walk_cell[k] = place_of(i, j, m, table.my, table.mz)
+        i, j, m = cell_at(px + start * vx, mx), cell_at(py + start * vy, my), cell_at(pz + start * vz, mz)
+        b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_cell[k] = i, j, m, place_of(i, j, m, my, mz)
         b.walk_px[k], b.walk_py[k], b.walk_pz[k] = px, py, pz
         b.walk_vx[k], b.walk_vy[k], b.walk_vz[k] = vx, vy, vz
         b.walk_ix[k], b.walk_iy[k], b.walk_iz[k] = ix, iy, iz
-        b.walk_t[k], b.walk_end[k], b.walk_depth[k] = start, b.distance[k] - 2.0 * SLACK, b.depth[k]
-        b.walk_history[k], b.walk_event[k], b.walk_draw[k], b.walk_lane[k] = b.history[k], b.event[k], 0, k
-        b.walk_state[k], b.walk_turns[k] = FLIES if walks else ENDED, 0
+        b.walk_t[k], b.walk_end[k] = start, b.distance[k] - 2.0 * SLACK
+        b.walk_depth[k], b.walk_chance[k] = b.depth[k], b.u0[k]
+        b.walk_history[k], b.walk_event[k], b.walk_lane[k] = b.history[k], b.event[k], k
+        b.walk_draw[k], b.walk_turns[k], b.walk_state[k] = 0, 0, FLIES if walks else ENDED
         walking += 1 if walks else 0
-    last = live
+    last, rejected, is_in_place = live, 0, table.absorbs == 0
     while walking > 0:
         if walking * 4 < (int64(last) - int64(first)) * 3:
-            last = close_ranks(b, words, first, last, walking)
+            last, is_in_place = close_ranks(b, words, first, last, walking), False
+        if rejected > 0:
+            draw_again(b, first, last)
+        rejected = 0
         for k in range(first, last):
-            b.walk_top[k] = tops[uint64(b.walk_cell[k])]
+            cell = uint64(b.walk_cell[k])
+            b.walk_top[k], b.sure[k] = tops[cell], tops[cell + uint64(1)]
         trying, walking, pausing = cross(b, table, first, last)
         if pausing > 0:
-            pause_walks(b, first, last)
+            end_listed(b, list_of(b, PAUSED, first, last), 1)
         if trying * 2 >= walking:
-            find_voxels(b, table, first, last)
+            look(b, table, first, last)
             for k in range(first, last):
-                b.level[k] = levels[uint64(b.voxel[k])]
-            walking -= decide(b, table, first, last)
-            for k in range(first, last):  # seldom
-                if b.walk_state[k] == UNSURE:
-                    scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
-                    is_real = b.chance[k] * b.walk_top[k] < (scatters + absorbs) * table.length
-                    b.walk_state[k] = COLLIDED if is_real else FLIES
-                    walking -= 1 if is_real else 0
-            collided = 0
-            for k in range(first, last):
-                b.listed[collided] = k
-                collided += 1 if b.walk_state[k] == COLLIDED else 0
-            for g in range(collided):
-                end_flight(b, b.listed[g])
-            if table.absorbs != 0:
-                for g in range(collided):
+                b.level[k] = levels[uint64(b.open[k])]
+            real, rejected, unsure = decide(b, first, last)
+            for g in range(list_of(b, UNSURE, first, last) if unsure > 0 else 0):
+                k = b.listed[g]
+                scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
+                real += settle(b, k, (scatters + absorbs) * table.length)
+            rejected, walking = rejected + unsure, walking - real
+            if is_in_place:
+                end_in_place(b, first, last)
+            else:
+                collided = list_of(b, COLLIDED, first, last)
+                for g in range(collided if table.absorbs != 0 else 0):
                     k = b.listed[g]
                     scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
                     b.survival[b.walk_lane[k]] = scatters / (scatters + absorbs)
+                end_listed(b, collided, 0)
     return live
-
-
-@device
-def coefficients(table, scattering, absorption, voxel):
-    """Those of a voxel by its place among the levels [m^-1]."""
-    brick, within = voxel >> 6, voxel & 63
-    bricks_y, bricks_z = (table.ny + 3) >> 2, (table.nz + 3) >> 2
-    row = brick // bricks_z
-    x, y, z = (
-        4 * (row // bricks_y) + (within >> 4),
-        4 * (row % bricks_y) + (within >> 2 & 3),
-        4 * (brick % bricks_z) + (within & 3),
-    )
-    scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
-    return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
-
-
-@device
-def axis_of(p, v, start, block, cells, count):
-    """Along one axis, for a ray p + v t in voxels: the cell at `start`, the step to the next one, the face between them, and 1/v."""
-    v, inverse = pace(v)
-    step = 1 if v >= 0.0 else -1
-    cell = int64(cell_at((p + start * v) / block, cells))
-    face = (float64(cell) + (1.0 if v >= 0.0 else 0.0)) * block
-    return cell, step, face if face < count else count, inverse
-
-
-@device
-def pace(v):
-    """Direction along an axis in macro cells per scene length, 0 where it never leaves one that way, and one over it."""
-    moves = abs(v) > SLOWEST
-    return v if moves else 0.0, 1.0 / v if moves else NEVER
-
-
-@device
-def cell_at(place, count):
-    """The macro cell along an axis at a place, kept within the grid."""
-    cell = math.floor(place)
-    highest = count - 1.0
-    cell = cell if cell > 0.0 else 0.0
-    return cell if cell < highest else highest
-
-
-@device
-def place_of(i, j, m, my, mz):
-    """Where in the table of majorants a macro cell is: it has one more on every side."""
-    return int64(((i + 1.0) * (my + 2.0) + (j + 1.0)) * (mz + 2.0) + (m + 1.0))
-
-
-@device
-def cross(b, table, first, last):
-    """Each walk to the end of its macro cell, to its tentative collision or to its end; how many try, go on, and pause."""
-    trying, walking, pausing = 0, 0, 0
-    my, mz = table.my, table.mz
-    for k in range(first, last):
-        i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
-        state, top, depth = b.walk_state[k], b.walk_top[k], b.walk_depth[k]
-        up_x, up_y, up_z = b.walk_vx[k] >= 0.0, b.walk_vy[k] >= 0.0, b.walk_vz[k] >= 0.0
-        t_x = (i + (1.0 if up_x else 0.0) - b.walk_px[k]) * b.walk_ix[k]
-        t_y = (j + (1.0 if up_y else 0.0) - b.walk_py[k]) * b.walk_iy[k]
-        t_z = (m + (1.0 if up_z else 0.0) - b.walk_pz[k]) * b.walk_iz[k]
-        leaves = t_y if t_y < t_x else t_x
-        leaves = t_z if t_z < leaves else leaves
-        stop = leaves if leaves < end else end
-        stop = stop if stop > t else t
-        spent = top * (stop - t)
-        turns = b.walk_turns[k]
-        pauses = (state == FLIES) & (turns >= MOST_TURNS)
-        flies, tries = (state == FLIES) & (not pauses), depth < spent
-        b.walk_turns[k] = turns + 1 if flies else turns
-        ends = (not tries) & ((leaves >= end) | (top < 0.0))
-        crosses = flies & (not tries) & (not ends)
-        is_x = leaves == t_x
-        is_y = (leaves == t_y) & (not is_x)
-        is_z = (not is_x) & (not is_y)
-        i += (1.0 if up_x else -1.0) if crosses & is_x else 0.0
-        j += (1.0 if up_y else -1.0) if crosses & is_y else 0.0
-        m += (1.0 if up_z else -1.0) if crosses & is_z else 0.0
-        b.walk_i[k], b.walk_j[k], b.walk_m[k] = i, j, m
-        b.walk_t[k] = (t + depth / top if tries else stop) if flies else t
-        b.walk_depth[k] = depth - spent if crosses else depth
-        new = TRIES if tries else (ENDED if ends else FLIES)
-        new = new if flies else (PAUSED if pauses else state)
-        b.walk_state[k] = new
-        b.walk_cell[k] = place_of(i, j, m, my, mz)
-        trying += 1 if new == TRIES else 0
-        walking += 1 if new < ENDED else 0
-        pausing += 1 if pauses else 0
-    return trying, walking, pausing
-
-
-@device
-def pause_walks(b, first, last):
-    """End the flights of walks that pause where they are."""
-    paused = 0
-    for k in range(first, last):
-        b.listed[paused] = k
-        paused += 1 if b.walk_state[k] == PAUSED else 0
-    for g in range(paused):
-        k = b.listed[g]
-        end_flight(b, k)
-        b.cut[b.walk_lane[k]] = 1
-
-
-@device
-def end_flight(b, k):
-    """The flight of a walk ends where that has come to."""
-    lane = b.walk_lane[k]
-    b.distance[lane] = b.walk_t[k] + 2.0 * SLACK
-    b.hit[lane] = 0
-    b.walk_state[k] = ENDED
-
-
-@device
-def voxel_along(place, cell, block, count):
-    """The voxel at a place along an axis, kept within its macro cell: so its extinction is never above the majorant."""
-    low, high = cell * block, cell * block + (block - 1.0)
-    high = high if high < count else count - 1.0
-    voxel = math.floor(place * block)
-    voxel = voxel if voxel > low else low
-    return voxel if voxel < high else high
-
-
-@device
-def find_voxels(b, table, first, last):
-    """The numbers of the voxels of tentative collisions."""
-    block = float64(table.block)
-    nx, ny, nz = float64(table.nx), float64(table.ny), float64(table.nz)
-    bricks_y, bricks_z = math.floor((ny + 3.0) * 0.25), math.floor((nz + 3.0) * 0.25)
-    for k in range(first, last):
-        t, is_there = b.walk_t[k], 1.0 if b.walk_state[k] == TRIES else 0.0
-        x = voxel_along(b.walk_px[k] + t * b.walk_vx[k], b.walk_i[k], block, nx)
-        y = voxel_along(b.walk_py[k] + t * b.walk_vy[k], b.walk_j[k], block, ny)
-        z = voxel_along(b.walk_pz[k] + t * b.walk_vz[k], b.walk_m[k], block, nz)
-        at = math.floor(x * 0.25), math.floor(y * 0.25), math.floor(z * 0.25)
-        brick = (at[0] * bricks_y + at[1]) * bricks_z + at[2]
-        within = ((x - 4.0 * at[0]) * 4.0 + (y - 4.0 * at[1])) * 4.0 + (z - 4.0 * at[2])
-        b.voxel[k] = int64((brick * 64.0 + within) * is_there)
-
-
-@device
-def decide(b, table, first, last):
-    """Which tentative collisions are real, as far as the levels of their chances tell, and how many; all draw a new depth."""
-    seed_low, seed_high, batch, real = b.seed_low, b.seed_high, b.batch, 0
-    for k in range(first, last):
-        state, draw, level = b.walk_state[k], b.walk_draw[k], float64(b.level[k])
-        purpose = uint64(VOXELS) | uint64(draw) << DRAW
-        w0, w1, w2, w3 = event_words(b.walk_history[k], batch, b.walk_event[k], purpose, seed_low, seed_high)
-        chance = uniform(w2, w3)
-        at = chance * LEVELS
-        new = COLLIDED if at < level else (UNSURE if at < level + 1.0 else FLIES)
-        new = new if state == TRIES else state
-        depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
-        b.chance[k] = chance
-        b.walk_depth[k] = depth if state == TRIES else b.walk_depth[k]
-        b.walk_draw[k] = draw + (1 if state == TRIES else 0)
-        b.walk_state[k] = new
-        real += 1 if new == COLLIDED else 0
-    return real
-
-
-@device
-def close_ranks(b, words, first, last, walking):
-    """The last walks move into the gaps that ended ones left; how far they reach then, in full vectors."""
-    reach = int64(first) + walking
-    gaps, movers = 0, 0
-    for k in range(first, uint64(reach)):
-        b.listed[gaps] = k
-        gaps += 1 if b.walk_state[k] == ENDED else 0
-    for k in range(uint64(reach), last):
-        b.movers[movers] = k
-        movers += 1 if b.walk_state[k] != ENDED else 0
-    for g in range(gaps):
-        here, there = uint64(WALK_WORDS + b.listed[g]), uint64(WALK_WORDS + b.movers[g])
-        for f in range(WALK_FIELDS):
-            words[here + uint64(f * PITCH)] = words[there + uint64(f * PITCH)]
-    full = (reach + 7) // 8 * 8
-    full = full if full < int64(last) else int64(last)
-    for k in range(uint64(reach), uint64(full)):
-        b.walk_state[k] = ENDED
-    return uint64(full)
-
-
-@device
-def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
-    """Optical depth along a ray from the distance `start` to `end`: exact, voxel by voxel."""
-    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
-    px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
-    vx, ix = pace(ux * per_x)
-    vy, iy = pace(uy * per_y)
-    vz, iz = pace(uz * per_z)
-    i, j, m = (
-        cell_at(px + start * vx, table.nx),
-        cell_at(py + start * vy, table.ny),
-        cell_at(pz + start * vz, table.nz),
-    )
-    up_x, up_y, up_z = 1.0 if vx >= 0.0 else 0.0, 1.0 if vy >= 0.0 else 0.0, 1.0 if vz >= 0.0 else 0.0
-    t, depth, going = start, 0.0, True
-    while going:
-        t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz
-        leaves = min(t_x, min(t_y, t_z))
-        stop = leaves if leaves < end else end
-        here = scattering[int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)]
-        here += absorption[int64(i * table.absorption_x + j * table.absorption_y + m * table.absorption_z)]
-        depth += here * (stop - t) if stop > t else 0.0
-        t = stop if stop > t else t
-        going = leaves < end
-        if leaves == t_x:
-            i += 2.0 * up_x - 1.0
-            going &= (i >= 0.0) & (i < table.nx)
-        elif leaves == t_y:
-            j += 2.0 * up_y - 1.0
-            going &= (j >= 0.0) & (j < table.ny)
-        else:
-            m += 2.0 * up_z - 1.0
-            going &= (m >= 0.0) & (m < table.nz)
-    return depth * table.length
 
 
 @lane_pass(GRID)
@@ -362,19 +151,8 @@ def attenuate_in_grid(b, table, first, live):
     for k in range(first, live):
         if b.flies[k] == 0 or b.medium[k] != table.medium or b.weight[k] == 0.0:
             continue
-        depth = grid_depth(
-            table,
-            absorption,
-            scattering,
-            b.x[k],
-            b.y[k],
-            b.z[k],
-            b.ux[k],
-            b.uy[k],
-            b.uz[k],
-            b.start[k],
-            b.distance[k],
-        )
+        x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
+        depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, b.start[k], b.distance[k])
         before = b.weight[k]
         after = before * exp_negative(-depth)
         w_high, w_low = limbs(before)

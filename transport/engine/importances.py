@@ -20,6 +20,18 @@ MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
 
 
 @lane_pass(IMPORTANCE)
+def begin_where_important(b, table, first, live):
+    """A history is as heavy as it should be where it is born: what its weight is compared with elsewhere follows from there."""
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    for k in range(first, live):
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # of an aimed one, whose ray is told from its target
+        x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
+        rise = min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
+        b.birth[k] = b.weight[k] / exp_negative(-rise)
+    return live
+
+
+@lane_pass(IMPORTANCE)
 def cut_flight(b, table, first, live):
     """A flight in a medium ends at a station, if nothing ends it before."""
     station = table.station

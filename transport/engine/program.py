@@ -123,6 +123,8 @@ def _births(plan, emitter):
         yield step(births.begin_in_medium, emitter.medium)
     if plan.plays_roulette:
         yield step(births.remember_birth_weight)
+    if plan.splits:
+        yield step(importances.begin_where_important, importance_row(plan))
     if plan.forces:
         yield step(forcing.begin_fresh)
     if plan.marks:

@@ -18,9 +18,9 @@ from transport.compile.layout import (
 )
 from transport.engine.addresses import add_to_row, view
 from transport.engine.bundle import LANES, Bundle
-from transport.engine.grids import grid_depth
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
+from transport.engine.voxels import grid_depth
 from transport.physics.bits import bits_of, float_of
 from transport.physics.elementary import exp_negative
 

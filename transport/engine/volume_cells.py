@@ -11,11 +11,11 @@ from numba import float64, int64, njit
 
 from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GRID
 from transport.engine.addresses import add_to_row, view
-from transport.engine.grids import axis_of
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
 from transport.engine.sums import limbs
 from transport.engine.volumes import A_SCORE, mean_of_fading
+from transport.engine.voxels import axis_of
 from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
 

@@ -13,7 +13,8 @@ LEAST = 1e-150  # least distance of a line and a point [scene lengths], whose sq
 def sample_equiangular(least, start, end, u):
     """A place on a line, told from the foot of the perpendicular, of length `least`, from a point.
 
-    Between `start` and `end`, uniform in the angle that it is seen under, for u in [0, 1].  Returns the place and the angle over
+    Between `start` and `end`, uniform in the angle that it is seen under, for u in [0, 1].  Returns the
+    place and the angle over
     `least`, which is one over (density times r^2), r^2 = least^2 + place^2.  The angle between both ends
     comes from one arc tangent and the place from turning one end towards the other: nothing cancels, and a
     line through the point has its limit.
@@ -34,8 +35,9 @@ def sample_equiangular_beyond(least, start, u):
     """The same on a line without end, u in [0, 1): how far from its start, and the angle over `least`."""
     d = least if least > LEAST else LEAST
     turn = azimuth_turn(start, d)
-    ahead, rest = u * turn, (1.0 - u) * turn
-    return math.sqrt(d * d + start * start) * sine(ahead) / sine(rest), TWO_PI * turn / d
+    turn = turn if turn < 0.5 else 0.5
+    ahead, rest, way = sine(u * turn), sine((1.0 - u) * turn), math.sqrt(d * d + start * start)
+    return way * (ahead / rest if rest > 0.0 else 1.0), TWO_PI * turn / d
 
 
 @device
@@ -48,8 +50,10 @@ def sine(turn):
 def sample_detour(r, u, v):
     """A detour to a point at the distance r: its density is r / (pi^3 a^2 b^2) for legs a and b.
 
-    The angle at its start has a density as its supplement; of that the angle at the point is a uniform share, u and v
-    in [0, 1) (Kalos 1963; Steinberg and Kalos 1971).  Returns cosine and sine of the first, and a, by the law of
+    The angle at its start has a density as its supplement; of that the angle at the point is a uniform
+    share, u and v
+    in [0, 1) (Kalos 1963; Steinberg and Kalos 1971).  Returns cosine and sine of the first, and a, by the
+    law of
     sines.
     """
     root = math.sqrt(1.0 - u)

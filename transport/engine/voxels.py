@@ -1,0 +1,97 @@
+"""Where a ray is among voxels: cells along each axis, the coefficients of one, the exact optical depth through all."""
+
+import math
+
+from numba import float64, int64
+
+from transport.physics.device import device
+
+SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
+
+
+@device
+def pace(v):
+    """Direction along an axis in cells per scene length, 0 where it never leaves one that way, and one over it."""
+    moves = abs(v) > SLOWEST
+    return v if moves else 0.0, 1.0 / v if moves else NEVER
+
+
+@device
+def cell_at(place, count):
+    """The cell along an axis at a place, kept within the grid."""
+    cell = math.floor(place)
+    highest = count - 1.0
+    cell = cell if cell > 0.0 else 0.0
+    return cell if cell < highest else highest
+
+
+@device
+def axis_of(p, v, start, block, cells, count):
+    """Along one axis, for a ray p + v t in voxels: the cell at `start`, the step to the next one, the face between them, and 1/v."""
+    v, inverse = pace(v)
+    step = 1 if v >= 0.0 else -1
+    cell = int64(cell_at((p + start * v) / block, cells))
+    face = (float64(cell) + (1.0 if v >= 0.0 else 0.0)) * block
+    return cell, step, face if face < count else count, inverse
+
+
+@device
+def voxel_along(place, cell, block, count):
+    """The voxel at a place along an axis, kept within its macro cell: so its extinction is never above the majorant."""
+    low, high = cell * block, cell * block + (block - 1.0)
+    high = high if high < count else count - 1.0
+    voxel = math.floor(place * block)
+    voxel = voxel if voxel > low else low
+    return voxel if voxel < high else high
+
+
+@device
+def coefficients(table, scattering, absorption, voxel):
+    """Scattering and absorption [m^-1] of a voxel by its number."""
+    column, z = voxel // table.nz, voxel % table.nz
+    x, y = column // table.ny, column % table.ny
+    scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
+    return scatters, absorption[x * table.absorption_x + y * table.absorption_y + z * table.absorption_z]
+
+
+@device
+def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
+    """Optical depth along a ray from the distance `start` to `end`: exact, voxel by voxel (Amanatides, Woo 1987).
+
+    What a shadow ray needs is exp(-depth): without the variance of ratio tracking (Novak et al. 2014), and in voxels cheaper.
+    """
+    per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
+    px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
+    vx, ix = pace(ux * per_x)
+    vy, iy = pace(uy * per_y)
+    vz, iz = pace(uz * per_z)
+    i, j, m = (
+        cell_at(px + start * vx, table.nx),
+        cell_at(py + start * vy, table.ny),
+        cell_at(pz + start * vz, table.nz),
+    )
+    up_x, up_y, up_z = (
+        1.0 if vx >= 0.0 else 0.0,
+        1.0 if vy >= 0.0 else 0.0,
+        1.0 if vz >= 0.0 else 0.0,
+    )
+    t, depth, going = start, 0.0, True
+    while going:
+        t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz
+        leaves = min(t_x, min(t_y, t_z))
+        stop = leaves if leaves < end else end
+        here = scattering[int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)]
+        here += absorption[int64(i * table.absorption_x + j * table.absorption_y + m * table.absorption_z)]
+        depth += here * (stop - t) if stop > t else 0.0
+        t = stop if stop > t else t
+        going = leaves < end
+        if leaves == t_x:
+            i += 2.0 * up_x - 1.0
+            going &= (i >= 0.0) & (i < table.nx)
+        elif leaves == t_y:
+            j += 2.0 * up_y - 1.0
+            going &= (j >= 0.0) & (j < table.ny)
+        else:
+            m += 2.0 * up_z - 1.0
+            going &= (m >= 0.0) & (m < table.nz)
+    return depth * table.length
