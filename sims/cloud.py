@@ -8,11 +8,11 @@ fifth.
 What is known.  (1) What comes straight through: E exp(-τ), τ the sum over the voxels along the ray, and its
 mean over each bin of the ground in closed form (transport/theory/voxels.py); the scattered light is told from
 it by events=0.  The rows are means over zones of the shadow; the verdict tells χ² of all bins at once, over
-what chance makes it.  (2) All light goes somewhere: what the ground and the cloud keep and what flies off up is what
-came, in the mean, for roulette ends some histories and strengthens others.  (3) Layers: voxels as wide as the
-sky, of unlike extinction and one albedo, reflect and let through what one slab of their optical depth does
-(discrete ordinates, transport/theory/ordinates.py): R and T depend on τ alone.  A homogeneous
-grid is the case of equal layers.
+what chance makes it.  (2) All light goes somewhere: what the ground and the cloud keep and what flies off up
+is what came, in the mean, for roulette ends some histories and strengthens others.  (3) Layers: voxels as
+wide as the sky, of unlike extinction and one albedo, reflect and let through what one slab of their optical
+depth does (discrete ordinates, transport/theory/ordinates.py): R and T depend on τ alone.  A homogeneous grid
+is the case of equal layers.
 
 Free paths through voxels are drawn against majorants, without bias for fields that jump from cell to cell
 (Woodcock et al. 1965).

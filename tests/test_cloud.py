@@ -95,7 +95,7 @@ def test_the_mean_depth_of_a_bin_is_not_what_comes_through(outcomes):
 @pytest.mark.parametrize("zenith", [0.0, 60 * tp.deg])
 def test_at_other_hours_the_shadow_is_known_as_well(zenith):
     [outcome] = run_experiment(
-        sim, {"sky": "cumulus", "zenith": zenith}, particles=200_000, seed=1, threads=1
+        sim, {"sky": "cumulus", "zenith": zenith}, particles=300_000, seed=1, threads=1
     )
     for row in outcome.rows:
         assert_agrees(row.estimate, row.exact, FALSE_ALARM / len(outcome.rows))

@@ -35,7 +35,9 @@ def checkerboard(shape=(5, 4, 6)) -> np.ndarray:
 
 
 def grid_scene(medium, source, detectors=(), size=SIZE) -> tp.Scene:
-    return tp.Scene(source, tp.Surface(tp.Box(size=size), tp.Transparent(), inside=medium, name="box"), detectors)
+    return tp.Scene(
+        source, tp.Surface(tp.Box(size=size), tp.Transparent(), inside=medium, name="box"), detectors
+    )
 
 
 def depth_along(grid: tp.Grid, start, direction) -> float:
@@ -102,11 +104,17 @@ def columns(grid: tp.Grid) -> float:
 def lit_along_z(grid, tracking, particles=200_000, seed=1) -> Estimate:
     lid = tp.Rectangle(center=(0, 0, -1), width=SIZE[0], height=SIZE[1], up=(0, 1, 0))
     source = tp.Source(lid, tp.Beam((0, 0, 1), power=1.0))
-    return tp.simulate(grid_scene(grid, source), particles=particles, seed=seed, threads=1, tracking=tracking).ledger["escaped"]
+    return tp.simulate(
+        grid_scene(grid, source), particles=particles, seed=seed, threads=1, tracking=tracking
+    ).ledger["escaped"]
 
 
 @pytest.mark.parametrize("tracking", ["analog", "weighted"])
-@pytest.mark.parametrize("field", [checkerboard((5, 4, 7)), strewn(high=1.0), strewn((9, 7, 13))], ids=["checkerboard", "strewn", "wild"])
+@pytest.mark.parametrize(
+    "field",
+    [checkerboard((5, 4, 7)), strewn(high=1.0), strewn((9, 7, 13))],
+    ids=["checkerboard", "strewn", "wild"],
+)
 def test_a_broad_beam_is_lessened_by_the_mean_of_line_integrals(field, tracking):
     grid = tp.Grid(box=tp.Box(size=SIZE), absorption=field)
     assert_agrees(lit_along_z(grid, tracking), columns(grid), FALSE_ALARM)
@@ -177,15 +185,24 @@ def test_a_layered_grid_is_a_stack_of_media(tracking):
         )
         for k, (a, s) in enumerate(zip(absorption, scattering, strict=True))
     ]
-    fields = {name: np.tile(field, (3, 2, 1)) for name, field in (("absorption", absorption), ("scattering", scattering))}
+    fields = {
+        name: np.tile(field, (3, 2, 1))
+        for name, field in (("absorption", absorption), ("scattering", scattering))
+    }
     grid = tp.Grid(box=tp.Box(size=SIZE), phase=phase, **fields)
     source = tp.Source(tp.Point(position=(0.1, 0.2, -0.7)), tp.Beam((0.1, 0.2, 1), power=1.0))
-    lids = [tp.Detector(tp.Plane(center=(0, 0, z)), name=name) for name, z in (("bottom", -0.76), ("lid", 0.76))]
+    lids = [
+        tp.Detector(tp.Plane(center=(0, 0, z)), name=name) for name, z in (("bottom", -0.76), ("lid", 0.76))
+    ]
     results = [
         tp.simulate(tp.Scene(source, parts, lids), particles=200_000, seed=seed, threads=1, tracking=tracking)
         for seed, parts in enumerate((stack, [tp.Surface(grid.box, tp.Transparent(), inside=grid)]))
     ]
-    for quantity in ((lambda r: r["lid"].flux_out), (lambda r: r["bottom"].flux_in), (lambda r: r.ledger["absorbed"])):
+    for quantity in (
+        (lambda r: r["lid"].flux_out),
+        (lambda r: r["bottom"].flux_in),
+        (lambda r: r.ledger["absorbed"]),
+    ):
         one, other = map(quantity, results)
         assert_agrees(one - other, 0.0, FALSE_ALARM)
 
@@ -235,7 +252,11 @@ def test_ratio_tracking_agrees_with_the_exact_transmittance():
     start, direction = (-0.99, -0.4, -0.7), (0.8, 0.33, 0.51)
     exact = math.exp(-depth_along(grid, start, direction))
     assert come_through(grid, start, direction).value == pytest.approx(exact, rel=1e-12)
-    rng, top, u = np.random.default_rng(1), grid.extinction.max(), np.array(direction) / np.linalg.norm(direction)
+    rng, top, u = (
+        np.random.default_rng(1),
+        grid.extinction.max(),
+        np.array(direction) / np.linalg.norm(direction),
+    )
     low, high = np.array(grid.box.bounds)
     place, weight = np.tile(start, (100_000, 1)), np.ones(100_000)
     inside = np.ones(len(place), bool)
@@ -252,7 +273,11 @@ def test_ratio_tracking_agrees_with_the_exact_transmittance():
 
 def motley() -> tp.Scene:
     """Voxels that absorb and scatter, in macro cells of several, with a mirror ball in them and a diffuse wall beside."""
-    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=strewn((9, 7, 13), high=0.5), scattering=strewn((9, 7, 13), 2, high=1.5))
+    grid = tp.Grid(
+        box=tp.Box(size=SIZE),
+        absorption=strewn((9, 7, 13), high=0.5),
+        scattering=strewn((9, 7, 13), 2, high=1.5),
+    )
     ball = tp.Surface(tp.Sphere(center=(0.2, 0.1, 0), radius=0.3), tp.Mirror(0.9))
     wall = tp.Surface(tp.Plane(center=(0, 0, -1)), tp.Diffuse(0.7), name="wall")
     parts = [tp.Surface(grid.box, tp.Transparent(), inside=grid), ball, wall]
@@ -296,7 +321,14 @@ def plant(monkeypatch, name: str, wrong) -> None:
         ("levels_of", lambda levels: levels[::-1].copy()),
         ("levels_of", lambda levels: np.roll(levels, 1)),
     ],
-    ids=["majorants 1 % low", "cells off by one", "cells backwards", "too few real", "voxels backwards", "voxels off by one"],
+    ids=[
+        "majorants 1 % low",
+        "cells off by one",
+        "cells backwards",
+        "too few real",
+        "voxels backwards",
+        "voxels off by one",
+    ],
 )
 def test_planted_faults_are_seen(name, wrong, monkeypatch):
     field = strewn((9, 7, 13), low=-0.3, high=0.5)
@@ -312,7 +344,9 @@ def test_planted_faults_are_seen(name, wrong, monkeypatch):
 
 def test_swapped_axes_are_seen():
     rows = np.broadcast_to(np.array([0.5, 1.0, 2.0, 4.0])[:, None, None], (4, 4, 4))
-    grid, swapped = (tp.Grid(box=tp.Box(size=SIZE), absorption=each) for each in (rows, rows.transpose(1, 0, 2)))
+    grid, swapped = (
+        tp.Grid(box=tp.Box(size=SIZE), absorption=each) for each in (rows, rows.transpose(1, 0, 2))
+    )
     start, way = (-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)
     left = come_through(grid, start, way).value
     assert left == pytest.approx(math.exp(-depth_along(grid, start, way)), rel=1e-12)

@@ -234,14 +234,15 @@ def transmitted(tau, albedo):
 @pytest.mark.parametrize("absorption", ["weighted", "analog"])
 @pytest.mark.parametrize("gain", [1e6, 3e8, 1e10])
 def test_what_gets_through_twenty_mean_free_paths_is_found_by_splitting(absorption, gain):
-    """tau 20, albedo 0.2: 2.94e-9 of the light; without splitting none of 10^5 particles comes through."""
+    """tau 20, albedo 0.2: 2.94e-9 of the light; without splitting none of 4 10^4 particles comes through by chance."""
     tracking = tp.Tracking(absorption=absorption, splitting=splitting(gain))
     through = run(slab(20.0, 0.2), tracking, 40_000)["bottom"].flux_out
     assert_agrees(through, transmitted(20.0, 0.2), FALSE_ALARM)
     if gain == 3e8:
         assert through.relative_error < 0.1
         assert_rejects(through, 1.6 * transmitted(20.0, 0.2))
-    assert run(slab(20.0, 0.2), absorption, 40_000)["bottom"].flux_out.value == 0
+    if absorption == "analog":
+        assert run(slab(20.0, 0.2), absorption, 40_000)["bottom"].flux_out.value == 0
 
 
 @pytest.mark.parametrize("gain", [2.0, 10.0, 1e3, 1e6, 1e12])

@@ -48,7 +48,9 @@ def measure(depth: float = 20.0, repeats: int = 5) -> list[dict]:
     Times are of the thread's CPU; the fields take turns, and the figure of each is the median.
     """
     media = {"homogeneous": tp.Medium(scattering=depth, phase=PHASE)}
-    media |= {name: tp.Grid(box=BOX, scattering=depth * field, phase=PHASE) for name, field in fields().items()}
+    media |= {
+        name: tp.Grid(box=BOX, scattering=depth * field, phase=PHASE) for name, field in fields().items()
+    }
     machines = {name: _machine(medium) for name, medium in media.items()}
     particles = int(COLLISIONS / depth**1.3)
     times = np.array([[_time(machine, particles) for machine in machines.values()] for _ in range(repeats)])
