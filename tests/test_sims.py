@@ -18,19 +18,23 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "diffuse_box", "directions", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
+    "cloud", "diffuse_box", "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra", "phase_space",
     "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun", "throughput", "tube", "two_elements",
     "view_factors", "wall_distance",
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
+FEWER = {"dogleg": 1_000_000}  # whose next-event estimates take a while
 MOST_DRAWN = 8  # of a sim's cases alone
 
 
 @pytest.fixture(scope="module")
 def tables():
-    return {name: run_experiment(experiment(name), particles=PARTICLES, seed=1, threads=2) for name in SIMS}
+    return {
+        name: run_experiment(experiment(name), particles=FEWER.get(name, PARTICLES), seed=1, threads=2)
+        for name in SIMS
+    }
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +107,8 @@ def test_a_sim_keeps_its_contract(name, tables, tmp_path):
 def test_parameters_may_be_set_for_all_cases(name):
     module = experiment(name)
     settings = {
+        "cloud": {"zenith": 0.5},
+        "dogleg": {"built": "voxels"},
         "diffuse_box": {"exitance": 5.0},
         "directions": {"power": 3.0, "size": 1e-6},
         "effusion": {"temperature": 77.0, "loss": 0.2},

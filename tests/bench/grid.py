@@ -1,7 +1,6 @@
 """What voxels cost: nanoseconds a collision in grids of 128^3, beside a homogeneous medium of the same mean, and the memory.
 
-python -m tests.bench.grid [--depth 20]    a table
-pytest -m bench tests/bench                what is promised of it
+python -m tests.bench.grid [--depth 20]
 """
 
 import argparse

@@ -11,7 +11,9 @@ from transport.physics.bits import float_of
 from transport.physics.device import device
 
 # Purposes: the fourth word of the counter.
-EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = range(14)
+EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = (
+    range(14)
+)
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)
