@@ -41,6 +41,11 @@ def fill_media(plan: Plan) -> None:
     if not plan.has_media:
         return
     plan.distinct_media = media_of(plan.scene)
+    if plan.has_clock and plan.has_speeds and any(medium.index != 1 for medium in plan.distinct_media):
+        raise SceneError(
+            "Scene: a Snapshot, a PhaseSpace, speeds or moments do not go with a clock in a medium of index other than 1 as"
+            " yet; leave them out, or give the medium index=1"
+        )
     plan.phase_laws = list(_phase_laws(plan))
     plan.bodies = bodies = bodies_of(plan.scene)
     plan.media = np.array(
