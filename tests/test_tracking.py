@@ -38,7 +38,6 @@ TRACKINGS = {
     "split upwards": tp.Tracking(splitting=splitting(10, start=(0, 0, -1), end=(0, 0, 0))),
     "split aside": tp.Tracking(splitting=splitting(30, end=(1, 0.2, 0.3))),
     "analog, split": tp.Tracking(absorption="analog", splitting=splitting(10)),
-    "forced, split": tp.Tracking(forced=True, splitting=splitting(4)),
 }
 
 
@@ -340,6 +339,11 @@ def test_light_spreads_by_the_law_of_random_flights():
     assert abs(squares.mean() - exact) < 4.42 * error
     assert abs(squares.mean() - random_flights.mean_square_displacement(6.0, 0.0) / 4) > 10 * error
     assert squares.max() <= 9.0 * (1 + 1e-12)
+
+
+def test_forced_collisions_do_not_go_with_splitting():
+    with pytest.raises(tp.SceneError, match="forced does not go with a splitting"):
+        tp.Tracking(forced=True, splitting=splitting(4))
 
 
 def test_snapshots_do_not_go_with_slower_light():

@@ -68,3 +68,8 @@ class Tracking:
         check_type(self, "forced", bool, "True or False")
         if self.splitting is not None:
             check_type(self, "splitting", Splitting, "Splitting(start=..., end=..., gain=...) or None")
+            if self.forced:
+                refuse(
+                    self,
+                    "forced does not go with a splitting, got both; thin media need the one, deep ones the other",
+                )

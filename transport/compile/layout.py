@@ -152,8 +152,8 @@ BESIDE = np.dtype(
 BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
-# Importance e^rise, rise = (x - c) · k between 0 and `most`;  station: a way [scene lengths] on which it at most doubles.
-IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most station"))
+# Importance e^rise, rise = (x - c) · k between 0 and `most`.
+IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most"))
 ROULETTE_LAW = np.dtype(_floats("threshold"))  # share of the birth weight
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
 # Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along

@@ -126,10 +126,7 @@ def importance_row(plan: Plan) -> np.ndarray:
     way, most = end - start, math.log(law.gain)
     length = float(np.linalg.norm(way))
     slope = dict(zip(("kx", "ky", "kz"), most * way / length / length, strict=True))
-    station = length * min(1.0, math.log(2.0) / most)
-    return layout.row(
-        layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most, station=station
-    )
+    return layout.row(layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most)
 
 
 ALONG = 1e-15  # cosine of a direction along a plane, with rounding

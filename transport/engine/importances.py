@@ -16,6 +16,7 @@ from transport.engine.sums import limbs
 from transport.physics.elementary import exp_negative
 from transport.physics.streams import WEIGH, event_words, uniform
 
+DOUBLE = 0.6931471805599453
 MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
 
 
@@ -33,11 +34,15 @@ def begin_where_important(b, table, first, live):
 
 @lane_pass(IMPORTANCE)
 def cut_flight(b, table, first, live):
-    """A flight in a medium ends at a station, if nothing ends it before."""
-    station = table.station
+    """A flight in a medium ends at a station where importance has doubled on its way, if nothing ends it before."""
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
-        end = b.start[k] + (station + 2.0 * SLACK)
-        cuts = (b.flies[k] != 0) & (end < b.distance[k]) & ((b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0))
+        slope = b.ux[k] * kx + b.uy[k] * ky + b.uz[k] * kz
+        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz + b.start[k] * slope
+        doubled = max(rise, 0.0) + DOUBLE
+        end = b.start[k] + ((doubled - rise) / slope + 2.0 * SLACK)
+        cuts = (b.flies[k] != 0) & (slope > 0.0) & (doubled < most) & (end < b.distance[k])
+        cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0)
         b.distance[k] = end if cuts else b.distance[k]
         b.cut[k] = 1 if cuts else 0
     return live
@@ -66,7 +71,7 @@ def play_roulette_by_importance(b, table, first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
         rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
         rise = min(max(rise, 0.0), most)
-        w, wanted = b.weight[k], b.birth[k] * exp_negative(-rise)
+        w, wanted = b.weight[k], min(b.birth[k] * exp_negative(-rise), 1.0)
         light = (b.hit[k] != 0) & (w > 0.0) & (w < 0.5 * wanted)
         new = (wanted if uniform(w0, w1) * wanted < w else 0.0) if light else w
         high, low = limbs(w)
@@ -91,7 +96,7 @@ def weigh_by_importance(b, table, first, live):
         rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
         rise = min(max(rise, 0.0), most)
         w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
-        wanted = b.birth[k] * exp_negative(-rise)
+        wanted = min(b.birth[k] * exp_negative(-rise), 1.0)  # never heavier than what is born
         ratio = w / wanted
         count = math.floor(ratio) if ratio < MOST_COPIES else MOST_COPIES
         count = count if count > 1.0 else 1.0
