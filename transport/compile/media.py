@@ -41,6 +41,10 @@ def fill_media(plan: Plan) -> None:
     if not plan.has_media:
         return
     plan.distinct_media = media_of(plan.scene)
+    if plan.tracking.forced and any(isinstance(medium, Grid) for medium in plan.distinct_media):
+        raise SceneError(
+            "simulate: tracking must not be forced in a scene with a Grid, got forced=True; leave it out"
+        )
     if plan.has_clock and plan.has_speeds and any(medium.index != 1 for medium in plan.distinct_media):
         raise SceneError(
             "Scene: a Snapshot, a PhaseSpace, speeds or moments do not go with a clock in a medium of index other than 1 as"
