@@ -79,6 +79,10 @@ def test_needles_and_slices(shape):
         assert weighted.value == pytest.approx(columns(grid), rel=1e-12)
     else:
         assert_agrees(weighted, columns(grid), FALSE_ALARM)
+    start, way = (-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)
+    beam = tp.Source(tp.Point(position=start), tp.Beam(way, power=1.0))
+    left = tp.simulate(grid_scene(grid, beam), particles=64, seed=1, threads=1).ledger["escaped"]
+    assert left.value == pytest.approx(math.exp(-depth_along(grid, start, way)), rel=1e-11)
 
 
 def test_grids_in_grids_and_beside_grids_leave_one_radiance_alone():
