@@ -8,39 +8,38 @@ from transport.shapes import FlatShape, Plane, Shape, Sphere
 from transport.sheets import Sheet
 from transport.vectors import dot
 
-ROUND = 2.0**-40  # of the scene's size
 PARALLEL = 1e-15
 
 
-def empty_sides(sheet: Sheet, sheets: list[Sheet], size: float) -> tuple[bool, bool]:
-    """Whether all other sheets lie behind this one, and whether all lie in front of it; size: of the scene [m]."""
+def empty_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
+    """Whether all other sheets lie behind this one, and whether all lie in front of it; without any allowance."""
     others = [other.support for other in sheets if other is not sheet]
     others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
     match sheet.support:
         case FlatShape() as flat:
-            return tuple(all(_is_behind(flat, shape, side, size) for shape in others) for side in (1.0, -1.0))
+            return tuple(all(_is_behind(flat, shape, side) for shape in others) for side in (1.0, -1.0))
         case Sphere(is_closed=True) as ball:
-            return all(_is_within(ball, shape, size) for shape in others), False
+            return all(_is_within(ball, shape) for shape in others), False
     return False, False
 
 
-def _is_behind(flat: FlatShape, shape: Shape, side: float, size: float) -> bool:
+def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
     """Whether a shape lies where the normal does not point (side 1), or where it points (side -1)."""
     normal, center = np.array(flat.normal), np.array(flat.center)
     if shape.is_infinite:
         is_parallel = isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL
-        return is_parallel and side * (np.array(shape.center) - center) @ normal <= ROUND * size
-    return bool((side * ((_corners(shape) - center) @ normal) <= ROUND * size).all())
+        return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
+    return bool((side * ((_corners(shape) - center) @ normal) <= 0.0).all())
 
 
-def _is_within(ball: Sphere, shape: Shape, size: float) -> bool:
+def _is_within(ball: Sphere, shape: Shape) -> bool:
     if shape.is_infinite:
         return False
     if isinstance(shape, Sphere):
         apart = float(np.linalg.norm(np.array(shape.center) - np.array(ball.center)))
-        return apart + shape.radius <= ball.radius + ROUND * size
+        return apart + shape.radius <= ball.radius
     reach = np.linalg.norm(_corners(shape) - np.array(ball.center), axis=1)
-    return bool((reach <= ball.radius + ROUND * size).all())
+    return bool((reach <= ball.radius).all())
 
 
 def _corners(shape: Shape) -> np.ndarray:

@@ -172,7 +172,7 @@ def _beyond(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
     """Bits of a hit for the sides of a sheet on which nothing lies, where that is of use."""
     if not plan.can_escape_at_once:
         return 0
-    before, behind = empty_sides(sheet, sheets, plan.space.size)
+    before, behind = empty_sides(sheet, sheets)
     return (layout.NOTHING_BEFORE if before else 0) | (layout.NOTHING_BEHIND if behind else 0)
 
 
