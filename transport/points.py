@@ -42,7 +42,8 @@ class PointDetector:
     that fills a ball or a box near the point is sampled along lines through that.
 
     Close to a scattering medium that does not hold the point, to a diffuse wall or to an emitter (against
-    their extent) errors grow: few events come so close.  In a wide Beam through a scattering medium about the
+    their extent) errors grow, and a short run claims too little: few events come so close, and of a wall at a
+    hundred-thousandth of its width all that it sends may be missing; take a VolumeDetector there.  In a wide Beam through a scattering medium about the
     point the variance grows as the logarithm of N.  Beams send nothing straight to a point: on the beam
     itself only what has been scattered or reflected counts.  Mirrors, lenses, Dielectric and Glossy surfaces
     are refused, for no straight line leads through them; so are points on surfaces, sources with an `aim` and

@@ -435,3 +435,13 @@ def test_a_box_of_conservative_fog_keeps_or_passes_all(wall):
     if is_open:
         ledger = run(tp.Scene(lamp, surfaces, (), medium=around), None, 2_000).ledger
         assert ledger["escaped"].value == pytest.approx(1, rel=1e-14)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-15, 1e-13, 1e-12, 1e-11])
+def test_a_meter_a_thin_gap_beyond_the_outermost_face_sees_what_leaves(gap):
+    """What is taken for gone at the last face must not have a meter before it, however near."""
+    slab = body(tp.Slab(center=(0, 0, -1 - gap), thickness=2.0), tp.Medium(absorption=0.1, scattering=0.9))
+    scene = tp.Scene(beam((0, 0, 1), (0, 0, -1)), slab, tp.Detector(tp.Plane(), "top"))
+    result = run(scene, "analog")
+    exact = ordinates.slab(2.0, 0.9, mu0=1.0).reflected
+    assert_agrees(result["top"].flux_out, float(exact), FALSE_ALARM)
