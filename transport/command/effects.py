@@ -49,7 +49,7 @@ def effects_of(scene: Scene) -> Effects:
         if name in touched | set(carried)
     }
     births = tuple(tuple(lane_pass.name for lane_pass, _ in part) for part in program.births)
-    steps = (*program.steps, *program.withdrawal, *program.sight)  # copies and shadow rays where there are any
+    steps = (*program.steps, *program.withdrawal, *program.sight)
     return Effects(births, tuple(lane_pass.name for lane_pass, _ in steps), fields)
 
 
