@@ -137,6 +137,13 @@ def deep():
     return Scene(beam, [slab, Surface(grid.box, CLEAR, inside=grid)], meters)
 
 
+def hall():
+    """Fog in a room of grey walls, split from its middle on: walls thin out by importance."""
+    walls = Surface(Box(size=3.0), Diffuse(0.6), "walls")
+    fog = body(Sphere(radius=1.0), absorption=0.2, scattering=1.0)
+    return Scene(Source(Point(), GLOW), [walls, fog], [Detector("walls", side="inside")])
+
+
 def seen():
     """Points that look at a lamp, walls, glowing volumes, fog and a cloud, from vacuum and from within fog."""
     grid = voxels(Box(center=(0, 0, 1), size=0.8), 4, phase=TABLE)
@@ -183,12 +190,13 @@ def still():
 STATION = Splitting(start=(0, 0, 0), end=(0, 0, -3), gain=100.0)
 TRACKINGS = {
     "cloud": Tracking(absorption="analog"),
+    "hall": Tracking(splitting=Splitting(start=(0, 0, 0), end=(0, 0, 1.5), gain=10.0)),
     "thin": Tracking(forced=True),
     "deep": Tracking(splitting=STATION),
 }  # what is not the default
 MEDIA = {
     scene.__name__: scene
-    for scene in (layers, pile, cloud, smoke, thin, deep, seen, flash_in_the_dark, draught, still)
+    for scene in (layers, pile, cloud, smoke, thin, deep, hall, seen, flash_in_the_dark, draught, still)
 }
 
 
