@@ -25,7 +25,7 @@ SIMS = (
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
-FEWER = {"dogleg": 1_000_000}  # whose next-event estimates take a while
+FEWER = {"dogleg": 2_000_000}  # whose next-event estimates take a while
 MOST_DRAWN = 8  # of a sim's cases alone
 
 
