@@ -31,7 +31,7 @@ def meet_quadric(b, table, first, live):
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # where the ray began
         near, far, w, pace = quadric_crossings(
-            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own
+            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
         )
         at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
         is_near_in = (at_near + ROUNDING * abs(near) >= low) & (at_near - ROUNDING * abs(near) <= high)
@@ -58,11 +58,12 @@ def cover_quadric(b, table, first, live):
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (sheet > last)  # of meters that meet in a line, the next number is next
         near, far, w, pace = quadric_crossings(
-            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own
+            ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, False
         )
         at_near, at_far = w + near * pace, w + far * pace
-        is_near_in = (at_near >= low) & (at_near <= high)
-        is_far_in = (at_far >= low) & (at_far <= high)
+        slack = ROUNDING * abs(far) if near == far else 0.0  # at the apex of a cone
+        is_near_in = (at_near + slack >= low) & (at_near - slack <= high)
+        is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
         t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
         apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
         same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # and not its other crossing

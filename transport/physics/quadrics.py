@@ -24,11 +24,13 @@ def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
 
 
 @device
-def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, standing, own):
+def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, standing, own, touching):
     """The two distances along u at which a ray from o crosses the surface, the nearer first, and its height w at the
     origin of distances and its change along the ray; NaN or infinity where there is no crossing.
 
     standing: one of them is known, at the distance `own`; the other follows from the sum of both, without cancellation.
+    touching: a ray that comes no nearer than rounding meets the surface.  Where it is not, such a ray stays on its side;
+    but one steeper than a cone goes through its apex, where both distances are the same.
     """
     w, pace = ox * ax + oy * ay + oz * az, ux * ax + uy * ay + uz * az
     qx, qy, qz = ux - pace * ax, uy - pace * ay, uz - pace * az
@@ -46,9 +48,13 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     half_beta = 0.5 * beta * pace
     d = bent - m * m - tilted + half_beta * half_beta + alpha * a
     rounding = GRAZING * (abs(bent) + m * m + abs(tilted) + half_beta * half_beta + abs(alpha * a))
-    s = math.sqrt(d if d > 0.0 else 0.0) if d > -rounding else math.nan
+    steep, touches = a < 0.0, abs(d) <= rounding
+    s = math.sqrt(d if d > 0.0 else 0.0) if (d > 0.0) | touches else math.nan
+    s = 0.0 if touches & steep else s
+    s = math.nan if touches & (not touching) & (not steep) else s
     q = -b - s if b > 0.0 else -b + s
-    first, second = q / a - h, c / q - h
+    first = q / a - h
+    second = first if s == 0.0 else c / q - h
     ex, ey, ez = ox - w * ax, oy - w * ay, oz - w * az
     half = ex * qx + ey * qy + ez * qz - (0.5 * beta + gamma * w) * pace
     other = -2.0 * half / a - own
