@@ -18,6 +18,7 @@ from transport.compile import layout
 from transport.engine import collisions, forcing, importances
 from transport.engine.bank import number_of_copy as bank_number
 from transport.engine.bundle import LANES
+from transport.physics import paths
 
 FALSE_ALARM = 1e-6
 ROUNDS = 800  # of LANES draws
@@ -344,7 +345,7 @@ def test_copies_have_numbers_of_their_own():
 
 def weighed(ratio, seed=1, gain=1e6, z=0.0, **fields):
     """Lanes of that weight over the one to have at z, after the pass, and the importance there."""
-    table = {"kz": math.log(gain), "most": math.log(gain), "station": 0.1}
+    table = {"kz": math.log(gain), "most": math.log(gain)}
     importance = math.exp(min(max(z, 0.0), 1.0) * math.log(gain))
     lanes = Lanes(seed=seed, z=z, cut=1, weight=ratio * 0.5 / importance, birth=0.5, **fields)
     lanes.run(importances.weigh_by_importance, **table)
@@ -383,15 +384,15 @@ def test_thinning_out_keeps_the_expectation_and_tells_the_ledger(ratio):
 
 def test_what_has_met_a_surface_or_waits_is_not_weighed():
     lanes = Lanes(cut=0, weight=1e3, birth=1.0)
-    lanes.run(importances.weigh_by_importance, kz=1.0, most=1.0, station=0.1)
+    lanes.run(importances.weigh_by_importance, kz=1.0, most=1.0)
     assert (lanes["weight"] == 1e3).all() and (lanes["copies"] == 0).all()
 
 
 def test_a_station_is_no_collision():
     lanes = Lanes(flies=1, distance=np.where(np.arange(LANES) % 2, 5.0, 0.01), uz=1.0)
-    lanes.run(importances.cut_flight, station=0.1)
+    lanes.run(importances.cut_flight, kz=importances.DOUBLE / 0.1, most=1e3)
     np.testing.assert_allclose(lanes["distance"], np.where(np.arange(LANES) % 2, 0.1, 0.01), rtol=1e-12)
-    lanes.run(collisions.collide).run(importances.pause_at_station, station=0.1)
+    lanes.run(collisions.collide).run(importances.pause_at_station)
     assert (lanes["collides"] == (np.arange(LANES) % 2 == 0)).all()
     assert (lanes["cut"] == 1).all() and int(lanes.bundle["collisions"][0]) == LANES // 2
 
@@ -403,12 +404,20 @@ WORDS = {"all zeros": 0, "all ones": 0xFFFFFFFF}
 LAST = 1 - 2.0**-52
 
 
+def draw_only(word, monkeypatch):
+    """Let free paths be made of this word alone, in plain Python."""
+    monkeypatch.setattr(paths, "event_words", lambda *_: (np.uint64(word),) * 4)
+    plain = getattr(paths.free_flight, "py_func", paths.free_flight)
+    for module in (collisions, forcing):
+        monkeypatch.setattr(module, "free_flight", plain)
+
+
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
 @pytest.mark.parametrize("mfp", [1e-300, 1.0, 1e300, math.inf])
 def test_extreme_draws_make_finite_paths(word, mfp, monkeypatch):
     """Plain Python with a stream of zeros, and of ones: no path is 0 or longer than 37 mean ones; none in vacuum ends."""
-    for module, step in ((collisions, collisions.fly), (forcing, forcing.fly_or_be_forced)):
-        monkeypatch.setattr(module, "event_words", lambda *_: (np.uint64(word),) * 4)
+    draw_only(word, monkeypatch)
+    for step in (collisions.fly, forcing.fly_or_be_forced):
         lanes = Lanes(mfp=mfp).run_plainly(step)
         depth = lanes["distance"] / mfp if 1e-200 < mfp < math.inf else lanes["distance"]
         assert (np.isinf(depth) if mfp == math.inf else (depth > 0) & (depth < 37.5)).all()
@@ -421,7 +430,7 @@ def test_extreme_draws_make_finite_paths(word, mfp, monkeypatch):
 @pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
 @pytest.mark.parametrize("tau", [1e-300, 1e-12, 1.0, 1e4])
 def test_extreme_draws_force_collisions_within_the_way(word, tau, monkeypatch):
-    monkeypatch.setattr(forcing, "event_words", lambda *_: (np.uint64(word),) * 4)
+    draw_only(word, monkeypatch)
     lanes = Lanes(ahead=forcing.FRESH).run_plainly(forcing.fly_or_be_forced)
     lanes["distance"] = tau
     lanes.run_plainly(forcing.force_collision)

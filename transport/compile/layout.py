@@ -150,6 +150,9 @@ BESIDE = np.dtype(
     _floats("nx ny nz") + _integers("bit")
 )  # of a birth on a body's boundary: its outward normal
 BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
+BOUNDED = np.dtype(
+    _floats("low_x low_y low_z high_x high_y high_z") + _integers("bits")
+)  # the bodies that are finite, and a box about them all
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
 # Importance e^rise, rise = (x - c) · k between 0 and `most`.

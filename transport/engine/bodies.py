@@ -4,13 +4,13 @@ A surface says for each of its sides which bodies are there.  What leaves to tha
 was known before: so a mistake does not last.
 """
 
-import numpy as np
 from numba import float64, uint64
 
 from transport.compile.layout import (
     BESIDE,
     BODY,
     BODY_BOX,
+    BOUNDED,
     EDGE,
     ESCAPED,
     INSIDE,
@@ -24,6 +24,7 @@ from transport.compile.layout import (
     SHEET_SHIFT,
 )
 from transport.engine.addresses import view
+from transport.engine.ledger import enter, lose
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.engine.surfaces import WHAT_ACTS
@@ -34,6 +35,7 @@ AT_EDGE, OFF_EDGE = (
     2.0**-42,
     2.0**-41,
 )  # [scene lengths] from a face: as near as flights.bound_rectangle tells, and clear of it
+STRAY = 2  # of `flies`
 
 
 @lane_pass(INSIDE)
@@ -135,9 +137,32 @@ def escape_at_once(b, table, first, live):
         high += w_high
         low += w_low
         b.weight[k] = 0.0 if escapes else b.weight[k]
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ESCAPED] += high
-    ledger[4 * ESCAPED + 1] += low
+    enter(b, ESCAPED, high, low)
+    return live
+
+
+@lane_pass(BOUNDED)
+def lose_strays(b, table, first, live):
+    """What is in a finite body has a surface ahead.  What has none, or would collide beyond all of them, is lost, and counted.
+
+    So no ray that rounding took past a rim flies on as if it were in the body for ever.
+    """
+    low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
+    high_x, high_y, high_z, bits = table.high_x, table.high_y, table.high_z, table.bits
+    strays = 0
+    for k in range(first, live):
+        d = b.distance[k]
+        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
+        within = (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z)
+        is_stray = ((b.inside[k] & bits) != 0) & (b.hit[k] == 0) & (b.flies[k] != 0)
+        is_stray &= (not within) & (b.weight[k] != 0.0)
+        b.flies[k] = STRAY if is_stray else b.flies[k]
+        strays += 1 if is_stray else 0
+    if strays != 0:
+        for k in range(first, live):
+            if b.flies[k] == STRAY:
+                lose(b, b.weight[k])
+                b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
     return live
 
 

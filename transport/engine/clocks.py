@@ -4,10 +4,9 @@ Times are in durations.  A flight lasts from `time` to `arrival`, and the next b
 belongs to one flight of each history, and what is counted at an instant is counted once.
 """
 
-import numpy as np
-
 from transport.compile.layout import CLOCK, IN_FLIGHT, MEDIA, MEDIA_CLOCK, MOMENT, NO_TABLE
 from transport.engine.addresses import view
+from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.streams import CLOCK as CLOCK_DRAW
@@ -100,7 +99,5 @@ def stop_clock(b, table, first, live):
         b.time[k] = arrival
         b.hit[k] = 0 if late else b.hit[k]
         b.weight[k] = 0.0 if late else b.weight[k]
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * IN_FLIGHT] += high
-    ledger[4 * IN_FLIGHT + 1] += low
+    enter(b, IN_FLIGHT, high, low)
     return live

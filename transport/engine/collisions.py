@@ -8,9 +8,6 @@ Collisions keep layout.SLACK clear of what is ahead of them and behind: no round
 
 import math
 
-import numpy as np
-from numba import uint64
-
 from transport.compile.layout import (
     MEDIA,
     NO_TABLE,
@@ -23,10 +20,14 @@ from transport.compile.layout import (
 )
 from transport.compile.phase_tables import SEGMENT
 from transport.engine.addresses import add_to_row, view
+from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.physics.directions import sample_isotropic
-from transport.physics.elementary import exp_negative, log_positive
+from transport.physics.device import device
+from transport.physics.directions import either, sample_isotropic
+from transport.physics.elementary import exp_negative
+from transport.physics.paths import free_flight
+from transport.physics.roulette import survived
 from transport.physics.scattering import (
     choose_segment,
     sample_henyey_greenstein,
@@ -34,7 +35,6 @@ from transport.physics.scattering import (
     sample_segment,
     turned_by_angle,
 )
-from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
 
 
 @lane_pass(NO_TABLE)
@@ -56,21 +56,22 @@ def fly_straight(b, table, first, live):
     return live
 
 
+@device
+def takes_off(hit, distance, weight):
+    """Whether a lane flies: it has met no surface yet, does not leave, and lives."""
+    return (hit == 0) & (distance < math.inf) & (weight != 0.0)
+
+
 @lane_pass(NO_TABLE)
 def fly(b, table, first, live):
-    """Draw a free path, and from the same random block what the collision at its end needs.
-
-    Of 2^52 equal cells of probability the middles: no path is 0, none longer than 37 mean ones.
-    """
+    """Draw a free path, and what the collision at its end needs."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
-        flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        path = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)) * b.mfp[k]
-        b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
+        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
+        flies = takes_off(b.hit[k], b.distance[k], b.weight[k])
+        b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
-        b.u0[k], b.u1[k] = uniform(w2, (w1 << uint64(20)) & LOW32), short_uniform(w3)
     return live
 
 
@@ -130,10 +131,7 @@ def account_absorbed_in(b, table, first, live):
         here = b.medium[k] == medium
         high += b.high[k] if here else 0
         low += b.low[k] if here else 0
-    row = 4 * table.ledger
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[row] += high
-    ledger[row + 1] += low
+    enter(b, table.ledger, high, low)
     return live
 
 
@@ -156,20 +154,16 @@ def play_roulette_in_flight(b, table, first, live):
     for k in range(first, live):
         w, birth, u = b.weight[k], b.birth[k], b.u0[k]
         light = (b.collides[k] != 0) & (w < threshold * birth)
-        chance = w / birth
-        survives = u < chance
-        fresh = u / chance
-        b.u0[k] = (fresh if fresh < 1.0 else 0.0) if light & survives else u
-        new = (birth if survives else 0.0) if light else w
+        left, fresh = survived(w, birth, u)
+        b.u0[k] = fresh if light else u
+        new = left if light else w
         high, low = limbs(w)
         new_high, new_low = limbs(new)
         total_high += high - new_high
         total_low += low - new_low
         b.weight[k] = new
         b.collides[k] = 0 if new == 0.0 else b.collides[k]
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ROULETTE] += total_high
-    ledger[4 * ROULETTE + 1] += total_low
+    enter(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -200,9 +194,7 @@ def scatter_isotropically(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = sample_isotropic(b.u0[k], b.u1[k])
         here = b.collides[k] == number
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -214,9 +206,7 @@ def scatter_by_henyey_greenstein(b, table, first, live):
         mu, sine = sample_henyey_greenstein(g, b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         here = b.collides[k] == number
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -228,9 +218,7 @@ def scatter_by_rayleigh(b, table, first, live):
         mu, sine = sample_rayleigh(b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
         here = b.collides[k] == number
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 
@@ -253,9 +241,7 @@ def scatter_by_table(b, table, first, live):
         start, width, share = b.nx[k] if here else 0.0, b.ny[k] if here else 1.0, b.nz[k] if here else 0.5
         mu, sine = sample_segment(start, width, share, b.u0[k])
         ux, uy, uz = turned_by_angle(b.ux[k], b.uy[k], b.uz[k], mu, sine, b.u1[k])
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
     return live
 
 

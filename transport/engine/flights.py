@@ -6,13 +6,10 @@ no ray slips between two walls that share an edge; a meter counts by its exact b
 
 import math
 
-import numpy as np
-
 from transport.compile.layout import (
     DISK,
     EDGE,
     ESCAPED,
-    LOST,
     NO_TABLE,
     OUT,
     PASSED_SHIFT,
@@ -24,7 +21,7 @@ from transport.compile.layout import (
     SURFACE_MASK,
     SURFACE_SHIFT,
 )
-from transport.engine.addresses import view
+from transport.engine.ledger import enter, lose
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.device import device
@@ -214,19 +211,14 @@ def leave(b, table, first, live):
         hits += 0 if gone | (w == 0.0) else 1
         any_lost |= 0 if is_sane | (w == 0.0) else 1
         b.weight[k] = 0.0 if gone & is_sane else w
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ESCAPED] += high
-    ledger[4 * ESCAPED + 1] += low
+    enter(b, ESCAPED, high, low)
     b.crossings += hits
     if any_lost != 0:
         for k in range(first, live):
             w = b.weight[k]
             is_sane = abs(b.x[k] + b.y[k] + b.z[k] + b.ux[k] + b.uy[k] + b.uz[k] + w) < math.inf
             if w != 0.0 and not is_sane:
-                w_high, w_low = limbs(w if w == w else 0.0)
-                ledger[4 * LOST] += w_high
-                ledger[4 * LOST + 1] += w_low
-                ledger[4 * LOST + 2] += 1
+                lose(b, w)
                 b.weight[k] = 0.0
     return live
 

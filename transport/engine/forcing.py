@@ -6,14 +6,12 @@ weight of its own, to a collision before it: at depth -ln(1 - u (1 - exp(-tau)))
 
 import math
 
-import numpy as np
-
 from transport.compile.layout import NO_TABLE, ROULETTE, SLACK
-from transport.engine.addresses import view
+from transport.engine.collisions import takes_off
+from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.physics.elementary import expm1_negative, log1p, log_positive
-from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
+from transport.physics.paths import depth_before, free_flight
 
 FRESH, FREE = -1.0, 0.0  # what is to be forced, and what is not; a positive number: the path of a forced copy
 
@@ -31,9 +29,8 @@ def fly_or_be_forced(b, table, first, live):
     """Draw a free path, as collisions.fly; what is fresh looks as far as the surface ahead, a copy has its path."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
-        flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        depth, ahead = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1)), b.ahead[k]
+        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
+        flies, ahead = takes_off(b.hit[k], b.distance[k], b.weight[k]), b.ahead[k]
         path = ahead if ahead > 0.0 else depth * b.mfp[k]
         path = math.inf if ahead == FRESH else path
         b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
@@ -41,7 +38,6 @@ def fly_or_be_forced(b, table, first, live):
         b.depth[k] = depth
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
-        b.u0[k], b.u1[k] = uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
     return live
 
 
@@ -58,8 +54,8 @@ def force_collision(b, table, first, live):
         way = b.distance[k] - b.start[k]
         ends = way < math.inf
         tau = way / mfp if fresh & ends else 1.0
-        share, chance = expm1_negative(-tau), expm1_negative(-b.depth[k])
-        path = -log1p(-chance * share) * mfp
+        depth, share = depth_before(tau, b.depth[k])  # the share: less than 0
+        path = depth * mfp
         forced = fresh & ends
         high, low = limbs(w)
         caught, rest = -w * share, w + w * share
@@ -74,7 +70,5 @@ def force_collision(b, table, first, live):
         far = fresh & (not ends)
         b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * SLACK) if far else b.distance[k]
         b.ahead[k] = FREE if far else b.ahead[k]
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ROULETTE] += total_high
-    ledger[4 * ROULETTE + 1] += total_low
+    enter(b, ROULETTE, total_high, total_low)
     return live

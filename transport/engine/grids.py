@@ -4,14 +4,14 @@ No draw is made on the way from macro cell to macro cell, and none in empty ones
 is spent wherever it is spent.  For the same reason a long flight may be cut and go on as a new one.
 """
 
-import math
-
 import numpy as np
 from numba import int64, uint64
 
 from transport.compile.layout import GRID, NO_TABLE, SLACK
 from transport.engine.addresses import view
 from transport.engine.bundle import PITCH
+from transport.engine.collisions import takes_off
+from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.engine.voxels import cell_at, coefficients, grid_depth, pace
@@ -34,8 +34,8 @@ from transport.engine.walks import (
     place_of,
     settle,
 )
-from transport.physics.elementary import exp_negative, log_positive
-from transport.physics.streams import LOW32, PATH, event_words, short_uniform, uniform
+from transport.physics.elementary import exp_negative
+from transport.physics.paths import free_flight
 
 
 @lane_pass(NO_TABLE)
@@ -43,14 +43,12 @@ def fly_in_grids(b, table, first, live):
     """Draw a free path, as collisions.fly, and keep the optical depth that it is made of: in grids it is spent voxel by voxel."""
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
-        w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], PATH, seed_low, seed_high)
-        flies = (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
-        depth = -log_positive((1.0 - 2.0**-53) - uniform(w0, w1))
+        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
+        flies = takes_off(b.hit[k], b.distance[k], b.weight[k])
         b.depth[k] = depth
         b.distance[k] = b.start[k] + (depth * b.mfp[k] + 2.0 * SLACK) if flies else b.distance[k]
         b.event[k] += 1 if flies else 0
         b.flies[k] = 1 if flies else 0
-        b.u0[k], b.u1[k] = uniform(w2, (w1 << 20) & LOW32), short_uniform(w3)
     return live
 
 
@@ -160,10 +158,7 @@ def attenuate_in_grid(b, table, first, live):
         high += w_high - left_high
         low += w_low - left_low
         b.weight[k] = after
-    row = 4 * table.ledger
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[row] += high
-    ledger[row + 1] += low
+    enter(b, table.ledger, high, low)
     return live
 
 

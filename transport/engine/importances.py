@@ -6,18 +6,25 @@ at stations so short that importance at most doubles: what passes deep without a
 
 import math
 
-import numpy as np
 from numba import int64
 
-from transport.compile.layout import IMPORTANCE, ROULETTE, SLACK
-from transport.engine.addresses import view
+from transport.compile.layout import IMPORTANCE, NO_TABLE, ROULETTE, SLACK
+from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
+from transport.physics.device import device
 from transport.physics.elementary import exp_negative
+from transport.physics.roulette import survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
 DOUBLE = 0.6931471805599453
 MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
+
+
+@device
+def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
+    """The logarithm of importance at a place: linear along the way from its start to its end, and constant beyond."""
+    return min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
 
 
 @lane_pass(IMPORTANCE)
@@ -27,7 +34,7 @@ def begin_where_important(b, table, first, live):
     for k in range(first, live):
         start = b.start[k] if b.start[k] < 0.0 else 0.0  # of an aimed one, whose ray is told from its target
         x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
-        rise = min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
+        rise = rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)
         b.birth[k] = b.weight[k] / exp_negative(-rise)
     return live
 
@@ -48,7 +55,7 @@ def cut_flight(b, table, first, live):
     return live
 
 
-@lane_pass(IMPORTANCE)
+@lane_pass(NO_TABLE)
 def pause_at_station(b, table, first, live):
     """What came to a station has not collided."""
     paused = 0
@@ -69,19 +76,17 @@ def play_roulette_by_importance(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
-        rise = min(max(rise, 0.0), most)
+        rise = rise_at(b.x[k], b.y[k], b.z[k], cx, cy, cz, kx, ky, kz, most)
         w, wanted = b.weight[k], min(b.birth[k] * exp_negative(-rise), 1.0)
         light = (b.hit[k] != 0) & (w > 0.0) & (w < 0.5 * wanted)
-        new = (wanted if uniform(w0, w1) * wanted < w else 0.0) if light else w
+        left, _ = survived(w, wanted, uniform(w0, w1))
+        new = left if light else w
         high, low = limbs(w)
         new_high, new_low = limbs(new)
         total_high += high - new_high
         total_low += low - new_low
         b.weight[k] = new
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ROULETTE] += total_high
-    ledger[4 * ROULETTE + 1] += total_low
+    enter(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -93,8 +98,7 @@ def weigh_by_importance(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz
-        rise = min(max(rise, 0.0), most)
+        rise = rise_at(b.x[k], b.y[k], b.z[k], cx, cy, cz, kx, ky, kz, most)
         w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
         wanted = min(b.birth[k] * exp_negative(-rise), 1.0)  # never heavier than what is born
         ratio = w / wanted
@@ -102,7 +106,8 @@ def weigh_by_importance(b, table, first, live):
         count = count if count > 1.0 else 1.0
         dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
         new = w / count if splits else w
-        new = (wanted if uniform(w0, w1) < ratio else 0.0) if dies_or_rises else new
+        left, _ = survived(w, wanted, uniform(w0, w1))
+        new = left if dies_or_rises else new
         b.copies[k] = int64(count) - 1 if splits else 0
         high, low = limbs(w)
         new_high, new_low = limbs(new)
@@ -110,7 +115,5 @@ def weigh_by_importance(b, table, first, live):
         total_high += high - many * new_high
         total_low += low - many * new_low
         b.weight[k] = new
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ROULETTE] += total_high
-    ledger[4 * ROULETTE + 1] += total_low
+    enter(b, ROULETTE, total_high, total_low)
     return live

@@ -7,6 +7,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.media import importance_row
+from transport.compile.strays import bounded_row
 from transport.engine import (
     bank,
     bodies,
@@ -66,6 +67,9 @@ def rounds_of(plan, moved):
     if plan.splits:
         yield step(importances.cut_flight, importance)
     yield from members_of(plan)
+    bounded = bounded_row(plan) if plan.has_bodies else None
+    if bounded is not None:
+        yield step(bodies.lose_strays, bounded)
     if plan.forces:
         yield step(forcing.force_collision)
         yield step(bank.deposit_forced, moved)
@@ -84,7 +88,7 @@ def rounds_of(plan, moved):
     if plan.scatters:
         yield step(collisions.collide)
         if plan.splits:
-            yield step(importances.pause_at_station, importance)
+            yield step(importances.pause_at_station)
         elif plan.grids:
             yield step(grids.pause)
         yield from volume_steps.collided(plan)

@@ -1,12 +1,10 @@
 """What an acting surface does: absorb, reflect, play roulette with what is left."""
 
-import numpy as np
 from numba import uint64
 
 from transport.compile.layout import (
     ABSORBED,
     DIFFUSE,
-    LOST,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     MIRROR,
@@ -21,10 +19,12 @@ from transport.compile.layout import (
     TWO_ROWS,
 )
 from transport.engine.addresses import add_to_row, view
+from transport.engine.ledger import enter, lose
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
-from transport.physics.directions import sample_cosine_law
+from transport.physics.directions import either, sample_cosine_law
 from transport.physics.interfaces import mirrored
+from transport.physics.roulette import survived
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
 MOST_EVENTS = 1 << 24  # after which a history is given up
@@ -115,9 +115,7 @@ def reflect_diffusely(b, table, first, live):
         nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
         ux, uy, uz, mu = sample_cosine_law(nx, ny, nz, b.u0[k], b.u1[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
         b.mu[k] = flip * mu if here else b.mu[k]
     return live
 
@@ -128,9 +126,7 @@ def reflect_specularly(b, table, first, live):
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == MIRROR
-        b.ux[k] = ux if here else b.ux[k]
-        b.uy[k] = uy if here else b.uy[k]
-        b.uz[k] = uz if here else b.uz[k]
+        b.ux[k], b.uy[k], b.uz[k] = either(here, ux, uy, uz, b.ux[k], b.uy[k], b.uz[k])
         b.mu[k] = -b.mu[k] if here else b.mu[k]
         b.event[k] += 1 if here else 0
     return live
@@ -156,16 +152,14 @@ def play_roulette(b, table, first, live):
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
         light = (w < 0.5 * birth) & (w > 0.0) & (b.hit[k] != 0)
-        kept = birth if b.u2[k] * birth < w else 0.0
-        new = kept if light else w
+        left, _ = survived(w, birth, b.u2[k])
+        new = left if light else w
         high, low = limbs(w)
         new_high, new_low = limbs(new)
         total_high += high - new_high
         total_low += low - new_low
         b.weight[k] = new
-    ledger = view(b.ledger, b.ledger_words, np.int64)
-    ledger[4 * ROULETTE] += total_high
-    ledger[4 * ROULETTE + 1] += total_low
+    enter(b, ROULETTE, total_high, total_low)
     return live
 
 
@@ -176,12 +170,8 @@ def give_up(b, table, first, live):
     for k in range(first, live):
         any_endless |= 1 if (b.event[k] >= MOST_EVENTS) & (b.weight[k] != 0.0) else 0
     if any_endless != 0:
-        ledger = view(b.ledger, b.ledger_words, np.int64)
         for k in range(first, live):
             if b.event[k] >= MOST_EVENTS and b.weight[k] != 0.0:
-                high, low = limbs(b.weight[k])
-                ledger[4 * LOST] += high
-                ledger[4 * LOST + 1] += low
-                ledger[4 * LOST + 2] += 1
+                lose(b, b.weight[k])
                 b.weight[k] = 0.0
     return live

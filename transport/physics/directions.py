@@ -48,3 +48,9 @@ def sample_cosine_law(nx, ny, nz, u, turn):
     c, d = cos_sin_turn(turn)
     ux, uy, uz = turned_by(nx, ny, nz, mu, s * c, s * d)
     return ux, uy, uz, mu
+
+
+@device
+def either(this, ax, ay, az, bx, by, bz):
+    """The first of two directions, or the second."""
+    return ax if this else bx, ay if this else by, az if this else bz
