@@ -89,7 +89,9 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
     elif isinstance(support, Revolved):
         columns = quadric_columns(support, space)
         kept = {name: columns[name] for name in layout.CURVED_SHEET.names if name in columns}
-        plan.curved_sheets[number] = layout.row(layout.CURVED_SHEET, **kept, is_curved=1)
+        plan.curved_sheets[number] = layout.row(
+            layout.CURVED_SHEET, **kept, narrows=support.profile.narrowing(), is_curved=1
+        )
     else:
         row["nx"], row["ny"], row["nz"] = support.normal
         row["outward"] = next(filter(None, (outward_of(member, support) for member in sheet.members)), 0.0)

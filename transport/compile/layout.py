@@ -78,8 +78,8 @@ HOLED = np.dtype(RECTANGLE.descr + _floats("hole_u hole_v hole_cos hole_sin half
 QUADRIC = np.dtype(
     _floats("cx cy cz ax ay az alpha beta gamma low high inner_low inner_high") + _integers("code sheet")
 )
-# By sheet, where any is such a surface: is_curved 1, else 0.
-CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma") + _integers("is_curved"))
+# By sheet, where any is such a surface: is_curved 1, else 0.  narrows: of a cone, along the axis 1, against it -1, else 0.
+CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma narrows") + _integers("is_curved"))
 
 # A mesh: its vertices (x, y, z), of each facet the numbers of three and the normal, and a hierarchy of boxes about c.  A node is a
 # cache line: the boxes of two children, and of each the first facet and how many, or the child's own node and 0.

@@ -11,12 +11,13 @@ from transport.compile.layout import (
     ROUNDING,
     ROWS,
     SHEET_SHIFT,
+    SLACK,
     STANDING,
 )
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.physics.elementary import cos_sin_turn
-from transport.physics.quadrics import next_crossing, quadric_crossings, quadric_form
+from transport.physics.quadrics import next_crossing, on_one_nappe, quadric_crossings, quadric_form
 from transport.physics.streams import POSITION, random_words, uniform
 
 
@@ -30,7 +31,7 @@ def meet_quadric(b, table, first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
         own = start if start < 0.0 else 0.0  # where the ray began
-        near, far, w, pace = quadric_crossings(
+        near, far, w, pace, _ = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
         )
         at_near, at_far, slack = w + near * pace, w + far * pace, ROUNDING * abs(far)
@@ -50,20 +51,22 @@ def cover_quadric(b, table, first, live):
     """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
-    code, sheet = table.code, table.sheet
+    code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0  # its apex
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
         standing = (b.sheet[k] & STANDING) == sheet
         own = start if start < 0.0 else 0.0
         closed = (last != 0) & (sheet > last)  # of meters that meet in a line, the next number is next
-        near, far, w, pace = quadric_crossings(
+        near, far, w, pace, steep = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, False
         )
         at_near, at_far = w + near * pace, w + far * pace
-        slack = ROUNDING * abs(far) if near == far else 0.0  # at the apex of a cone
-        is_near_in = (at_near + slack >= low) & (at_near - slack <= high)
-        is_far_in = (at_far + slack >= low) & (at_far - slack <= high)
+        slack = ROUNDING * abs(w)
+        one_near, one_far = on_one_nappe(at_near, at_far, slack, pace, is_below, standing)
+        at_near, at_far = one_near if steep else at_near, one_far if steep else at_far
+        is_near_in = (at_near >= low) & (at_near <= high)
+        is_far_in = (at_far >= low) & (at_far <= high)
         t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
         apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
         same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # and not its other crossing
@@ -86,10 +89,14 @@ def put_back_on_quadric(b, table, first, live):
             g2 = gx * gx + gy * gy + gz * gz
             step = 0.5 * value / g2 if g2 > 0.0 else 0.0
             b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
-            inverse = 1.0 / math.sqrt(g2) if g2 > 0.0 else 0.0
-            b.nx[k] = gx * inverse if g2 > 0.0 else ax
-            b.ny[k] = gy * inverse if g2 > 0.0 else ay
-            b.nz[k] = gz * inverse if g2 > 0.0 else az
+            # Through an apex, within rounding, goes what is steeper than the cone: from one side of it to the other.
+            pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
+            at_apex = (narrows != 0.0) & (g2 < SLACK * SLACK) & ((1.0 + row.gamma) * pace * pace > 1.0)
+            has_normal = (g2 > 0.0) & (not at_apex)
+            inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0
+            b.nx[k] = gx * inverse if has_normal else top * ax
+            b.ny[k] = gy * inverse if has_normal else top * ay
+            b.nz[k] = gz * inverse if has_normal else top * az
     return live
 
 

@@ -25,8 +25,8 @@ def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
 
 @device
 def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, standing, own, touching):
-    """The two distances along u at which a ray from o crosses the surface, the nearer first, and its height w at the
-    origin of distances and its change along the ray; NaN or infinity where there is no crossing.
+    """The two distances along u at which a ray from o crosses the surface, the nearer first, NaN or infinity where there
+    is no crossing; its height w at the origin of distances and its change along the ray; whether it is steeper than a cone.
 
     standing: one of them is known, at the distance `own`; the other follows from the sum of both, without cancellation.
     touching: a ray that comes no nearer than rounding meets the surface.  Where it is not, such a ray stays on its side;
@@ -50,8 +50,8 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     rounding = GRAZING * (abs(bent) + m * m + abs(tilted) + half_beta * half_beta + abs(alpha * a))
     steep, touches = a < 0.0, abs(d) <= rounding
     s = math.sqrt(d if d > 0.0 else 0.0) if (d > 0.0) | touches else math.nan
-    s = 0.0 if touches & steep else s
-    s = math.nan if touches & (not touching) & (not steep) else s
+    s = math.nan if touches & (not touching) else s
+    s = (0.0 if touches | (d < 0.0) else s) if steep else s  # it always meets the cone or its mirror image
     q = -b - s if b > 0.0 else -b + s
     first = q / a - h
     second = first if s == 0.0 else c / q - h
@@ -61,7 +61,19 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     near = first if first < second else second
     far = second if first < second else first
     near = second if first != first else near  # the other one is at infinity
-    return other if standing else near, math.nan if standing else far, w, pace
+    return other if standing else near, math.nan if standing else far, w, pace, steep
+
+
+@device
+def on_one_nappe(at_near, at_far, slack, pace, is_below, standing):
+    """For a ray steeper than a cone, heights over the apex of its two crossings: NaN for that of the mirror image beyond it.
+
+    Within rounding of the apex, which of both it is follows from the ray's direction, and the height is 0.
+    """
+    at_near = 0.0 if abs(at_near) <= slack else at_near
+    at_far = 0.0 if abs(at_far) <= slack else at_far
+    is_near = (pace > 0.0) == is_below
+    return at_near if is_near & (not standing) else math.nan, math.nan if is_near else at_far
 
 
 @device

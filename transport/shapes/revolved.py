@@ -73,6 +73,12 @@ class Profile:
             else self.alpha + self.beta * w / 2 >= 0
         )
 
+    def narrowing(self) -> float:
+        """Of a cone 1 where it narrows along its axis, -1 where it widens; of other surfaces 0."""
+        if self.gamma <= 0:
+            return 0.0
+        return -math.copysign(1.0, self.beta + self.gamma * (self.low + self.high))
+
     def middle_height(self) -> float:
         """Height [m] of the middle of the smallest ball that holds the surface."""
         even = ((self.low + self.high) * (1 + self.gamma) + self.beta) / 2  # as far from either rim

@@ -1,0 +1,184 @@
+"""Beams aimed at what has no width: tangents, rims, apexes, edges, corners of bodies that absorb.
+
+Each is absorbed as on one side of the edge or on the other, or lost and counted with a warning; never absorbed for ever in
+what it has left.  A code that tells what a ray is in by the surfaces crossed, and misses one of two that meet, reports 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.driven import Lanes
+from transport.compile import layout
+from transport.detectors import Detector
+from transport.engine import bodies
+from transport.materials import Surface, Transparent
+from transport.media import Medium
+from transport.scene import Scene
+from transport.shapes import Box, Cone, Cylinder, Disk, Mesh, Paraboloid, Plane, Point, Rectangle, Sphere
+from transport.simulate import simulate
+from transport.sources import Beam, Source
+
+FOG = Medium(absorption=1.0)
+THIN = Medium(absorption=0.5, scattering=0.5)
+
+
+def filled(shape, medium=FOG):
+    return Surface(shape, Transparent(), inside=medium)
+
+
+def can(medium=FOG):
+    ends = [Disk(center=(0, 0, 1), radius=1.0), Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.0)]
+    return [filled(Cylinder(radius=1.0, height=2.0), medium), *(filled(end, medium) for end in ends)]
+
+
+def hut(medium=FOG):
+    base = Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.0)
+    return [filled(Cone(radius=1.0, height=2.0), medium), filled(base, medium)]
+
+
+def dome(medium=FOG):
+    return [
+        filled(Sphere(radius=1.0, mu_min=0.0), medium),
+        filled(Disk(normal=(0, 0, -1), radius=1.0), medium),
+    ]
+
+
+def bowl(medium=FOG):
+    """A paraboloid with its vertex at the origin, and its lid."""
+    lid = Disk(center=(0, 0, 1), radius=1.0)
+    return [filled(Paraboloid(focal_length=0.25, radius=1.0), medium), filled(lid, medium)]
+
+
+def followed(surfaces, origin, target, medium=FOG, particles=320):
+    """Absorbed and lost shares of a beam from one point towards another, and the run's warnings."""
+    way = tuple(float(b - a) for a, b in zip(origin, target, strict=True))
+    lamp = Source(Point(position=tuple(map(float, origin))), Beam(way, power=1.0))
+    result = simulate(Scene(lamp, surfaces), particles=particles, seed=1, threads=1)
+    return result.ledger["absorbed"].value, result.ledger["lost"].value, result.warnings
+
+
+def absorbed(way):
+    return -math.expm1(-way)
+
+
+TANGENTS = {
+    "wall of a can": (can, (1, 3, 0), (1, 0, 0), 0.0),
+    "pole of a dome": (dome, (3, 0, 1), (0, 0, 1), 0.0),
+    "side of a dome": (dome, (1, 3, 0.5), (1, 0, 0.5), None),
+    "vertex of a bowl": (bowl, (3, 0, 0), (0, 0, 0), 0.0),
+    "apex, from the side": (hut, (2, 0, 1), (0, 0, 1), 0.0),
+    "apex, obliquely past it": (hut, (2, 0, 2), (0, 0, 1), 0.0),
+}
+
+
+@pytest.mark.parametrize(("solid", "origin", "target", "way"), TANGENTS.values(), ids=TANGENTS)
+def test_what_only_touches_stays_outside(solid, origin, target, way):
+    share, lost, _ = followed(solid(), origin, target)
+    assert lost == 0
+    assert share == pytest.approx(0.0 if way == 0.0 else share, abs=1e-12)
+    assert share < 1e-6
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-300, 1e-15, 1e-12, 1e-9, 1e-6])
+@pytest.mark.parametrize("upwards", [False, True])
+def test_through_the_apex_of_a_cone(aside, upwards):
+    """On the axis, and so near to it that squares vanish: both ways the path is the height of the cone."""
+    origin, target = ((aside, 0, 3), (aside, 0, 0))
+    if upwards:
+        origin = (aside, 0, -3)
+    share, lost, _ = followed(hut(), origin, target)
+    assert lost == 0
+    assert share == pytest.approx(absorbed(2 * (1 - aside)), rel=1e-12)
+
+
+@pytest.mark.parametrize("tilt", [0.1, 0.2, 0.4])
+def test_through_the_apex_obliquely(tilt):
+    share, lost, _ = followed(hut(), (tilt, 0, 2), (0, 0, 1))
+    assert lost == 0
+    assert share == pytest.approx(absorbed(2 * math.hypot(1, tilt)), rel=1e-12)
+
+
+def aimed_at_rims(number):
+    """Beams from all around at points of the rims and corners of solids."""
+    rng = np.random.default_rng(number)
+    turn, height = rng.uniform(0, 2 * math.pi), rng.choice([-1.0, 1.0])
+    rim = (math.cos(turn), math.sin(turn), height)
+    corner = tuple(rng.choice([-1.0, 1.0], 3))
+    edge = (rng.uniform(-1, 1), *rng.choice([-1.0, 1.0], 2))
+    solids = [(can(), rim), ([filled(Mesh.box(size=2.0))], corner), ([filled(Mesh.box(size=2.0))], edge)]
+    solids += [([filled(Box(size=2.0))], corner), ([filled(Box(size=2.0))], edge)]
+    for surfaces, target in solids:
+        for _ in range(6):
+            way = rng.normal(size=3)
+            yield surfaces, tuple(np.array(target) - 3 * way / np.linalg.norm(way)), target
+
+
+def chord(origin, target, is_can):
+    """Way of a line within the can or the box of half sides 1."""
+    o, u = np.array(origin, float), np.array(target, float) - origin
+    u /= np.linalg.norm(u)
+    ends = []
+    for axis in (2,) if is_can else (0, 1, 2):
+        ends.append(sorted(((-1 - o[axis]) / u[axis], (1 - o[axis]) / u[axis])))
+    if is_can:
+        a, b, c = u[:2] @ u[:2], o[:2] @ u[:2], o[:2] @ o[:2] - 1
+        root = math.sqrt(max(b * b - a * c, 0.0))
+        ends.append([(-b - root) / a, (-b + root) / a])
+    return max(min(far for _, far in ends) - max(near for near, _ in ends), 0.0)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_at_rims_and_corners_it_is_right_or_lost(number):
+    """Through the solid, or past it by nothing; what rounding led astray is counted as lost and told."""
+    for surfaces, origin, target in aimed_at_rims(number):
+        share, lost, warnings = followed(surfaces, origin, target, particles=64)
+        way = chord(origin, target, is_can=len(surfaces) == 3)
+        assert lost in (0.0, 1.0)
+        assert lost > 0 or share == pytest.approx(absorbed(way), abs=1e-6)
+        assert lost == 0 or any("lost" in warning for warning in warnings)
+
+
+def test_in_a_haze_strays_are_lost_where_they_would_collide():
+    """The rim of a can of what scatters, touched from outside: no collision lies beyond the box about the can."""
+    share, lost, _ = followed(can(THIN), (2, 0, 0), (0, 0, 2), particles=2000)
+    assert share + lost < 0.9 or lost > 0.2
+
+
+def test_endless_bodies_have_no_strays():
+    """A half space, a slab, and all that lies outside of a ball: flights without a surface ahead are their due."""
+    lamp = Source(Point(position=(0, 0, 2.0)), Beam((0, 0, 1), power=1.0))
+    outside = Surface(Sphere(radius=1.0), Transparent(), outside=FOG)
+    result = simulate(Scene(lamp, [outside], medium=FOG), particles=64, seed=1, threads=1)
+    assert result.ledger["absorbed"].value == pytest.approx(1.0) and result.ledger["lost"].value == 0
+
+
+def test_only_what_flies_in_a_finite_body_goes_astray():
+    """Each reason by itself: not in the body, a surface ahead, waiting, dead, ending within the box."""
+    lanes = Lanes(inside=1, flies=1, distance=math.inf, weight=0.5)
+    for lane, name, value in ((1, "inside", 2), (2, "hit", 1), (3, "flies", 0), (4, "weight", 0.0)):
+        changed = lanes[name]
+        changed[lane] = value
+        lanes[name] = changed
+    changed = lanes["distance"]
+    changed[5], changed[6] = 0.5, 1.5
+    lanes["distance"] = changed
+    lanes.run(bodies.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bits=1)
+    kept = np.flatnonzero(lanes["weight"] == 0.5)
+    assert kept.tolist() == [1, 2, 3, 5]
+    strays = int(lanes.ledger[layout.LOST, 2])
+    assert strays == len(lanes["weight"]) - 5
+    assert lanes.gained(layout.LOST) == pytest.approx(0.5 * strays)
+    assert (lanes["flies"][6:] == 0).all() and (lanes["distance"][6:] == 0.0).all()
+
+
+def test_a_meter_does_not_make_a_body_finite():
+    """A disk beside a half space bounds nothing."""
+    lamp = Source(Point(position=(0, 0, 1.0)), Beam((0, 0, -1), power=1.0))
+    ground = Surface(Rectangle(width=1, height=1, center=(0, 0, 0.5)), Transparent())
+    soil = Surface(Plane(), Transparent(), inside=FOG)
+    result = simulate(Scene(lamp, [ground, soil], Detector(Plane(), "top")), particles=64, seed=1, threads=1)
+    assert result.ledger["absorbed"].value == pytest.approx(1.0) and result.ledger["lost"].value == 0
