@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from tests.agreement import assert_follows
 from tests.driven import Lanes
 from transport.compile import layout
-from transport.engine import collisions, forcing, importances
+from transport.engine import collisions, forcing, importances, roulette
 from transport.engine.bank import number_of_copy as bank_number
 from transport.engine.bundle import LANES
 from transport.physics import paths
@@ -184,7 +184,7 @@ def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold):
         birth = random.choice([1.0, 1e-3, 0.37], LANES)
         weight = birth * random.random(LANES)
         lanes = Lanes(collides=1, weight=weight, birth=birth, u0=random.random(LANES))
-        lanes.run(collisions.play_roulette_in_flight, threshold=threshold)
+        lanes.run(roulette.play_roulette_in_flight, threshold=threshold)
         played = weight < threshold * birth
         assert (lanes["weight"] == weight)[~played].all()
         assert np.isin((lanes["weight"] / birth)[played], (0.0, 1.0)).all()
@@ -203,7 +203,7 @@ def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold):
 
 
 def test_what_does_not_collide_is_not_played_for():
-    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(collisions.play_roulette_in_flight, threshold=0.5)
+    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(roulette.play_roulette_in_flight, threshold=0.5)
     assert (lanes["weight"] == 1e-6).all() and lanes.gained(layout.ROULETTE) == 0
 
 
@@ -466,6 +466,6 @@ def test_extreme_draws_scatter_into_directions_of_length_one(old, u0, u1):
 def test_extreme_draws_in_roulette(u):
     for weight in (5e-324, 1e-300, 0.25, 0.5 - 2.0**-54):
         lanes = Lanes(collides=1, weight=weight, u0=u)
-        lanes.run_plainly(collisions.play_roulette_in_flight, threshold=0.5)
+        lanes.run_plainly(roulette.play_roulette_in_flight, threshold=0.5)
         assert np.isin(lanes["weight"], (0.0, 1.0)).all()
         assert ((lanes["u0"] >= 0) & (lanes["u0"] < 1)).all()

@@ -12,8 +12,6 @@ from transport.compile.layout import (
     MEDIA,
     NO_TABLE,
     PHASE_LAW,
-    ROULETTE,
-    ROULETTE_LAW,
     SLACK,
     TWO_ROWS,
     WEIGHED,
@@ -27,7 +25,6 @@ from transport.physics.device import device
 from transport.physics.directions import either, sample_isotropic
 from transport.physics.elementary import exp_negative
 from transport.physics.paths import free_flight
-from transport.physics.roulette import survived
 from transport.physics.scattering import (
     choose_segment,
     sample_henyey_greenstein,
@@ -141,29 +138,6 @@ def account_absorbed_everywhere(b, table, first, live):
     rows = b.ledger + 32 * table.ledger
     for k in range(first, live):
         add_to_row(rows + 32 * b.medium[k], b.high[k], b.low[k], 0, 0)
-    return live
-
-
-@lane_pass(ROULETTE_LAW)
-def play_roulette_in_flight(b, table, first, live):
-    """What collides below a share of its birth weight survives with the chance weight/birth, at its birth weight again.
-
-    The ledger takes what was killed less what was gained: expectation 0.
-    """
-    total_high, total_low, threshold = 0, 0, table.threshold
-    for k in range(first, live):
-        w, birth, u = b.weight[k], b.birth[k], b.u0[k]
-        light = (b.collides[k] != 0) & (w < threshold * birth)
-        left, fresh = survived(w, birth, u)
-        b.u0[k] = fresh if light else u
-        new = left if light else w
-        high, low = limbs(w)
-        new_high, new_low = limbs(new)
-        total_high += high - new_high
-        total_low += low - new_low
-        b.weight[k] = new
-        b.collides[k] = 0 if new == 0.0 else b.collides[k]
-    enter(b, ROULETTE, total_high, total_low)
     return live
 
 

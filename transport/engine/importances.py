@@ -27,6 +27,12 @@ def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
     return min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
 
 
+@device
+def wanted_at(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
+    """The weight to have at a place: the lighter the more important, never heavier than what is born."""
+    return min(birth * exp_negative(-rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
+
+
 @lane_pass(IMPORTANCE)
 def begin_where_important(b, table, first, live):
     """A history is as heavy as it should be where it is born: what its weight is compared with elsewhere follows from there."""
@@ -69,28 +75,6 @@ def pause_at_station(b, table, first, live):
 
 
 @lane_pass(IMPORTANCE)
-def play_roulette_by_importance(b, table, first, live):
-    """At walls: what is less than half as heavy as its place wants survives with the chance of that share, at that weight."""
-    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
-    total_high, total_low = 0, 0
-    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
-    for k in range(first, live):
-        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        rise = rise_at(b.x[k], b.y[k], b.z[k], cx, cy, cz, kx, ky, kz, most)
-        w, wanted = b.weight[k], min(b.birth[k] * exp_negative(-rise), 1.0)
-        light = (b.hit[k] != 0) & (w > 0.0) & (w < 0.5 * wanted)
-        left, _ = survived(w, wanted, uniform(w0, w1))
-        new = left if light else w
-        high, low = limbs(w)
-        new_high, new_low = limbs(new)
-        total_high += high - new_high
-        total_low += low - new_low
-        b.weight[k] = new
-    enter(b, ROULETTE, total_high, total_low)
-    return live
-
-
-@lane_pass(IMPORTANCE)
 def weigh_by_importance(b, table, first, live):
     """Too heavy for the place: split; too light: killed or raised.  The ledger takes what was killed less what was gained."""
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
@@ -98,9 +82,8 @@ def weigh_by_importance(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
-        rise = rise_at(b.x[k], b.y[k], b.z[k], cx, cy, cz, kx, ky, kz, most)
+        wanted = wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
         w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
-        wanted = min(b.birth[k] * exp_negative(-rise), 1.0)  # never heavier than what is born
         ratio = w / wanted
         count = math.floor(ratio) if ratio < MOST_COPIES else MOST_COPIES
         count = count if count > 1.0 else 1.0

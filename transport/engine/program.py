@@ -28,6 +28,7 @@ from transport.engine import (
     quadrics,
     refinements,
     rims,
+    roulette,
     speeds,
     surfaces,
 )
@@ -250,9 +251,9 @@ def _crossing(plan, moved):
     yield from casts_of_walls(plan)
     yield from _onwards(plan)
     if plan.has_roulette:
-        yield step(surfaces.play_roulette)
+        yield step(roulette.play_roulette)
     elif plan.splits and plan.reflects:
-        yield step(importances.play_roulette_by_importance, importance_row(plan))
+        yield step(roulette.play_roulette_by_importance, importance_row(plan))
     if plan.reflects:
         yield step(surfaces.give_up)
     yield from _end(plan, moved)

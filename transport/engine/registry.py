@@ -29,6 +29,7 @@ from transport.engine import (
     quadrics,
     refinements,
     rims,
+    roulette,
     shadows,
     snapshots,
     speeds,
@@ -41,7 +42,7 @@ from transport.engine.passes import Pass
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
     aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, shadows, snapshots, speeds, surfaces, volume_cells, volumes,
+    refinements, rims, roulette, shadows, snapshots, speeds, surfaces, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)

@@ -18,6 +18,7 @@ from transport.engine import (
     forcing,
     grids,
     importances,
+    roulette,
     snapshots,
     surfaces,
     volume_steps,
@@ -100,7 +101,7 @@ def rounds_of(plan, moved):
             yield from _absorbed(plan)
         if plan.has_roulette_in_flight:
             law = layout.row(layout.ROULETTE_LAW, threshold=plan.tracking.roulette)
-            yield step(collisions.play_roulette_in_flight, law)
+            yield step(roulette.play_roulette_in_flight, law)
         yield from _scattering(plan)
         if plan.splits:
             yield step(importances.weigh_by_importance, importance)

@@ -10,7 +10,6 @@ from transport.compile.layout import (
     MIRROR,
     NO_TABLE,
     OPTICS,
-    ROULETTE,
     ROWS,
     SURFACE,
     SURFACE_MASK,
@@ -19,12 +18,11 @@ from transport.compile.layout import (
     TWO_ROWS,
 )
 from transport.engine.addresses import add_to_row, view
-from transport.engine.ledger import enter, lose
+from transport.engine.ledger import lose
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.directions import either, sample_cosine_law
 from transport.physics.interfaces import mirrored
-from transport.physics.roulette import survived
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
 MOST_EVENTS = 1 << 24  # after which a history is given up
@@ -138,28 +136,6 @@ def count_reflections(b, table, first, live):
     for k in range(first, live):
         acts = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) != TRANSPARENT
         b.reflections[k] += 1 if acts else 0
-    return live
-
-
-@lane_pass(NO_TABLE)
-def play_roulette(b, table, first, live):
-    """Below half its birth weight a particle survives with probability weight/birth, at its birth weight again.
-
-    Relative to the birth weight, so that the unit of power does not matter.  The ledger takes what was killed less
-    what was gained: expectation 0.
-    """
-    total_high, total_low = 0, 0
-    for k in range(first, live):
-        w, birth = b.weight[k], b.birth[k]
-        light = (w < 0.5 * birth) & (w > 0.0) & (b.hit[k] != 0)
-        left, _ = survived(w, birth, b.u2[k])
-        new = left if light else w
-        high, low = limbs(w)
-        new_high, new_low = limbs(new)
-        total_high += high - new_high
-        total_low += low - new_low
-        b.weight[k] = new
-    enter(b, ROULETTE, total_high, total_low)
     return live
 
 

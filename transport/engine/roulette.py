@@ -1,0 +1,73 @@
+"""Russian roulette, at walls and at collisions: light histories are killed or made heavy again, which costs no mean.
+
+Light is told relative to the weight that a history was born with, or that importance wants at its place, so that the unit of
+power does not matter.  The ledger takes what was killed less what was gained: expectation 0.
+"""
+
+from transport.compile.layout import IMPORTANCE, NO_TABLE, ROULETTE, ROULETTE_LAW
+from transport.engine.importances import wanted_at
+from transport.engine.ledger import enter
+from transport.engine.passes import lane_pass
+from transport.engine.sums import limbs
+from transport.physics.device import device
+from transport.physics.roulette import survived
+from transport.physics.streams import WEIGH, event_words, uniform
+
+LIGHT = 0.5  # at walls: share of the weight that is wanted
+
+
+@device
+def played(is_light, weight, wanted, u):
+    """The weight after the game, where it is played, a fresh number in place of u, and what the ledger takes."""
+    left, fresh = survived(weight, wanted, u)
+    new = left if is_light else weight
+    high, low = limbs(weight)
+    new_high, new_low = limbs(new)
+    return new, fresh if is_light else u, high - new_high, low - new_low
+
+
+@lane_pass(NO_TABLE)
+def play_roulette(b, table, first, live):
+    """At walls: below half its birth weight."""
+    total_high, total_low = 0, 0
+    for k in range(first, live):
+        w, birth = b.weight[k], b.birth[k]
+        is_light = (w < LIGHT * birth) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = played(is_light, w, birth, b.u2[k])
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def play_roulette_by_importance(b, table, first, live):
+    """At walls: below half the weight that its place wants."""
+    total_high, total_low = 0, 0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    for k in range(first, live):
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        w, wanted = b.weight[k], wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
+        is_light = (w < LIGHT * wanted) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = played(is_light, w, wanted, uniform(w0, w1))
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+@lane_pass(ROULETTE_LAW)
+def play_roulette_in_flight(b, table, first, live):
+    """At collisions: below a share of its birth weight."""
+    total_high, total_low, threshold = 0, 0, table.threshold
+    for k in range(first, live):
+        w, birth = b.weight[k], b.birth[k]
+        is_light = (b.collides[k] != 0) & (w < threshold * birth)
+        new, b.u0[k], high, low = played(is_light, w, birth, b.u0[k])
+        b.weight[k] = new
+        b.collides[k] = 0 if new == 0.0 else b.collides[k]
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live
