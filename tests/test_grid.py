@@ -17,51 +17,21 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from transport.compile import compile_scene, grids
-from transport.results.estimates import Estimate
+from tests.grid_scenes import (
+    FALSE_ALARM,
+    SIZE,
+    checkerboard,
+    columns,
+    come_through,
+    depth_along,
+    forget_programs,
+    grid_scene,
+    lit_along_z,
+    plant_block,
+    strewn,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
-FALSE_ALARM = 1e-6
-SIZE = (2.0, 1.0, 1.5)
-
-
-def strewn(shape=(5, 4, 6), seed=1, low=-3.0, high=3.0) -> np.ndarray:
-    """Coefficients of all magnitudes between 10^low and 10^high."""
-    return 10.0 ** np.random.default_rng(seed).uniform(low, high, shape)
-
-
-def checkerboard(shape=(5, 4, 6)) -> np.ndarray:
-    return 0.2 + 1.5 * (np.indices(shape).sum(axis=0) % 2)
-
-
-def grid_scene(medium, source, detectors=(), size=SIZE) -> tp.Scene:
-    return tp.Scene(
-        source, tp.Surface(tp.Box(size=size), tp.Transparent(), inside=medium, name="box"), detectors
-    )
-
-
-def depth_along(grid: tp.Grid, start, direction) -> float:
-    """Optical depth of a ray to the end of its grid: voxels looked up in the middle between crossings of the lattice's planes."""
-    low, high = np.array(grid.box.bounds)
-    u = np.array(direction) / np.linalg.norm(direction)
-    crossings = [0.0]
-    for axis in range(3):
-        if u[axis] != 0:
-            planes = np.linspace(low[axis], high[axis], grid.shape[axis] + 1)
-            crossings += ((planes - start[axis]) / u[axis]).tolist()
-    t = np.unique([each for each in crossings if each >= 0])
-    middles = np.array(start) + np.outer((t[1:] + t[:-1]) / 2, u)
-    voxels = np.floor((middles - low) / (high - low) * grid.shape).astype(int)
-    inside = ((voxels >= 0) & (voxels < grid.shape)).all(axis=1)
-    return float((grid.extinction[tuple(voxels[inside].T)] * np.diff(t)[inside]).sum())
-
-
-def come_through(grid, start, direction, tracking="weighted", particles=64) -> Estimate:
-    beam = tp.Source(tp.Point(position=tuple(start)), tp.Beam(tuple(direction), power=1.0))
-    result = tp.simulate(grid_scene(grid, beam), particles=particles, seed=1, threads=1, tracking=tracking)
-    assert result.ledger["lost"].value == 0
-    return result.ledger["escaped"]
-
 
 # ---- what only absorbs ----
 
@@ -96,19 +66,6 @@ def test_a_beam_in_a_face_of_voxels_is_in_one_of_both():
     assert left == pytest.approx(either[1], rel=1e-12) and either[0] != pytest.approx(either[1], rel=0.01)
 
 
-def columns(grid: tp.Grid) -> float:
-    """The mean over voxel columns of what a beam along z keeps."""
-    return float(np.exp(-grid.extinction.sum(axis=2) * grid.box.size[2] / grid.shape[2]).mean())
-
-
-def lit_along_z(grid, tracking, particles=200_000, seed=1) -> Estimate:
-    lid = tp.Rectangle(center=(0, 0, -1), width=SIZE[0], height=SIZE[1], up=(0, 1, 0))
-    source = tp.Source(lid, tp.Beam((0, 0, 1), power=1.0))
-    return tp.simulate(
-        grid_scene(grid, source), particles=particles, seed=seed, threads=1, tracking=tracking
-    ).ledger["escaped"]
-
-
 @pytest.mark.parametrize("tracking", ["analog", "weighted"])
 @pytest.mark.parametrize(
     "field",
@@ -127,26 +84,9 @@ def test_macro_cells_of_any_size_give_the_same_means(block, monkeypatch):
     assert_agrees(lit_along_z(grid, "analog"), columns(grid), FALSE_ALARM)
 
 
-def plant_block(monkeypatch, block: int) -> None:
-    def cells(grid):
-        tops = grids.extinction_of(grid)
-        for _ in range(block.bit_length() - 1):
-            tops = grids._halved(tops)
-        return block, np.ascontiguousarray(tops)
-
-    compile_scene.cache_clear()
-    forget_programs()
-    monkeypatch.setattr(grids, "macro_cells", cells)
-
-
-def forget_programs() -> None:
-    sys.modules["transport.simulate"]._program.cache_clear()
-
-
 @pytest.fixture(autouse=True)
 def nothing_planted_is_left():
     yield
-    compile_scene.cache_clear()
     forget_programs()
 
 
@@ -299,55 +239,3 @@ def test_bundles_of_any_size_and_threads_of_any_number_count_the_same(tracking):
         [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.split()[-1] == digest(tracking) == digest(tracking, threads=3)
-
-
-# ---- planted faults ----
-
-
-def plant(monkeypatch, name: str, wrong) -> None:
-    right = getattr(grids, name)
-    compile_scene.cache_clear()
-    forget_programs()
-    monkeypatch.setattr(grids, name, lambda *given: wrong(right(*given)))
-
-
-@pytest.mark.parametrize(
-    ("name", "wrong"),
-    [
-        ("macro_cells", lambda cells: (cells[0], 0.99 * cells[1])),
-        ("macro_cells", lambda cells: (cells[0], np.roll(cells[1], 1, axis=2))),
-        ("macro_cells", lambda cells: (cells[0], np.ascontiguousarray(cells[1][::-1]))),
-        ("levels_of", lambda levels: levels - levels // 8),
-        ("levels_of", lambda levels: levels[::-1].copy()),
-        ("levels_of", lambda levels: np.roll(levels, 1)),
-    ],
-    ids=[
-        "majorants 1 % low",
-        "cells off by one",
-        "cells backwards",
-        "too few real",
-        "voxels backwards",
-        "voxels off by one",
-    ],
-)
-def test_planted_faults_are_seen(name, wrong, monkeypatch):
-    field = strewn((9, 7, 13), low=-0.3, high=0.5)
-    if name == "macro_cells":  # all voxels of a macro cell at its majorant
-        field = strewn((5, 4, 7), low=-0.3, high=0.3).repeat(2, 0).repeat(2, 1).repeat(2, 2)[:9, :7, :13]
-    grid = tp.Grid(box=tp.Box(size=SIZE), absorption=field)
-    plant_block(monkeypatch, 2)
-    assert_agrees(lit_along_z(grid, "analog", 2_000_000), columns(grid), FALSE_ALARM)
-    plant(monkeypatch, name, wrong)
-    with pytest.raises(AssertionError):
-        assert_agrees(lit_along_z(grid, "analog", 2_000_000), columns(grid), FALSE_ALARM)
-
-
-def test_swapped_axes_are_seen():
-    rows = np.broadcast_to(np.array([0.5, 1.0, 2.0, 4.0])[:, None, None], (4, 4, 4))
-    grid, swapped = (
-        tp.Grid(box=tp.Box(size=SIZE), absorption=each) for each in (rows, rows.transpose(1, 0, 2))
-    )
-    start, way = (-0.9, -0.4, -0.7), (0.8, 0.33, 0.51)
-    left = come_through(grid, start, way).value
-    assert left == pytest.approx(math.exp(-depth_along(grid, start, way)), rel=1e-12)
-    assert left != pytest.approx(math.exp(-depth_along(swapped, start, way)), rel=0.01)

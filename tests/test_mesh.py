@@ -22,6 +22,15 @@ BALL = Mesh.sphere(radius=2.0, center=(1, -2, 3), triangles=500)
 TENT = Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], faces=[(0, 1, 3), (1, 2, 3), (2, 0, 3)])
 
 
+def test_masked_vertices_are_refused():
+    """What lies under a mask is a fill value, often 1e36: never a coordinate."""
+    masked = np.ma.masked_greater(TENT.vertices, 0.5)
+    with pytest.raises(
+        SceneError, match=r"vertices must have all their values, got 3 masked; write \.filled\(0\)"
+    ):
+        Mesh(vertices=masked, faces=TENT.faces)
+
+
 def mesh(vertices, faces):
     """A mesh of which nothing is warned."""
     with warnings.catch_warnings():

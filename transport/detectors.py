@@ -37,7 +37,8 @@ class Detector(Sided):
     particles by the direction that they come from) and of `positions`, of `times` (edges [s] within the scene's
     duration, or a number of equal bins of it) and of `speeds` (edges [m/s]).
     `via`, a name or several: only particles that crossed those detectors, or met or left those surfaces, at an
-    earlier crossing.  `events`, a number or (least, most): only those reflected so many times until now.
+    earlier crossing.  `events`, a number or (least, most): only those to which so much has happened until now, each
+    time that a medium scattered them, or that a surface reflected, refracted or let them through diffusely, or by a lens.
     `moments` adds pressure and means of speed and energy.
     """
 
@@ -136,13 +137,13 @@ class Detector(Sided):
         store(self, via=tuple(map(str, names)))
 
     def _settle_events(self) -> None:
-        """None, or (least, most) reflections; a number n stands for (n, n)."""
+        """None, or (least, most) events; a number n stands for (n, n)."""
         if self.events is None:
             return
         span = (self.events, self.events) if is_count(self.events) else self.events
         is_pair = isinstance(span, tuple | list) and len(span) == 2 and is_count(span[0])
         if not is_pair or not (is_count(span[1]) or span[1] == math.inf) or not 0 <= span[0] <= span[1]:
-            must = "a number of reflections, 0 or more, or (least, most) of them"
+            must = "a number of reflections, refractions and scatterings, 0 or more, or (least, most) of them"
             refuse(
                 self, f"events must be {must}, got {shown(self.events)}; write events=(1, math.inf) for any"
             )

@@ -46,8 +46,9 @@ class PointDetector:
     hundred-thousandth of its width all that it sends may be missing; take a VolumeDetector there.  In a wide Beam through a scattering medium about the
     point the variance grows as the logarithm of N.  Beams send nothing straight to a point: on the beam
     itself only what has been scattered or reflected counts.  Mirrors, lenses, Dielectric and Glossy surfaces
-    are refused, for no straight line leads through them; so are points on surfaces, sources with an `aim` and
-    scenes with a duration.
+    are refused, for no straight line leads through them; so are points on a Black or Diffuse surface, on what
+    emits and in a point source (on a Transparent surface they may lie), sources with an `aim` and scenes with a
+    duration.
     """
 
     position: Vector

@@ -17,7 +17,7 @@ from transport.results import Cost, Result
 from transport.results.batches import Batch, batch_of
 from transport.scene import Scene
 from transport.tracking import Tracking
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, shown, suggestion
 
 LARGEST_BATCH = 1 << 24  # histories; sums are exact below 2^30 crossings a batch
 FIRST_BATCH = (
@@ -44,7 +44,8 @@ def simulate(
     seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
     done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
     tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
-    says which).  threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    says which, and what of it had nothing to do).  estimator: "analog", crossings counted as they come; the only one yet.
+    threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """
     if not isinstance(scene, Scene):
@@ -73,24 +74,34 @@ def simulate(
         collisions=sum(batch.collisions for batch in run.batches),
         threads=threads,
     )
-    return Result(machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings)
+    return Result(machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking)
 
 
 def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
     """How to follow histories through media; None where that is left to the scene."""
+    given = tracking
     if isinstance(tracking, str) and tracking in ("analog", "weighted"):
         tracking = Tracking(absorption=tracking)
     if tracking is None or isinstance(tracking, Tracking):
         if tracking is not None and tracking.absorption == "weighted" and scene.duration is not None:
+            cure = "leave it out" if isinstance(given, str) else "write Tracking(absorption='analog', ...)"
             raise SceneError(
-                f"simulate: tracking must be analog in a scene with a duration, got {tracking}; write"
-                " Tracking(absorption='analog', ...)"
+                f"simulate: tracking must be analog in a scene with a duration, got {shown(given)}; {cure}"
             )
         return tracking
-    raise SceneError(
-        f"simulate: tracking must be 'analog', 'weighted' or a Tracking, got {shown(tracking)}; leave it out for what"
-        " suits the scene"
-    )
+    must = "tracking must be 'analog', 'weighted' or a Tracking"
+    raise SceneError(f"simulate: {must}, got {shown(tracking)}; {_tracking_cure(tracking)}")
+
+
+def _tracking_cure(tracking: object) -> str:
+    """What to write instead of a tracking that is none."""
+    if isinstance(tracking, str):
+        if tracking in ("roulette", "forced", "splitting"):
+            return f"write tracking=Tracking({tracking}=...)"
+        meant = suggestion(tracking, ("analog", "weighted"))
+        if meant.startswith("did you mean"):
+            return meant
+    return "leave it out for what suits the scene"
 
 
 @lru_cache(maxsize=32)

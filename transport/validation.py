@@ -26,6 +26,12 @@ _SYNONYMS = {  # what other programs call a parameter: its name here, and what e
     "diameter": ("radius", " (half of it)"),
 }
 
+SIMULATE = {  # what is said to `simulate`, not to the Scene
+    "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "tracking", "progress",
+}  # fmt: skip
+
+UNMASK = "write .filled(0), or another number"  # the cure for masked values
+
 _brief = reprlib.Repr()
 _brief.maxstring = _brief.maxother = 80
 
@@ -56,7 +62,8 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
     call = getattr(cls, "written", cls.__name__)
     for name, value in named.items():
         if name not in names:
-            cure = _suggested_parameter(name, names)
+            is_for_run = name in SIMULATE and cls.__name__ == "Scene"
+            cure = f"write simulate(scene, {name}=...)" if is_for_run else _suggested_parameter(name, names)
             raise SceneError(f"{title}: unknown parameter {name}={shown(value)}; {cure}")
     by_place = [field.name for field in fields if not field.kw_only]
     if len(values) > len(by_place):
@@ -98,9 +105,16 @@ def refuse(subject: object, problem: str) -> NoReturn:
 
 def shown(value: object) -> str:
     """The value as an error message shows it: plain numbers for NumPy's, long ones cut."""
+    if is_masked(value):
+        return f"{_brief.repr(value.tolist())} with masked values ({UNMASK})"
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
     return _brief.repr(value)
+
+
+def is_masked(value: object) -> bool:
+    """Whether an array has masked values, as files with gaps give: what lies under the mask is no number."""
+    return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
 
 
 def suggestion(word: object, names: Iterable[str]) -> str:

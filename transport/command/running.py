@@ -4,7 +4,7 @@ from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 
-from transport.command.verify import row_name
+from transport.command.verify import row_name, score_of
 from transport.experiment import Outcome, blamed, name_of
 from transport.results import Cost
 from transport.results.estimates import Estimate
@@ -78,7 +78,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
             "name": row_name(outcome, row.name, len(outcomes)),
             **_numbers(row.estimate),
             "exact": row.exact,
-            "z": row.z,
+            "z": score_of(row.estimate, row.exact),
         }
         for outcome in outcomes
         for row in outcome.rows

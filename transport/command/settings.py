@@ -54,6 +54,13 @@ def _named(option: str, texts: Iterable[str], read: Callable[[str], object]) -> 
 
 def _literal(text: str) -> object:
     try:
-        return ast.literal_eval(text)
+        return ast.literal_eval(_Unending().visit(ast.parse(text, mode="eval")))
     except (ValueError, SyntaxError):
         return text
+
+
+class _Unending(ast.NodeTransformer):
+    """Reads nan and inf as the numbers that they are, for which Python has no literals."""
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Constant(float(node.id)) if node.id in ("nan", "inf") else node

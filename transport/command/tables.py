@@ -10,7 +10,7 @@ from rich.text import Text
 
 from transport.command.console import UNBROKEN
 from transport.command.effects import Effects
-from transport.command.verify import Law
+from transport.command.verify import Law, score_of
 from transport.experiment import Outcome
 from transport.results import Result
 from transport.results.estimates import Estimate
@@ -24,7 +24,8 @@ def case_table(outcome: Outcome) -> Table:
     table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>")
     for row in outcome.rows:
         exact = exact_number(row.exact, row.estimate)
-        table.add_row(row.name, estimate_cell(row.estimate), unit_cell(row.estimate), exact, z_cell(row.z))
+        z = z_cell(score_of(row.estimate, row.exact))
+        table.add_row(row.name, estimate_cell(row.estimate), unit_cell(row.estimate), exact, z)
     return table
 
 
@@ -81,7 +82,8 @@ def ledger_line(result: Result) -> str:
 
 def estimate_cell(estimate: Estimate) -> str:
     """The value with its error, without the unit."""
-    return measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason)
+    number = "" if estimate.reason is None else ".7g"  # no error says how many digits are known
+    return measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
 
 
 def unit_cell(estimate: Estimate) -> str:

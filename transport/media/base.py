@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from transport.validation import refuse, shown
+from transport.validation import UNMASK, is_masked, refuse, shown
 
 
 class Phase:
@@ -44,6 +44,9 @@ def settled_phase(subject: object, value: object) -> Phase:
 
 def settled_array(subject: object, name: str, value: object, dims: int) -> np.ndarray:
     """A read-only copy of numbers in so many dimensions, finite and not negative; SceneError for others."""
+    if is_masked(value):
+        got = f"{np.ma.count_masked(value)} of {value.size} values masked"
+        refuse(subject, f"{name} must have all its values, got {got}; {UNMASK}")
     try:
         given = np.asarray(value)
         if given.dtype.kind not in "iuf":

@@ -73,15 +73,20 @@ def duration_text(seconds: float) -> str:
 
 
 def _tracking_lines(result) -> list[str]:
-    """How histories were followed through media, where there are any."""
+    """How histories were followed through media; and what of it was asked for in vain."""
     plan = result.plan
-    if not plan.has_media:
-        return []
     tracking = plan.tracking
+    if not (plan.scatters or plan.lessens):
+        idle = "tracking: nothing to do, though it was given: no medium here absorbs or scatters"
+        return [idle] if result.asked is not None else []
     how = {"analog": "analog absorption", "weighted": "absorption by weight"}[tracking.absorption]
-    extras = ["first collisions forced"] * tracking.forced
-    if tracking.splitting is not None:
+    extras = ["first collisions forced"] * plan.forces
+    if plan.splits:
         extras.append(f"split by importance, gain {tracking.splitting.gain:g}")
+    if tracking.forced > plan.forces:
+        extras.append("no collisions to force")
+    if tracking.splitting is not None and not plan.splits:
+        extras.append("nothing to split: no collisions")
     return [f"tracking: {', '.join([how, *extras])}"]
 
 

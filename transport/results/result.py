@@ -16,7 +16,9 @@ from transport.results.estimates import Batches, Estimate
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
 from transport.results.readings import QUANTITIES, Reading
+from transport.results.statistics import rounding_of
 from transport.results.volume_readings import VolumeReading
+from transport.tracking import Tracking
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
@@ -58,7 +60,9 @@ class Result:
         cost: Cost | None,
         is_complete: bool,
         warnings: list[str],
+        asked: Tracking | None = None,
     ):
+        """asked: the tracking that was said; None where that was left to the scene."""
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
             plan.scene,
             plan,
@@ -66,7 +70,7 @@ class Result:
             cost,
             is_complete,
         )
-        self.batches = batches
+        self.batches, self.asked = batches, asked
         self.run = Batches(np.array([batch.histories for batch in batches]))
         self._readings: dict[str, Reading] = {}
         self._warnings = list(warnings)
@@ -185,6 +189,11 @@ def media_names(plan: Plan) -> dict[int, str]:
     return names
 
 
+def _may_kill(plan: Plan) -> bool:
+    """Whether histories may be killed, or split, by chance; forced copies only share a weight."""
+    return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
+
+
 class Ledger(Mapping):
     """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
 
@@ -215,6 +224,9 @@ class Ledger(Mapping):
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
         aimed = any(emitter.target is not None for emitter in plan.emitters)
         is_sure = not (plan.acts or aimed or plan.has_media)
+        roulette = [b.ledger["roulette"] for b in batches]
+        if all(abs(gain) <= rounding_of(b.born) for gain, b in zip(roulette, batches, strict=True)):
+            roulette = [0.0] * len(batches)  # a weight shared by forced copies, to rounding
         self._entries = {
             "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
             "absorbed": entry(
@@ -222,7 +234,7 @@ class Ledger(Mapping):
             ),
             "escaped": entry([b.ledger["escaped"] for b in batches], plan.has_clock or is_sure),
             "in_flight": entry([b.ledger["in_flight"] for b in batches], not plan.has_clock or is_sure),
-            "roulette": entry([b.ledger["roulette"] for b in batches], not plan.plays_roulette),
+            "roulette": entry(roulette, not any(roulette) and not _may_kill(plan)),
             "unsampled": entry(
                 [b.histories * share - b.born for b in batches] if aimed else [0.0] * len(batches), not aimed
             ),

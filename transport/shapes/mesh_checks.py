@@ -11,7 +11,7 @@ import numpy as np
 
 from transport.shapes.mesh_geometry import Facets
 from transport.shapes.mesh_topology import repeated_triangles
-from transport.validation import SceneError, as_float, refuse, shown
+from transport.validation import UNMASK, SceneError, as_float, is_masked, refuse, shown
 
 if TYPE_CHECKING:
     from transport.shapes.mesh import Mesh
@@ -148,6 +148,9 @@ def _refuse(mesh: Mesh | type[Mesh], problem: str) -> NoReturn:
 
 
 def _as_table(mesh: Mesh, name: str, given: Any, must: str) -> np.ndarray:
+    if is_masked(given):
+        masked = np.ma.count_masked(given)
+        refuse(mesh, f"{name} must have all their values, got {masked} masked; {UNMASK}")
     try:
         table = np.asarray(given)
     except ValueError:  # rows of unequal lengths
