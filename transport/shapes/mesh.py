@@ -34,6 +34,7 @@ from transport.validation import SceneError, as_float, as_floats, refuse, scene_
 from transport.vectors import Frame, Vector, local_frame
 
 MOST_TRIANGLES = 20_000_000  # of a sphere: some 2 GB
+HELD = 1 - 2.0**-10  # winding number from which a point is inside; on the surface it is less
 
 __all__ = ["Mesh", "MeshWarning"]
 
@@ -154,12 +155,12 @@ class Mesh(Shape):
         return self._volume[1]
 
     def holds(self, point: Vector) -> bool:
-        """Whether a point lies inside a closed mesh."""
+        """Whether a point [m] lies inside a closed mesh; of what lies in a facet, it does not."""
         position = as_floats(point)
         if position is None or len(position) != 3:
             refuse(self, f"point must be three finite numbers, got {shown(point)}")
         self._refuse_open("an inside")
-        return abs(winding_number(self.vertices, self.faces, np.array(position))) > 0.5
+        return abs(winding_number(self.vertices, self.faces, np.array(position))) > HELD
 
     def flipped(self) -> Mesh:
         """The mesh with all normals turned round."""

@@ -54,12 +54,15 @@ def signed_volume(
 
 
 def winding_number(vertices: np.ndarray, faces: np.ndarray, point: np.ndarray) -> float:
-    """How often the mesh surrounds a point: its solid angle over 4π (Van Oosterom and Strackee 1983, eq. 8)."""
+    """How often the mesh surrounds a point: its solid angle over 4π (Van Oosterom and Strackee 1983, eq. 8).
+
+    Of a point in a facet the angle of that facet counts as 0, so that half of the rest is left.
+    """
     a, b, c = ((vertices - point)[faces[:, i]] for i in range(3))
     p, q, r = (np.sqrt((way * way).sum(axis=1)) for way in (a, b, c))
     above = (a * np.cross(b, c)).sum(axis=1)
     below = p * q * r + (a * b).sum(axis=1) * r + (b * c).sum(axis=1) * p + (c * a).sum(axis=1) * q
-    return math.fsum(2 * np.arctan2(above, below)) / (4 * math.pi)
+    return math.fsum(2 * np.arctan2(above, below)[above != 0]) / (4 * math.pi)
 
 
 def _minor(u, u_low, v, v_low, i: int, j: int) -> np.ndarray:
