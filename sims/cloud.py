@@ -88,6 +88,10 @@ def scene(
     if sky not in SKIES or not 0 <= zenith <= FARTHEST or not abs(g) <= 0.9:
         must = f"sky {' or '.join(SKIES)}, zenith from 0 to {FARTHEST:.4g} rad, g from -0.9 to 0.9"
         raise tp.SceneError(f"cloud: must have {must}, got {sky=}, {zenith=}, {g=}")
+    if not (0 < extinction < math.inf and 0 <= albedo <= 1):
+        raise tp.SceneError(
+            f"cloud: must have extinction above 0, albedo 0 to 1, got {extinction=}, {albedo=}"
+        )
     down = (math.sin(zenith), 0.0, -math.cos(zenith))
     phase = tp.HenyeyGreenstein(g)
     return (
@@ -199,14 +203,19 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
     exact_means, direct = _expected(result), result["direct"].irradiance
     full = constant(result, -SUN * lit_by(result)[2], "W m^-2")
     rows = {}
-    for name, (low, high) in ZONES.items():
-        held = (exact_means >= low) & (exact_means < high)
-        rows[_zone(name)] = tp.Estimate(direct.values[:, held].mean(axis=1), result.run, "W m^-2") / full
+    for name, held in _zones(exact_means).items():
+        rows[name] = tp.Estimate(direct.values[:, held].mean(axis=1), result.run, "W m^-2") / full
     return rows | {ALL: (result["sky"].flux_in + result.ledger["absorbed"]) / emitted}
 
 
 def _zone(name: str) -> str:
     return f"direct light in {name}"
+
+
+def _zones(means: np.ndarray) -> dict[str, np.ndarray]:
+    """Which bins of the ground each row is of; a thin cloud has no deep shadow, and no row for it."""
+    held = {_zone(name): (means >= low) & (means < high) for name, (low, high) in ZONES.items()}
+    return {name: bins for name, bins in held.items() if bins.any()}
 
 
 def _expected(result: tp.Result) -> np.ndarray:
@@ -232,14 +241,10 @@ def exact(
     if sky == "layers":
         depth, mu0 = math.fsum(DEPTHS), math.cos(zenith)
         slab = ordinates.slab(depth, albedo, ordinates.henyey_greenstein(g), mu0)
-        straight = math.exp(-depth / mu0) / slab.transmitted
-        return {REFLECTED: slab.reflected, THROUGH: slab.transmitted, STRAIGHT: straight, KEPT: slab.absorbed}
+        straight, kept = math.exp(-depth / mu0) / slab.transmitted, slab.absorbed if albedo < 1 else 0.0
+        return {REFLECTED: slab.reflected, THROUGH: slab.transmitted, STRAIGHT: straight, KEPT: kept}
     means = direct_means((math.sin(zenith), 0.0, -math.cos(zenith)), float(cumulus(extinction).max()))
-    zones = {
-        _zone(name): float(means[(means >= low) & (means < high)].mean())
-        for name, (low, high) in ZONES.items()
-    }
-    return zones | {ALL: 1.0}
+    return {name: float(means[held].mean()) for name, held in _zones(means).items()} | {ALL: 1.0}
 
 
 # ---- answer and picture ----
@@ -250,17 +255,16 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def _said(outcome: Outcome) -> str:
-    result, furthest = outcome.result, max(abs(row.z) for row in outcome.rows)
-    off = f"; the furthest of {len(outcome.rows)} figures is {furthest:.1f} standard errors off"
+    result, scores = outcome.result, [abs(row.z) for row in outcome.rows if not math.isnan(row.z)]
+    off = f"; the furthest of {len(scores)} figures is {max(scores, default=0):.1f} standard errors off"
     back = result["sky"].flux_in / result.ledger["emitted"]
     if "below" in result:
         return f"Layers of optical depth {math.fsum(DEPTHS):.3g} send back {back}, as a slab does{off}."
-    share, dark, full = _reflected(result), _darkest(result), -SUN * lit_by(result)[2]
+    share, full = _reflected(result), -SUN * lit_by(result)[2]
     bins = chi_square(result["direct"].irradiance, full * _expected(result))
     return (
-        f"Of the light that meets the cumulus {share} more goes back to the sky than without it; in the"
-        f" middle of its shadow {dark} of full light is left, nearly all of it scattered; χ² of all bins"
-        f" of direct light is {bins} of what chance makes it{off}."
+        f"Of the light that meets the cumulus {share} more goes back to the sky than without it;{_darkest(result)}"
+        f" χ² of all bins of direct light is {bins} of what chance makes it{off}."
     )
 
 
@@ -272,11 +276,13 @@ def _reflected(result: tp.Result) -> tp.Estimate:
     return (back / emitted - constant(result, ground, "1")) / constant(result, shaded, "1")
 
 
-def _darkest(result: tp.Result) -> tp.Estimate:
-    """Mean light over full light where less than a thousandth comes straight."""
-    dark = _expected(result) < 1e-3
-    full = constant(result, -SUN * lit_by(result)[2], "W m^-2")
-    return tp.Estimate(result["light"].irradiance.values[:, dark].mean(axis=1), result.run, "W m^-2") / full
+def _darkest(result: tp.Result) -> str:
+    """Mean light over full light where less than a thousandth comes straight, if that is anywhere."""
+    dark, full = _expected(result) < 1e-3, constant(result, -SUN * lit_by(result)[2], "W m^-2")
+    if not dark.any():
+        return ""
+    left = tp.Estimate(result["light"].irradiance.values[:, dark].mean(axis=1), result.run, "W m^-2") / full
+    return f" in the middle of its shadow {left} of full light is left, nearly all of it scattered;"
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:

@@ -10,8 +10,8 @@ irradiance is 2π L ∫ μ exp(-τ/μ) dμ.  It is not exp(-τ) times that in cl
 disk that fills half the world 2 E3(τ) is left.
 "lamp".  The same in fog that only scatters, mostly forward.  What comes straight is that of absorbing fog; the
 rest is a glow about the lamp, and the irradiance is higher.
-"room".  A ball of fog within a wall that glows evenly.  Conservative fog takes nothing and scatters into each
-ray what it scatters out of it: radiance is L everywhere; of what comes by a chord 2R μ exp(-2R σ μ) is direct.
+"room".  A ball of fog within a wall that glows.  Fog that absorbs nothing scatters into each ray what it
+scatters out of it: radiance is L everywhere; of what comes by a chord 2R μ exp(-2R σ μ) is direct.
 "sun".  Its radiance is 2.3e7 W m⁻² sr⁻¹ at its surface and about 1.4e7 seen from the ground (Scratchapixel, on
 radiometric quantities), so that the atmosphere has τ = ln(2.3/1.4) = 0.50, if that is at the zenith: inferred,
 the source says neither this nor which part of the spectrum is meant.  At the zenith angle z it is exp(-τ/cos z)
@@ -34,17 +34,15 @@ from sims import constant, provenance, sharp
 from transport.experiment import Outcome
 from transport.theory import attenuation, sun
 
-law = (
-    "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ, whatever is scattered beside it"
-    " (Bouguer 1729; Beer 1852; Chandrasekhar 1960)"
-)
+law = "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ (Bouguer 1729; Beer 1852; Chandrasekhar 1960)"
 question = "Is radiance the same all along a ray in fog, and what of the light that reaches us came straight?"
 particles = 1_000_000
 
 RADIANCE = 100.0  # W m^-2 sr^-1
 DISK, LAMP = (0.5, 0.2, 5e-4), (0.3, 1.0, 0.1)  # m: radius, distance and radius of the meter
 BINS = 6  # within the disk's cone, even in the length of the way
-ANGLES = np.radians(np.linspace(0, 90, 46))  # of the pictures
+ANGLES = np.radians([0, *range(6, 91, 2)])  # of the disk's picture
+LAMP_ANGLES = np.radians([0, 4, *range(6, 31, 2), *range(35, 61, 5), 70, 90])  # wider where its glow fades
 LAMP_G = 0.8  # mean cosine of the scattering angle
 WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
 SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
@@ -70,8 +68,7 @@ def cases() -> list[dict[str, object]]:
 def scene(
     reading: str = "disk", tau: float = 1.0, place: str = "slab", zenith_angle: float = 0.0
 ) -> tp.Scene:
-    """One of four scenes: a "disk" in absorbing fog, a "lamp" in scattering fog, a "room" full of it, the
-    "sun".
+    """A "disk" in absorbing fog, a "lamp" in scattering fog, a "room" full of it, or the "sun".
 
     tau: optical depth straight from source to meter; across the room; of the atmosphere at the zenith. place:
     of the fog before the disk: in a "slab" or a "box" between, or "everywhere".  zenith_angle: of the sun [rad].
@@ -79,6 +76,8 @@ def scene(
     for name, value, known in (("reading", reading, READINGS), ("place", place, PLACES)):
         if value not in known:
             raise tp.SceneError(f"fog: {name} must be one of {', '.join(known)}, got {value!r}")
+    if not 0 <= zenith_angle < math.pi / 2 - SUN_ANGLE:
+        raise tp.SceneError(f"fog: zenith_angle must be from 0 to below 90°, got {zenith_angle} rad")
     if reading in ("room", "sun"):
         return _room(tau) if reading == "room" else _sun(tau, zenith_angle)
     return _disk(reading, tau, place if reading == "disk" else "slab")
@@ -96,16 +95,16 @@ def _disk(reading: str, tau: float, place: str) -> tp.Scene:
     def look(name: str, angles: np.ndarray, events: int | None = None) -> tp.Detector:
         return tp.Detector(meter, name, directions=tp.Directions(theta=angles), events=events)
 
-    bins, views = _edges(reading), [look("view", ANGLES)]
-    if is_lamp:
-        views += [look("direct", bins, 0), look("direct view", ANGLES, 0)]
+    bins, angles = _edges(reading), LAMP_ANGLES if is_lamp else ANGLES
+    views = [look("view", angles)]
+    views += [look("direct", bins, 0), look("direct view", angles, 0)] if is_lamp else [look("meter", bins)]
     body = tp.Slab(center=middle, thickness=depth)
     if place == "box":
         body = tp.Box(center=middle, size=(3 * radius, 3 * radius, depth))
     return tp.Scene(
         tp.Source(tp.Disk(radius=radius), tp.Lambertian(radiance=RADIANCE), aim=None if is_lamp else meter),
         [] if place == "everywhere" else tp.Surface(body, tp.Transparent(), name="fog", inside=fog),
-        views if is_lamp else [look("meter", bins), *views],
+        views,
         medium=fog if place == "everywhere" else tp.Vacuum(),
     )
 
@@ -120,15 +119,14 @@ def _edges(reading: str) -> np.ndarray:
 
 def _room(tau: float) -> tp.Scene:
     """Fog that only scatters, within a wall that glows; the wall's meters look at what arrives."""
-    ball = tp.Sphere(radius=1.0)
+    ball, bins = tp.Sphere(radius=1.0), tp.Directions(mu=WALL)
     fog = tp.Medium(scattering=tau / (2 * ball.radius), phase=tp.HenyeyGreenstein(LAMP_G))
-    bins = tp.Directions(mu=WALL)
     return tp.Scene(
         tp.Source("room", tp.Lambertian(radiance=RADIANCE), side="inside"),
         tp.Surface(ball, tp.Black(), name="room", inside=fog),
         [
-            tp.Detector("room", name, side="inside", directions=bins, events=events)
-            for name, events in (("wall", None), ("direct", 0))
+            tp.Detector("room", "wall", side="inside", directions=bins),
+            tp.Detector("room", "direct", side="inside", directions=bins, events=0),
         ],
     )
 
@@ -154,10 +152,9 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         return rows | {IRRADIANCE: sharp(wall.irradiance, of=wall.irradiance), DIRECT: direct.irradiance}
     if "direct" in result:
         return {DIRECT: result["direct"].irradiance, IN_LAMP: result["direct"].radiance[0]}
-    meter = result["meter"]
+    meter, seen, cosines = result["meter"], result["meter"].radiance, np.cos(_edges("disk"))
     if "air" in [surface.name for surface in result.scene.surfaces]:
-        return {SUN: meter.radiance[0]}
-    seen, cosines = meter.radiance, np.cos(_edges("disk"))
+        return {SUN: seen[0]}
     rows = {_bin("radiance", cosines, i): seen[i] for i in range(BINS)}
     return rows | {IRRADIANCE: meter.irradiance, "radiance beside the disk": seen[BINS + 1]}
 
@@ -192,12 +189,13 @@ def verdict(outcomes: list[Outcome]) -> str:
     found = {reading: [o for o in outcomes if _given(o, "reading") == reading] for reading in READINGS}
     said = []
     if disks := found["disk"]:
-        scores = [abs(row.z) for o in disks for row in o.rows if row.exact != 0]
-        worst = f"{len(scores)} readings at most {max(scores):.1f} standard errors off"
+        scores = [abs(row.z) for o in disks for row in o.rows if math.isfinite(row.z)]
+        worst = f"{len(scores)} readings at most {max(scores, default=0):.1f} standard errors off"
         said.append(f"radiance is L exp(-τ/cosθ), {worst}")
         tau, irradiance = max((_given(o, "tau"), o[IRRADIANCE].estimate.value) for o in disks)
+        many = guessed(tau) / irradiance if irradiance else math.inf
         said.append(
-            f"exp(-τ) of the clear air's irradiance would be {guessed(tau) / irradiance:.3g} times too much at τ = {tau:.3g}"
+            f"exp(-τ) of the clear air's irradiance would be {many:.3g} times too much at τ = {tau:.3g}"
         )
     for o in found["lamp"]:
         total = o.result["view"].irradiance
@@ -206,8 +204,8 @@ def verdict(outcomes: list[Outcome]) -> str:
         told = f"{o[IRRADIANCE].estimate} whatever its fog, of it {o[DIRECT].estimate} straight"
         said.append(f"the wall of a glowing room receives {told}")
     if suns := found["sun"]:
-        seen = ", ".join(f"{o[SUN].estimate} through τ = {_air(o):.2g}" for o in suns)
-        said.append(f"the sun's radiance is {seen}")
+        seen = (f"{o[SUN].estimate} through τ = {_air(o):.2g}" for o in suns)
+        said.append(f"the sun's radiance is {', '.join(seen)}")
     words = "; ".join(said)
     return f"{words[0].upper()}{words[1:]}."
 
@@ -234,8 +232,7 @@ def _label(outcome: Outcome) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
-    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, as far as
-    there are such."""
+    """What the meter sees of the disk; beside it <name>_ways, _irradiance, _lamp, _room and _sun, where there are such."""
     path, paths = Path(path), []
     pictures = {"disk": (draw_disk, draw_ways, draw_irradiance), "lamp": (draw_lamp,), "room": (draw_room,)}
     pictures["sun"] = (draw_sun,)
@@ -248,6 +245,11 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     return paths
 
 
+def _small_print(outcomes: list[Outcome]) -> str:
+    """Of what is aimed and absorbed only: cases of one seed have the same rays, and deviate together."""
+    return provenance(outcomes) + ("; the same rays in every case" if len(outcomes) > 1 else "")
+
+
 def draw_disk(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter sees it, from clear air to thick fog."""
     from viz.views import views
@@ -255,7 +257,7 @@ def draw_disk(outcomes: list[Outcome], path: Path) -> None:
     seen = {_label(o): o.result["view"].radiance for o in outcomes}
     laws = {_label(o): partial(_direct, tau=_given(o, "tau"), of=DISK) for o in outcomes}
     title = "A bright disk seen through fog: radiance is not invariant there"
-    views(seen, path, exact=laws, title=title, note=provenance(outcomes))
+    views(seen, path, exact=laws, title=title, note=_small_print(outcomes))
 
 
 def draw_lamp(outcomes: list[Outcome], path: Path) -> None:
@@ -275,8 +277,7 @@ def _direct(theta: np.ndarray, tau: float, of: tuple[float, float, float]) -> np
 
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
-    """Radiance over that in clear air against the optical depth of the way: one exponential for all fogs and
-    directions."""
+    """Radiance over that in clear air against the optical depth of the way: one exponential for all."""
     from viz.catalogue import Entry, catalogue
 
     cosines = np.cos(_edges("disk"))[: BINS + 1]
@@ -293,7 +294,7 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
         xlabel="optical depth of the way  τ / cosθ",
         ylabel="radiance / that in clear air",
         title="Along every ray radiance falls by exp(-τ)",
-        note=provenance(outcomes),
+        note=_small_print(outcomes),
         log_y=True,
     )
 
@@ -312,7 +313,7 @@ def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
         ylabel="irradiance",
         title="Irradiance in fog falls faster than exp(-τ)",
         log_y=True,
-        note=provenance(outcomes),
+        note=_small_print(outcomes),
     )
 
 
@@ -321,12 +322,12 @@ def draw_room(outcomes: list[Outcome], path: Path) -> None:
     from viz import comparison
 
     table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
-    title = "A glowing room full of fog: as bright as an empty one, by other ways"
+    title = "A glowing room full of fog: as bright as an empty one"
     comparison(table, path, title=title, note=provenance(outcomes))
 
 
 def draw_sun(outcomes: list[Outcome], path: Path) -> None:
-    """The sun's radiance against the depth of air before it, and what is left at none."""
+    """The sun's radiance against the depth of air before it."""
     from viz import profile
 
     profile(
@@ -334,13 +335,12 @@ def draw_sun(outcomes: list[Outcome], path: Path) -> None:
         [o[SUN].estimate for o in outcomes],
         path,
         exact=lambda depth: SURFACE * np.exp(-depth),
-        expected=[o[SUN].exact for o in outcomes],
         guides={"at its surface, and above the air": lambda depth: np.full(np.shape(depth), SURFACE)},
         xlabel="optical depth of the air before the sun: τ / cos(zenith angle)",
         ylabel="radiance of the sun",
         title=f"The sun through the atmosphere, τ = {ATMOSPHERE:.2f} at the zenith",
         log_y=True,
-        note=provenance(outcomes),
+        note=_small_print(outcomes),
     )
 
 

@@ -73,6 +73,8 @@ def scene(
         raise tp.SceneError(f"glow: albedo must be 0 to below 1, got {albedo}; a white wall does not glow")
     if not 0 < depth < math.inf:
         raise tp.SceneError(f"glow: depth must be above 0 and finite, got {depth}")
+    if not 0 < radiance < math.inf:
+        raise tp.SceneError(f"glow: radiance must be above 0 and finite, got {radiance} W m^-2 sr^-1")
     if show == "furnace":
         return _furnace(albedo, index, radiance)
     fog = tp.Medium(absorption=depth, emission=theory.emission(depth, radiance))

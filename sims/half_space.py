@@ -13,7 +13,7 @@ boundary   A medium of index 1.5, of which 0.04 is mirrored at once at normal in
 milne      A star's atmosphere: no absorption, light from far below.  What leaves is sqrt(3)/(4 pi) H(mu) F,
            three times as bright in the middle as at the limb (H(1)/H(0) = 2.908), and far below the mean
            radiance rises as tau + q, q = 0.7104 (Milne 1921; Hopf 1934).  A slab lit from below by
-           Lambertian light has such a face, and transmits T = (4/3)/(tau + 2 q) (van de Hulst 1980, ch. 5):
+           Lambertian light has such a face, and transmits T = (4/3)/(tau + 2 q) (van de Hulst 1980):
            at tau = 10 both hold to 3e-6, and q = 2/(3 T) - tau/2 is measured.
 
 Scene.  A Plane with the medium behind it, or a Slab; a pencil beam, or a Disk that emits on it: a flux
@@ -37,7 +37,7 @@ from transport.theory import ordinates
 law = (
     "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446,"
     " n = 1.5: R = 0.2599"
-    " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980, ch. 5)"
+    " (Chandrasekhar 1960, ch. 5; Hopf 1934; Giovanelli 1955; van de Hulst 1980)"
 )
 question = "What does a medium without end send back, and how much darker is it at the limb?"
 particles = 1_000_000
@@ -84,13 +84,20 @@ def scene(
     for name, value, known in (("setting", setting, SETTINGS), ("incidence", incidence, INCIDENCES)):
         if value not in known:
             raise tp.SceneError(f"half_space: {name} must be one of {', '.join(known)}, got {value!r}")
+    if not 0 < mean_free_path < math.inf:
+        raise tp.SceneError(f"half_space: mean_free_path must be above 0, got {mean_free_path} m")
     if setting == "milne":
         return _star(tau, mean_free_path)
-    if not 0 <= albedo < 1:
-        raise tp.SceneError(f"half_space: albedo must be below 1, or no light would be gone, got {albedo}")
+    if not 0 < albedo < 1:
+        must = "albedo must be above 0, or none would return, and below 1, or none would be gone"
+        raise tp.SceneError(f"half_space: {must}, got {albedo}")
     if not 0 < mu0 <= 1:
         raise tp.SceneError(f"half_space: mu0 must be above 0 and at most 1, got {mu0}")
     has_boundary = setting == "boundary"
+    if has_boundary and not 1 <= index < math.inf:
+        raise tp.SceneError(
+            f"half_space: index must be 1 or more, of the medium over that before it, got {index}"
+        )
     extinction = 1 / mean_free_path
     medium = tp.Medium(
         absorption=(1 - albedo) * extinction,
@@ -213,7 +220,7 @@ def verdict(outcomes: list[Outcome]) -> str:
     }
     found = {o.result.scene.detectors[0].name: o for o in reversed(outcomes)}
     parts = [words.format(found[setting]) for setting, words in said.items() if setting in found]
-    furthest = max(abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z))
+    furthest = max((abs(row.z) for o in outcomes for row in o.rows if math.isfinite(row.z)), default=0.0)
     found_so = f"no share is further off than {furthest:.1f} standard errors"
     return f"{parts[0][0].upper()}{'; '.join(parts)[1:]}; {found_so}."
 

@@ -232,22 +232,30 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
-    """Of the lowest albedo: by distance, but for the innermost shell, with what has not collided, and diffusion."""
+    """Of the lowest albedo: by distance, with what comes straight, and diffusion.
+
+    Each shell's mean stands where the exact fluence rate has that value.
+    """
     from viz import profile
 
     outcome = min(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
     albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.8), ("mean_free_path", 1.0)))
     scale = 1 / length**2
     guides = {
-        "not collided": lambda r: scale * point_source.uncollided(r),
-        "diffusion": lambda r: scale * point_source.diffusion(r, albedo),
+        "light that comes straight, alone": lambda r: scale * point_source.uncollided(r),
+        "diffusion theory": lambda r: scale * point_source.diffusion(r, albedo),
     }
+    means, fine = (
+        point_source.shell_means(SHELLS, 1.0, albedo),
+        np.geomspace(SHELLS[1] / 10, SHELLS[-1], 1000),
+    )
+    curve = np.log(point_source.fluence_rate(fine, 1.0, albedo))
     profile(
-        SHELLS[1:],
-        outcome.result["track"].fluence_rate[1:],
+        np.interp(-np.log(means), -curve, fine),
+        outcome.result["track"].fluence_rate,
         path,
         exact=lambda r: scale * point_source.fluence_rate(r, 1.0, albedo),
-        expected=point_source.shell_means(SHELLS[1:] * length, 1 / length, albedo),
+        expected=scale * means,
         guides=guides,
         xlabel="distance from the source  [mean free paths]",
         ylabel="fluence rate per watt",

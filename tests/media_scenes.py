@@ -1,10 +1,9 @@
-"""Scenes that between them call for every pass of media, volumes and points; small, with something of each kind of effect."""
+"""Small scenes that between them call for every pass of media, volume detectors and point detectors."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from transport.compile import compile_scene
 from transport.detectors import Detector, Directions
 from transport.materials import Black, Dielectric, Diffuse, Mirror, Mixture, Surface, Transparent
 from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated
@@ -56,7 +55,7 @@ def layers():
 
 
 def pile():
-    """More bodies than are told one by one, in one another and side by side, in fog and glass, against a clock."""
+    """More bodies than are told one by one, nested and side by side, in fog and glass, against a clock."""
     boxes = [
         body(Box(size=4.0), "hall", absorption=0.1, scattering=0.5),
         body(Box(center=(0.5, 0, 0), size=1.0), absorption=0.4, scattering=1.0, phase=Rayleigh()),
@@ -145,7 +144,7 @@ def hall():
 
 
 def seen():
-    """Points that look at a lamp, walls, glowing volumes, fog and a cloud, from vacuum and from within fog."""
+    """Points that look at a lamp, walls, glowing volumes, fog and a cloud, from without and within fog."""
     grid = voxels(Box(center=(0, 0, 1), size=0.8), 4, phase=TABLE)
     surfaces = [
         Surface(Box(size=4.0), Diffuse(0.5, 0.1), "walls"),
@@ -198,8 +197,3 @@ MEDIA = {
     scene.__name__: scene
     for scene in (layers, pile, cloud, smoke, thin, deep, hall, seen, flash_in_the_dark, draught, still)
 }
-
-
-def compiled(name):
-    """The plan of one of them."""
-    return compile_scene(MEDIA[name](), TRACKINGS.get(name))

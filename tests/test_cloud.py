@@ -129,6 +129,23 @@ def test_equal_layers_are_a_homogeneous_medium(g):
         assert_agrees(rows[sim.THROUGH], slab.transmitted, FALSE_ALARM)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_thin_cloud_has_no_deep_shadow_and_no_row_of_it():
+    [outcome] = run_experiment(
+        sim, {"sky": "cumulus", "extinction": 1e-4}, particles=20_000, seed=1, threads=1
+    )
+    names = [row.name for row in outcome.rows]
+    assert names == [sim._zone("thin rims"), sim._zone("the sun"), sim.ALL]
+    assert names == list(sim.exact(extinction=1e-4))
+    assert "shadow" not in sim.verdict([outcome])
+
+
+def test_layers_that_absorb_nothing_keep_nothing():
+    [outcome] = run_experiment(sim, {"sky": "layers", "albedo": 1.0}, particles=20_000, seed=1, threads=1)
+    assert outcome[sim.KEPT].estimate.value == outcome[sim.KEPT].exact == 0
+    assert sim.verdict([outcome]).endswith("standard errors off.") and "inf" not in sim.verdict([outcome])
+
+
 def test_layers_of_another_order_are_the_same_and_of_another_depth_are_not(outcomes):
     rows, shallow = (
         outcomes[1],
@@ -214,7 +231,13 @@ def test_along_a_line_of_sight_light_is_added_and_weakened():
     assert sent == pytest.approx(1.8 * (1 - math.exp(-0.6)), rel=1e-12)
 
 
-@pytest.mark.parametrize("wrong", [{"sky": "fog"}, {"zenith": 1.2}, {"zenith": -0.1}, {"g": 0.95}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"sky": "fog"}, {"zenith": 1.2}, {"zenith": -0.1}, {"g": 0.95}),
+        *({"extinction": 0.0}, {"extinction": -1.0}, {"albedo": 1.5}, {"albedo": math.nan}),
+    ],
+)
 def test_other_skies_are_refused(wrong):
     with pytest.raises(tp.SceneError, match="cloud: must have"):
         sim.scene(**wrong)

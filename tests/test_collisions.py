@@ -175,19 +175,20 @@ def test_weights_fall_exponentially_along_the_way_and_nothing_is_lost():
     assert (Lanes(distance=np.inf, sigma_a=1.0, flies=1).run(collisions.attenuate)["weight"] == 0).all()
 
 
-@pytest.mark.parametrize("threshold", [0.05, 0.5, 1.0])
-def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold):
-    """Of 10^5 weights; those above the threshold are let alone, survivors have their birth weight."""
+@pytest.mark.parametrize(("threshold", "level"), [(1e-3, 1e-2), (0.05, 0.5), (0.5, 1.0), (1.0, 1.0)])
+def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold, level):
+    """Of 10^5 weights; those above the threshold are let alone, survivors have their level."""
     before, after, numbers = [], [], []
     for seed in range(400):
         random = np.random.default_rng(seed)
         birth = random.choice([1.0, 1e-3, 0.37], LANES)
-        weight = birth * random.random(LANES)
+        weight = birth * random.random(LANES) * (1 if threshold > 0.01 else 2 * threshold)
         lanes = Lanes(collides=1, weight=weight, birth=birth, u0=random.random(LANES))
-        lanes.run(roulette.play_roulette_in_flight, threshold=threshold)
+        lanes.run(roulette.play_roulette_in_flight, threshold=threshold, level=level)
         played = weight < threshold * birth
         assert (lanes["weight"] == weight)[~played].all()
-        assert np.isin((lanes["weight"] / birth)[played], (0.0, 1.0)).all()
+        left = (lanes["weight"] / birth)[played] / level
+        assert ((left == 0) | (abs(left - 1) < 1e-15)).all()
         assert (lanes["collides"] == (lanes["weight"] > 0)).all()
         assert lanes.gained(layout.ROULETTE) == pytest.approx(
             (weight - lanes["weight"]).sum(), rel=1e-9, abs=1e-12
@@ -196,14 +197,14 @@ def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold):
         after.append((lanes["weight"] / birth)[played])
         numbers.append(lanes["u0"][played & (lanes["weight"] > 0)])
     before, after, numbers = (np.concatenate(part) for part in (before, after, numbers))
-    spread = math.sqrt((before * (1 - before)).sum())
+    spread = math.sqrt((before * (level - before)).sum())
     assert abs((after - before).sum()) < -ndtri(FALSE_ALARM / 2) * spread
     assert abs((after - np.sqrt(before)).sum()) > -ndtri(FALSE_ALARM / 2) * spread  # another chance is seen
     assert_follows(np.histogram(numbers, 20, (0, 1))[0], np.full(20, 0.05), FALSE_ALARM)
 
 
 def test_what_does_not_collide_is_not_played_for():
-    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(roulette.play_roulette_in_flight, threshold=0.5)
+    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(roulette.play_roulette_in_flight, threshold=0.5, level=1.0)
     assert (lanes["weight"] == 1e-6).all() and lanes.gained(layout.ROULETTE) == 0
 
 
@@ -466,6 +467,6 @@ def test_extreme_draws_scatter_into_directions_of_length_one(old, u0, u1):
 def test_extreme_draws_in_roulette(u):
     for weight in (5e-324, 1e-300, 0.25, 0.5 - 2.0**-54):
         lanes = Lanes(collides=1, weight=weight, u0=u)
-        lanes.run_plainly(roulette.play_roulette_in_flight, threshold=0.5)
+        lanes.run_plainly(roulette.play_roulette_in_flight, threshold=0.5, level=1.0)
         assert np.isin(lanes["weight"], (0.0, 1.0)).all()
         assert ((lanes["u0"] >= 0) & (lanes["u0"] < 1)).all()

@@ -15,6 +15,8 @@ from sims import fog
 from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import run_experiment
 from transport.theory import attenuation
+from viz.directions import direction_bins
+from viz.views import _means, _norm, _shown_on_map
 
 FALSE_ALARM = 1e-5
 
@@ -151,11 +153,46 @@ def test_radiances_read_on_the_ground_tell_that_above_the_air(cases):
     assert 10 * error < 0.05
 
 
+@pytest.mark.parametrize(("tau", "place"), [(0.0, "slab"), (0.5, "slab"), (2.0, "everywhere")])
+def test_the_picture_s_points_lie_on_its_bin_means_at_the_disk_s_edge_too(cases, tau, place):
+    """Rejected there: the law in the middle of the bin, which the disk does not reach."""
+    seen, law = cases["disk", tau, place].result["view"].radiance, disk_law(tau)
+    means, within = _means(direction_bins(seen), law), math.atan2(*fog.DISK[:2])
+    edge = int(np.searchsorted(fog.ANGLES, within)) - 1
+    assert_agrees(seen[: edge + 1], means[: edge + 1], FALSE_ALARM)
+    assert law(fog.ANGLES[[edge, edge + 1]].mean()) == 0 < means[edge] < 0.2 * means[edge - 1]
+    assert_rejected(seen[edge], 0.0)
+
+
+def disk_law(tau):
+    return lambda theta: fog._direct(theta, tau, fog.DISK)
+
+
+def test_in_a_map_of_decades_what_was_not_counted_is_not_dark(cases):
+    """Dark is where the law has nothing; elsewhere an empty bin is unknown, and hatched."""
+    bins = direction_bins(cases["disk", 1.0, "box"].result["view"].radiance)
+    norm, empty = _norm({"disk": bins}, log=True), bins.value == 0
+    assert empty.any() and not empty.all()
+    assert np.array_equal(np.isnan(_shown_on_map(bins, None, norm)), empty)
+    shown = _shown_on_map(bins, disk_law(1.0), norm)
+    assert (shown[empty] == norm.vmin).all() and (shown[~empty] >= norm.vmin).all()
+
+
 def test_unknown_choices_are_refused_with_the_possible_ones():
     with pytest.raises(tp.SceneError, match="reading must be one of disk, lamp, room, sun, got 'moon'"):
         fog.scene(reading="moon")
     with pytest.raises(tp.SceneError, match="place must be one of slab, box, everywhere, got 'ball'"):
         fog.scene(place="ball")
+    for angle in (math.pi / 2, 1.6, -0.1, math.nan):
+        with pytest.raises(tp.SceneError, match="zenith_angle must be from 0 to below 90°"):
+            fog.scene(reading="sun", zenith_angle=angle)
+
+
+def test_nothing_comes_through_fog_that_is_too_thick():
+    [outcome] = run_experiment(
+        fog, {"reading": "disk", "tau": 700.0, "place": "slab"}, particles=1000, seed=1
+    )
+    assert "inf times too much" in fog.verdict([outcome])
 
 
 def test_verdicts_and_pictures_come_for_all_cases_and_for_each(outcomes, tmp_path):

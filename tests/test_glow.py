@@ -174,9 +174,16 @@ def test_all_shells_are_met_and_an_even_ball_is_rejected():
 
 
 def test_wrong_parameters_are_refused():
-    for wrong, words in (({"show": "cloud"}, "show"), ({"albedo": 1.0}, "albedo"), ({"depth": 0.0}, "depth")):
-        with pytest.raises(tp.SceneError, match=f"glow: {words} must be"):
-            glow.scene(**wrong)
+    wrongs = {
+        "show": ("cloud",),
+        "albedo": (1.0,),
+        "depth": (0.0, math.nan),
+        "radiance": (0.0, -1.0, math.nan),
+    }
+    for name, values in wrongs.items():
+        for value in values:
+            with pytest.raises(tp.SceneError, match=f"glow: {name} must be"):
+                glow.scene(**{name: value})
 
 
 def test_the_verdict_and_the_figures(tmp_path):

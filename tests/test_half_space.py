@@ -97,7 +97,10 @@ def test_impossible_half_spaces_are_refused():
     for wrong, words in (
         ({"setting": "star"}, "setting must be one of darkening, boundary, milne"),
         ({"incidence": "sideways"}, "incidence must be one of"),
-        ({"albedo": 1.0}, "albedo must be below 1"),
+        ({"albedo": 1.0}, "albedo must be above 0, .* and below 1"),
+        ({"albedo": 0.0}, "albedo must be above 0"),
+        ({"setting": "boundary", "index": 0.5}, "index must be 1 or more"),
+        ({"setting": "milne", "mean_free_path": 0.0}, "mean_free_path must be above 0"),
         ({"mu0": 0.0}, "mu0 must be above 0"),
         ({"setting": "boundary", "mu0": 0.5}, "must not be an edge of the bins"),
         ({"setting": "milne", "tau": math.inf}, "tau must be above 0"),

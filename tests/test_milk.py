@@ -19,7 +19,7 @@ from transport.experiment import run_experiment
 from transport.theory.turbid_diffusion import Diffusion
 
 FALSE_ALARM = 1e-5
-MILD = {"scattering": 1e3}
+MILD = {"scattering": 1e3, "absorption": 100.0}
 
 
 def run(particles, **parameters):
@@ -40,10 +40,10 @@ def assert_rejected(estimate, wrong):
     ("particles", "parameters"),
     [
         (15_000, {}),  # tissue: a thousand scatterings to an absorption
-        (100_000, {"scattering": 1e4}),
-        (300_000, {"scattering": 300.0, "index": 1.0, "g": 0.8}),
-        (300_000, {"scattering": 900.0, "index": 1.5, "g": 0.0}),
-        (300_000, {"scattering": 200.0, "g": -0.5}),
+        (100_000, {"absorption": 100.0}),
+        (300_000, {"scattering": 30.0, "index": 1.0, "g": 0.8}),
+        (300_000, {"scattering": 90.0, "index": 1.5, "g": 0.0}),
+        (300_000, {"scattering": 20.0, "g": -0.5}),
         (300_000, {"scattering": 1e9, "absorption": 1e8}),  # layers of nanometres
         (300_000, {"scattering": 1e-15, "absorption": 1e-15}),  # of light years
     ],
@@ -127,6 +127,16 @@ def test_light_beside_a_narrow_box_is_missed(monkeypatch):
     """Planted: boxes four lengths of decay wide."""
     monkeypatch.setattr(milk, "WIDTH", 4.0)
     assert_rejected(milk.measure(run(300_000, **MILD))[LOWER], milk.exact(**MILD)[LOWER])
+
+
+def test_the_default_is_like_tissue_and_milk_is_white():
+    """Three and thirty-five millimetres deep are looked at; of a hundred times less absorption 93 % comes back."""
+    medium = milk.medium_of(run(100))
+    assert (medium.scattering / medium.absorption, medium.phase.g, medium.index) == (1000, 0.9, 1.37)
+    assert 1e3 * milk.depths("shallow")[-1] / medium.extinction == pytest.approx(3, rel=0.02)
+    assert 1e3 * milk.depths("deep")[-1] / medium.extinction == pytest.approx(34.5, rel=0.02)
+    assert milk.exact()[DIFFUSE] == pytest.approx(0.61643411023, rel=1e-10)
+    assert milk.exact(absorption=0.1)[DIFFUSE] == pytest.approx(0.93, abs=0.001)
 
 
 def test_what_has_no_exact_value_is_refused():

@@ -17,7 +17,7 @@ import numpy as np
 from transport.materials.surface import AnyMedium, Surface
 from transport.media import Vacuum
 from transport.media.medium import plain
-from transport.regions import SKIN, Body, held_by, is_in, skin_of
+from transport.regions import SKIN, Body, held_by, holders_of, skin_of
 from transport.shapes import Plane, Shape
 from transport.shapes.base import ROUNDING
 from transport.solids import magnitude
@@ -46,16 +46,23 @@ def has_media(scene: Scene) -> bool:
     return any(medium != Vacuum() for medium in media_of(scene))
 
 
-@lru_cache(maxsize=8)
 def bodies_of(scene: Scene) -> tuple[Body, ...]:
     """The bodies of a scene, each before those that hold it.  Raises SceneError for more than 62."""
+    return nested(scene)[0]
+
+
+@lru_cache(maxsize=8)
+def nested(scene: Scene) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
+    """The bodies of a scene, and of each the numbers of those in which it lies."""
     bodies = [*_solid_bodies(scene), *_compound_bodies(scene)]
     if len(bodies) > MOST_BODIES:
         must = f"surfaces must bound at most {MOST_BODIES} bodies of media, got {len(bodies)}"
-        raise SceneError(f"Scene: {must}; write many small ones as one Grid(box=..., scattering=...)")
-    depth = [sum(is_in(scene, body, other) for other in bodies if other is not body) for body in bodies]
-    order = sorted(range(len(bodies)), key=lambda k: -depth[k])
-    return tuple(bodies[k] for k in order)
+        layers = f"write layers as a Grid(box=..., absorption=...) of (1, 1, {len(bodies)}) in a wide Box"
+        raise SceneError(f"Scene: {must}; {layers}, and many small bodies as one of more voxels")
+    holders = holders_of(scene, bodies)
+    order = sorted(range(len(bodies)), key=lambda k: -len(holders[k]))
+    number = {k: n for n, k in enumerate(order)}
+    return tuple(bodies[k] for k in order), tuple(frozenset(number[j] for j in holders[k]) for k in order)
 
 
 def sides_of(scene: Scene) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:

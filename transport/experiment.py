@@ -137,6 +137,9 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
     for name in settings:
         if name not in known:
             raise SceneError(f"{module.__name__}: no parameter {name!r}; {suggestion(name, known)}")
+        default, value = known[name].default, settings[name]
+        if isinstance(default, int | float) and isinstance(value, str):
+            raise SceneError(f"{module.__name__}: {name} must be a number, got {value!r}")
     with blamed(module):
         cases = module.cases() if hasattr(module, "cases") else [{}]
         merged = [case | settings for case in cases]

@@ -7,22 +7,21 @@ missed.  What surfaces have on their two sides is asked in frontiers.py.
 
 from __future__ import annotations
 
-import math
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import bodies_of, surrounding_of
+from transport.bodies import bodies_of, nested, surrounding_of
 from transport.emissions import Isotropic
 from transport.frontiers import check_sides, title_of
+from transport.gaps import check_closed
+from transport.lines import CLOSE
 from transport.materials import Dielectric, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.media import Grid
-from transport.nesting import CLOSE
-from transport.regions import Body, have_common_part, is_in, solid_of
+from transport.regions import Body, box_of, have_common_part, solid_of
 from transport.shapes import Box, Sphere
-from transport.solids import HalfSpace
+from transport.shapes.base import ROUNDING
 from transport.sources import Source
 from transport.validation import SceneError, shown
 
@@ -37,8 +36,8 @@ def check_filling(scene: Scene) -> None:
     bodies = bodies_of(scene)
     _check_grids(scene, bodies)
     _check_units(scene, bodies)
-    for one, other in combinations(range(len(bodies)), 2):
-        _check_pair(scene, bodies[one], bodies[other])
+    check_closed(scene, bodies)
+    _check_pairs(scene, bodies)
     _check_glow(scene, bodies)
     _check_end(scene, bodies)
     check_sides(scene, bodies)
@@ -109,32 +108,38 @@ def _check_units(scene: Scene, bodies: tuple[Body, ...]) -> None:
             )
 
 
-def _check_pair(scene: Scene, one: Body, other: Body) -> None:
+def _check_pairs(scene: Scene, bodies: tuple[Body, ...]) -> None:
     """Refuse two bodies of unlike media of which neither lies in the other, or each does."""
-    if one.medium == other.medium or not _boxes_meet(scene, one, other):
+    _, holders = nested(scene)
+    for k, n in np.argwhere(np.triu(_boxes_meet(scene, bodies), 1)).tolist():
+        one, other = bodies[k], bodies[n]
+        is_held, holds = n in holders[k], k in holders[n]
+        if one.medium != other.medium and is_held == holds:
+            _check_pair(scene, one, other, is_held)
+
+
+def _check_pair(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
+    """Refuse two bodies that are one region, or that have a part in common."""
+    if not is_same and not have_common_part(scene, one, other):
         return
-    a, b = is_in(scene, one, other), is_in(scene, other, one)
-    if a != b or not (a or have_common_part(scene, one, other)):
-        return
-    words = "are one region of two media" if a else "overlap in part, and their media differ"
-    cure = "leave one out" if a else "move them apart, put one wholly into the other, or give both one medium"
+    words = "are one region of two media" if is_same else "overlap in part, and their media differ"
+    cure = (
+        "leave one out"
+        if is_same
+        else "move them apart, put one wholly into the other, or give both one medium"
+    )
     got = f"{shown(one.medium)} and {shown(other.medium)}"
     raise SceneError(
         f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} {words}, got {got}; {cure}"
     )
 
 
-def _boxes_meet(scene: Scene, one: Body, other: Body) -> bool:
-    (low_a, high_a), (low_b, high_b) = box_of(scene, one), box_of(scene, other)
-    return bool((low_a <= high_b).all() and (low_b <= high_a).all())
-
-
-def box_of(scene: Scene, body: Body) -> np.ndarray:
-    """Lower and upper corner (2, 3) [m] of a box that holds a body."""
-    if isinstance(solid_of(scene, body), HalfSpace):
-        return np.array([[-math.inf] * 3, [math.inf] * 3])
-    bounds = np.array([scene.surfaces[number].shape.bounds for number in body.surfaces])
-    return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+def _boxes_meet(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:
+    """Of which bodies, (bodies, bodies), the boxes about them have a volume in common."""
+    low, high = np.array([box_of(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
+    sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
+    across = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+    return (across > ROUNDING * (sizes[:, None] + sizes)).all(axis=2)
 
 
 def _check_glow(scene: Scene, bodies: tuple[Body, ...]) -> None:
@@ -143,7 +148,9 @@ def _check_glow(scene: Scene, bodies: tuple[Body, ...]) -> None:
         got = f"emission={surrounding_of(scene).emission}"
         cure = "give it to a body, as Surface(Box(...), Transparent(), inside=Medium(emission=...))"
         raise SceneError(f"Scene: medium must not emit without end, got {got}; {cure}")
-    for body in bodies:
+    _, holders = nested(scene)
+    meet = _boxes_meet(scene, bodies)
+    for k, body in enumerate(bodies):
         if not body.medium.emission:
             continue
         if not isinstance(solid_of(scene, body), Box | Sphere):
@@ -152,8 +159,8 @@ def _check_glow(scene: Scene, bodies: tuple[Body, ...]) -> None:
             raise SceneError(
                 f"Scene: {_bounds_of(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
             )
-        for other in bodies:
-            is_beside = other is body or not _boxes_meet(scene, body, other) or is_in(scene, body, other)
+        for number, other in enumerate(bodies):
+            is_beside = other is body or number in holders[k] or not meet[k, number]
             if not is_beside and have_common_part(scene, body, other):
                 raise SceneError(
                     f"Scene: {_bounds_of(scene, body)}: a body that emits must hold no other one, got {_bounds_of(scene, other)}"

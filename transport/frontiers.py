@@ -1,8 +1,10 @@
-"""What surfaces have on their two sides: the media that they name, and indices of refraction that fit their material.
+"""What surfaces have on their two sides: the media that they name, and indices of refraction that fit them.
 
-Looked at along some hundred straight lines, always the same ones: what is smaller than their spacing may be missed.
-Sides are not judged where surfaces lie closer together than 1e-11 of the scene's size (and their coordinates' rounding), nor by lines that pass within
-1e-9 of it of an edge or a tangent.
+Looked at along some hundred straight lines, always the same ones: what is smaller than their spacing may be
+missed.  Which bodies hold a place on a line is told by inequalities, or, of closed meshes and bodies of open
+surfaces (that they are closed is asked in gaps.py), by what the line crossed before, as the engine tells it.
+Sides are not judged where surfaces lie closer together than 1e-11 of the scene's size (and the rounding of their
+coordinates), nor by lines that pass within 1e-9 of it of an edge or a tangent.
 """
 
 from __future__ import annotations
@@ -12,22 +14,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.bodies import bits_at, bodies_of, surrounding_of
+from transport.bodies import bits_at, sides_of, surrounding_of
+from transport.lines import FACETS, LINES, crossed_in_turn, lines_through, size_of
 from transport.materials import Dielectric, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.media.medium import plain
-from transport.nesting import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
-from transport.regions import Body
-from transport.shapes import Mesh, Shape
-from transport.shapes.base import ROUNDING
-from transport.shapes.crossings import crossings
-from transport.solids import magnitude
+from transport.regions import Body, solid_of
+from transport.shapes import Mesh
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
     from transport.scene import Scene
-
-FLUSH = 1e-11  # of the size of the scene
 
 
 class Crossed(NamedTuple):
@@ -47,7 +44,12 @@ def title_of(scene: Scene, number: int) -> str:
 
 def check_sides(scene: Scene, bodies: tuple[Body, ...]) -> None:
     """Refuse named sides that lie in something else, and indices of refraction that do not fit a surface."""
-    for crossed in _crossed_by_lines(scene):
+    seen = set()
+    for crossed in _crossed_by_lines(scene, bodies):
+        kind = crossed.surfaces, crossed.before, crossed.behind
+        if kind in seen:
+            continue
+        seen.add(kind)
         media = [_medium_of(scene, bodies, bits) for bits in (crossed.before, crossed.behind)]
         if len(crossed.surfaces) == 1:
             ((number, way),) = crossed.surfaces
@@ -76,11 +78,7 @@ def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: 
 
 def _refuse_named(scene: Scene, number: int, is_front: bool, found: AnyMedium, place: np.ndarray) -> None:
     surface = scene.surfaces[number]
-    side = (
-        ("outside" if is_front else "inside")
-        if surface.shape.is_closed
-        else ("front" if is_front else "back")
-    )
+    side = _side(scene, number, is_front)
     where = ", ".join(f"{x:.6g}" for x in place)
     cure = f"leave {side} out: what surrounds a body is said by what lies about it, or by Scene(medium=...)"
     if not surface.shape.is_closed:
@@ -89,6 +87,13 @@ def _refuse_named(scene: Scene, number: int, is_front: bool, found: AnyMedium, p
     raise SceneError(
         f"Scene: {title_of(scene, number)}: {side} must be what is there, {shown(found)} at ({where}), got {named}; {cure}"
     )
+
+
+def _side(scene: Scene, number: int, is_front: bool) -> str:
+    """What a message calls a side of a surface."""
+    if scene.surfaces[number].shape.is_closed:
+        return "outside" if is_front else "inside"
+    return "front" if is_front else "back"
 
 
 def _check_index(scene: Scene, crossed: Crossed, media: list[AnyMedium]) -> None:
@@ -112,16 +117,17 @@ def _check_index(scene: Scene, crossed: Crossed, media: list[AnyMedium]) -> None
         )
     if glass is not None and there != (glass.index_inside, glass.index_outside):
         is_inside = there[0] != glass.index_inside
-        side, medium = ("inside", inside) if is_inside else ("outside", outside)
-        index = glass.index_inside if is_inside else glass.index_outside
-        cure = f"name what is there, {side}=Medium(index={index:g}), or write {words}"
+        medium, index = (inside, glass.index_inside) if is_inside else (outside, glass.index_outside)
+        side = _side(scene, number, not is_inside)
+        named = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
+        cure = f"name what is there, {side}={named}, or write {words}"
         raise SceneError(
             f"Scene: {title_of(scene, number)}: {shown(glass)} contradicts the medium {side}, {shown(medium)} of index"
             f" {medium.index:g}, at ({where}); {cure}"
         )
 
 
-def _crossed_by_lines(scene: Scene) -> Iterator[Crossed]:
+def _crossed_by_lines(scene: Scene, bodies: tuple[Body, ...]) -> Iterator[Crossed]:
     """Where straight lines through the surfaces that bound media cross anything, with the bodies before and behind."""
     shapes = [surface.shape for surface in scene.surfaces]
     aimed = [surface.shape for surface in scene.surfaces if _bounds_media(surface)]
@@ -131,27 +137,24 @@ def _crossed_by_lines(scene: Scene) -> Iterator[Crossed]:
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
     count = max(4, min(max(LINES, 4 * len(aimed)), FACETS // max(4 * facets, 1)))
     origins, ways = lines_through(aimed, count, size)
-    places, keys = _met(shapes, origins, ways, size)
+    places, keys = crossed_in_turn(shapes, origins, ways, size)
     base = 2 * len(shapes)
     lines = [_groups(row, key, base) for row, key in zip(places, keys, strict=True)]
     kept = [k for k, groups in enumerate(lines) if groups]
     between = [_between([step for step, _ in lines[k]], size) for k in kept]
     points = [origins[k] + steps[:, None] * ways[k] for k, steps in zip(kept, between, strict=True)]
-    meshes = {
-        body.surfaces[0]: 1 << number
-        for number, body in enumerate(bodies_of(scene))
-        if isinstance(shapes[body.surfaces[0]], Mesh) and shapes[body.surfaces[0]].is_closed
-    }
-    others = [number for number in range(len(bodies_of(scene))) if 1 << number not in meshes.values()]
-    bits = iter(bits_at(scene, np.concatenate(points), others).tolist() if points else [])
+    solids = [number for number, body in enumerate(bodies) if solid_of(scene, body) is not None]
+    crossed = sum(1 << number for number in range(len(bodies)) if number not in solids)
+    sides = [[sum(1 << number for number in side) & crossed for side in pair] for pair in sides_of(scene)]
+    bits = iter(bits_at(scene, np.concatenate(points), solids).tolist() if points else [])
     for k in kept:
-        before, held = next(bits), 0  # by meshes: none before the first crossing
+        before, held = next(bits), 0  # by bodies that are closed surfaces: none before the first crossing
         for step, surfaces in lines[k]:
             behind = next(bits)
             was_held = held
             for number, way in surfaces:
-                own = meshes.get(number, 0)
-                held = held & ~own if way > 0 else held | own
+                front, back = sides[number]
+                held = held & ~(front | back) | (front if way > 0 else back)
             yield Crossed(surfaces, origins[k] + step * ways[k], before | was_held, behind | held)
             before = behind
 
@@ -174,23 +177,3 @@ def _between(steps: list[float], size: float) -> np.ndarray:
     """Places before, between and behind those of crossings."""
     ends = np.array([steps[0] - 2 * size, *steps, steps[-1] + 2 * size])
     return (ends[:-1] + ends[1:]) / 2
-
-
-def _met(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where each line crosses what: places [m] and keys in turn; -1 in all of a line that passes close to an edge.
-
-    A key is 2 shapes group + 2 shape + (1: along its normal), the same group for what is flush.
-    """
-    neighbours = along_lines(origins, ways, CLOSE * size)
-    found = [crossings(shape, *neighbours) for shape in shapes]
-    places = np.concatenate([f.distances for f in found], axis=1)
-    codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
-    order = np.argsort(places, axis=1, kind="stable")  # nan comes last
-    places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
-    flush = FLUSH * size + 256 * ROUNDING * max(map(magnitude, shapes))
-    group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
-    keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
-    places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))
-    by_key = np.sort(keys, axis=2)  # flush ones may be in another order on a neighbour
-    is_clear = (by_key == by_key[0]).all(axis=(0, 2))
-    return places[0], np.where(is_clear[:, None], keys[0], -1)

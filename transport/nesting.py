@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from transport.lines import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
 from transport.materials import Dielectric, Surface, lets_through, simple_parts
-from transport.shapes import Box, Mesh, Shape, Slab, Sphere
+from transport.shapes import Box, Mesh, Shape, Sphere
 from transport.shapes.crossings import crossings
 from transport.shapes.supports import rounding_of
 from transport.validation import SceneError
@@ -29,12 +30,8 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from transport.scene import Scene
 
-LINES = 256
 ROUND = 32  # lines about a position
 WORK = 200_000  # lines times boundaries, a quarter of a second
-FACETS = 1_000_000  # lines times triangles of meshes
-CLOSE = 1e-9  # of the size of the scene
-STEPS = 2.0 ** -(np.arange(1, 6) / 6)  # of places that fill a cube of five dimensions evenly
 
 
 class Boundary(NamedTuple):
@@ -162,49 +159,6 @@ def _size(boundaries: list[Boundary]) -> float:
     return size_of([b.shape for b in boundaries])
 
 
-def size_of(shapes: list[Shape]) -> float:
-    """A length [m] of a scene: the diagonal about all that is finite, and about the middles of what is not."""
-    corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
-    corners = corners[np.isfinite(corners).all(axis=1)]
-    return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
-
-
-def _middles(shape: Shape) -> list[Vector]:
-    return [plane.center for plane in shape.planes()] if isinstance(shape, Slab) else [shape.middle]
-
-
-def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lines through places in the box about each shape: each other one towards a place in another's box."""
-    boxes = np.array([_box(shape, size) for shape in shapes])
-    number = np.arange(count)
-    owner = number * len(shapes) // count
-    u = np.modf((number[:, None] + 1) * STEPS)[0]
-    origins = _within(boxes[owner], u[:, :3])
-    rise, turn = 2 * u[:, 3] - 1, 2 * math.pi * u[:, 4]
-    across = np.sqrt((1 - rise) * (1 + rise))
-    directions = np.stack([across * np.cos(turn), across * np.sin(turn), rise], axis=1)
-    target = (owner + 1 + number // 2 % max(len(shapes) - 1, 1)) % len(shapes)
-    ways = _within(boxes[target], u[:, 2:]) - origins
-    lengths = np.linalg.norm(ways, axis=1)
-    is_aimed = (number % 2 == 1) & (lengths > 0)
-    directions[is_aimed] = ways[is_aimed] / lengths[is_aimed, None]
-    return origins, directions
-
-
-def _within(boxes: np.ndarray, u: np.ndarray) -> np.ndarray:
-    return boxes[:, 0] + u * (boxes[:, 1] - boxes[:, 0])
-
-
-def _box(shape: Shape, size: float) -> np.ndarray:
-    """Corners of the box about a shape; of an endless one as far as the scene reaches from its middle."""
-    middle = np.array(shape.middle)
-    return (
-        np.clip(np.array(shape.bounds), middle - size, middle + size)
-        if shape.is_infinite
-        else np.array(shape.bounds)
-    )
-
-
 def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
     """What each line meets in turn, 2 * boundary + (1: along its normal), -1 where nothing, and where [m].
 
@@ -220,13 +174,3 @@ def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.
     places, met = (np.take_along_axis(a, order, axis=1).reshape(4, len(origins), -1) for a in (places, met))
     is_clear = (met == met[0]).all(axis=(0, 2)) & ~(np.diff(places[0], axis=1) <= close).any(axis=1)
     return np.where(is_clear[:, None], met[0], -1), places[0]
-
-
-def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (4 n, 3) of n lines, and then of three neighbours of each, `close` [m] about it."""
-    e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
-    e_u /= np.linalg.norm(e_u, axis=1)[:, None]
-    e_v = np.cross(directions, e_u)
-    turns = [2 * math.pi * k / 3 for k in range(3)]
-    shifts = [0 * e_u, *(close * (math.cos(turn) * e_u + math.sin(turn) * e_v) for turn in turns)]
-    return np.concatenate([origins + shift for shift in shifts]), np.tile(directions, (4, 1))

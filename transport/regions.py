@@ -6,17 +6,20 @@ surfaces by what most of a few straight lines come to.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.lines import FACETS, lines_through
 from transport.materials.surface import AnyMedium
-from transport.nesting import FACETS, lines_through
 from transport.shapes import Box, Mesh, Plane, Shape, Slab, Sphere
+from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
 from transport.shapes.mesh_geometry import winding_number
-from transport.solids import Solid, do_meet, half_space, holds, is_within
+from transport.solids import HalfSpace, Solid, do_meet, half_space, holds, is_within
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -90,6 +93,7 @@ def skin_of(scene: Scene, body: Body) -> np.ndarray:
     return np.concatenate([_under(shape, is_front) for shape, is_front in faces])
 
 
+@lru_cache(maxsize=512)
 def _under(shape: Shape, is_front: bool) -> np.ndarray:
     """Places (n, 3) [m] close to one side of a surface: beside facets, or where lines through the box about it cross it."""
     depth = SKIN * shape.extent
@@ -104,6 +108,40 @@ def _under(shape: Shape, is_front: bool) -> np.ndarray:
     line, _ = np.nonzero(is_met)
     into = found.sides[is_met] if is_front else -found.sides[is_met]
     return origins[line] + (found.distances[is_met] + depth * into)[:, None] * ways[line]
+
+
+def box_of(scene: Scene, body: Body) -> np.ndarray:
+    """Lower and upper corner (2, 3) [m] of a box that holds a body."""
+    if isinstance(solid_of(scene, body), HalfSpace):
+        return np.array([[-math.inf] * 3, [math.inf] * 3])
+    bounds = np.array([scene.surfaces[number].shape.bounds for number in body.surfaces])
+    return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+
+
+def holders_of(scene: Scene, bodies: list[Body]) -> list[set[int]]:
+    """Of each body the numbers of all in which it lies.
+
+    Larger ones first, so that what holds a body's holder need not be asked.
+    """
+    if not bodies:
+        return []
+    low, high = np.array([box_of(scene, body) for body in bodies]).transpose(1, 0, 2)
+    span = high - low
+    slack = 4 * SKIN * np.where(np.isfinite(span), span, 0).max(axis=1)
+    slack = (slack[:, None] + slack + 4 * ROUNDING * (_finite(low) + _finite(high)))[:, :, None]
+    may_hold = ((low[:, None] >= low - slack) & (high[:, None] <= high + slack)).all(axis=2)  # (body, holder)
+    breadth = span.sum(axis=1)
+    holders: list[set[int]] = [set() for _ in bodies]
+    for k in np.argsort(-breadth, kind="stable").tolist():
+        for j in sorted(np.flatnonzero(may_hold[k]).tolist(), key=breadth.__getitem__):
+            if j != k and j not in holders[k] and is_in(scene, bodies[k], bodies[j]):
+                holders[k] |= {j} | holders[j] - {k}
+    return holders
+
+
+def _finite(corners: np.ndarray) -> float:
+    """The largest of all coordinates that are finite."""
+    return float(np.abs(corners[np.isfinite(corners)]).max(initial=0.0))
 
 
 def is_in(scene: Scene, one: Body, other: Body) -> bool:

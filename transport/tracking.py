@@ -16,6 +16,8 @@ from transport.validation import (
 )
 from transport.vectors import Vector
 
+RAISED = 10.0  # times the share at which roulette is played: what a survivor weighs
+
 
 @scene_object(kw_only=True)
 class Splitting:
@@ -47,16 +49,24 @@ class Tracking:
     """How histories are followed through media; every choice gives the same means.
 
     absorption: "analog", a history ends where it is absorbed, or "weighted", its weight falls along the way.
-    roulette: a weighted history whose weight falls below this share of what it was born with goes on with that
-    probability only (its weight raised in exchange).  forced: a copy of each history makes its first collision before
-    the next boundary, with the exact weight, in every body that it comes through uncollided: for thin media, not for
-    stacks of many layers.  splitting: a Splitting for deep penetration.
+    roulette: a weighted history whose weight falls below this share of what it was born with dies, or goes on at ten
+    times that share, at most as heavy as it was born, with the chance that keeps the mean; at collisions and at walls.
+    The less, the better is known what comes from the deep (a result warns where survivors may be missing); the more,
+    the faster runs what is reflected.
+    forced: a copy of each history makes its first collision before the next boundary, with the exact weight, in every
+    body that it comes through uncollided: for thin media, not for stacks of many layers.
+    splitting: a Splitting for deep penetration.
     """
 
     absorption: str = "weighted"
-    roulette: float = 0.25
+    roulette: float = 1e-3
     forced: bool = False
     splitting: Splitting | None = None
+
+    @property
+    def survivors_weight(self) -> float:
+        """What a history weighs that survives roulette, as a share of what it was born with."""
+        return min(1.0, RAISED * self.roulette)
 
     def __post_init__(self) -> None:
         check_one_of(self, "absorption", ("analog", "weighted"))

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
-from viz.style import BLUE, INK, POINTS, VERMILLION, figure_at, with_unit
+from viz.style import BLUE, INK, MUTED, POINTS, VERMILLION, figure_at, with_unit
 
 PIXELS, STEPS = (760, 350), 100  # of the view; places along each line of sight
 LINES = 40_000  # of sight, taken at a time
@@ -73,6 +73,7 @@ def cloud_picture(
         axes.imshow(view(voxels, ground, eye, target), interpolation="bicubic")
         axes.axis("off")
         _point_out_sun(axes, voxels.down)
+        _tell_how_it_was_made(axes)
         maps, cut = below.subfigures(1, 2, width_ratios=(1.62, 1))
         _draw_maps(maps, ground)
         _draw_cut(cut.subplots(), ground)
@@ -88,6 +89,12 @@ def _point_out_sun(axes: Axes, down: tuple[float, float, float]) -> None:
     axes.text(
         *(start + (0.035, -0.03)), "sunlight", color="white", transform=axes.transAxes, va="top", fontsize=19
     )
+
+
+def _tell_how_it_was_made(axes: Axes) -> None:
+    """That it is no photograph: what of it was counted, and what was chosen."""
+    words = "the view is computed from the light counted in the voxels and on the ground; colours and sky are chosen"
+    axes.text(1.0, -0.015, words, color=MUTED, fontsize=18, ha="right", va="top", transform=axes.transAxes)
 
 
 def view(
@@ -213,9 +220,8 @@ def _draw_cut(axes: Axes, ground: Ground) -> None:
     middle = np.searchsorted(ground.y, 0.0)
     rows = slice(middle - 1, middle + 1)
     x = (ground.x[1:] + ground.x[:-1]) / 2e3
-    axes.stairs(
-        ground.expected[:, rows].mean(axis=1), ground.x / 1e3, color=INK, lw=2, label="straight, exact"
-    )
+    exact, style = ground.expected[:, rows].mean(axis=1), {"color": INK, "lw": 2, "label": "straight, exact"}
+    axes.stairs(exact, ground.x / 1e3, baseline=None, **style)
     for field, colour, marker, label in (
         (ground.direct, BLUE, "o", "straight, simulated"),
         (ground.light, VERMILLION, "s", "all light"),
@@ -230,8 +236,16 @@ def _draw_cut(axes: Axes, ground: Ground) -> None:
             label=label,
             **POINTS | {"ms": 7},
         )
-    axes.set_ylim(bottom=0, top=1.32 * ground.light.value.max())
+    axes.set_ylim(bottom=0)
     axes.set_xlabel("x  [km]")
     axes.set_ylabel(with_unit("irradiance", ground.light.unit))
     axes.set_title("cut at y = 0, ± 2 std. errors")
-    axes.legend(loc="upper center", ncols=1)
+    place = {"bbox_to_anchor": _middle_of_shadow(ground, exact), "bbox_transform": axes.transData}
+    axes.legend(loc="center", fontsize=15, handlelength=1.2, handletextpad=0.5, framealpha=0, **place)
+
+
+def _middle_of_shadow(ground: Ground, exact: np.ndarray) -> tuple[float, float]:
+    """Where in the cut no light is drawn, x [km] and irradiance; the middle where nothing is dark."""
+    dark = np.flatnonzero(exact < 0.5 * exact.max())
+    middle = (ground.x[1:] + ground.x[:-1])[dark].mean() if len(dark) else ground.x[[0, -1]].sum()
+    return middle / 2e3, 0.68 * exact.max()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from transport import EstimateArray
 from viz.profiles import FURTHEST, in_standard_errors
@@ -83,3 +84,4 @@ def _draw_residuals(axes: Axes, window: Window) -> None:
     axes.plot((edges[1:] + edges[:-1]) / 2, shown, "o", color=BLUE, mec="white", mew=0.8)
     reach = max(3.4, 1.15 * np.abs(shown[np.isfinite(shown)]).max(initial=0.0))
     axes.set_ylim(-reach, reach)
+    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True, steps=[1, 2, 4, 5, 10]))

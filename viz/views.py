@@ -12,10 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 
 from transport import EstimateArray
-from viz.cuts import FINE, TRUSTED
+from viz.cuts import BAND, FINE, LINE, TRUSTED
 from viz.directions import DirectionBins, direction_bins
-from viz.hemisphere import draw_map
-from viz.style import INK, MARKERS, PALETTE, POINTS, figure_at, with_unit
+from viz.hemisphere import draw_map, explain_hatching
+from viz.style import INK, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
+
+Law = Callable[[np.ndarray], np.ndarray]
 
 COLOURS = "inferno"
 DARKEST = 1e-4  # of the brightest: the lower end of a logarithmic scale
@@ -25,7 +27,7 @@ PANEL = 5.2  # inches
 def views(
     seen: Mapping[str, EstimateArray],
     path: str | os.PathLike,
-    exact: Mapping[str, Callable[[np.ndarray], np.ndarray]] | None = None,
+    exact: Mapping[str, Law] | None = None,
     title: str | None = None,
     log: bool = False,
     note: str | None = None,
@@ -33,8 +35,9 @@ def views(
     """Draw each radiance as a map of the hemisphere, then all as points with exact lines; returns the path.
 
     seen: label -> radiance with the axis mu or theta and one bin of azimuth.  exact: label -> the analytic
-    radiance, a function of an array theta [rad].  log: colours and cut over decades. Raises ValueError for no
-    views, for unlike units, and for more than one bin of azimuth.
+    radiance, a function of an array theta [rad]; its means over the bins are drawn as well.  log: colours and cut
+    over decades; bins in which nothing was counted are hatched, but where the law has nothing. Raises ValueError
+    for no views, for unlike units, and for more than one bin of azimuth.
     """
     views_ = {label: direction_bins(radiance) for label, radiance in seen.items()}
     units = {str(each.unit) for each in views_.values()}
@@ -42,22 +45,31 @@ def views(
         raise ValueError(
             f"views: radiances of one unit, each round, are needed, got {sorted(units) or 'none'}"
         )
-    norm = _norm(views_, log)
+    norm, exact = _norm(views_, log), exact or {}
     with figure_at(path, (max(PANEL * len(views_), 13) + 1.6, 14), title, note) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1, 1.15))
         panels = above.subplots(1, len(views_), squeeze=False)[0]
         for axes, (label, bins) in zip(panels, views_.items(), strict=True):
-            field = (
-                bins.value
-                if not log
-                else np.where(bins.value > 0, np.maximum(bins.value, norm.vmin), norm.vmin)
-            )
+            field = _shown_on_map(bins, exact.get(label), norm) if log else bins.value
             mesh = draw_map(axes, bins, field, norm, COLOURS)
+            if np.isnan(field).any():
+                explain_hatching(axes, "nothing counted")
             axes.set_title(label)
-        bar = above.colorbar(mesh, ax=panels, shrink=0.8, pad=0.01)
+        bar = above.colorbar(mesh, ax=panels, shrink=0.8, pad=0.01, extend="min" if log else "neither")
         bar.set_label(with_unit("radiance L", units.copy().pop()))
-        _draw_cut(below.subplots(), views_, exact or {}, log, norm, units.pop())
+        _draw_cut(below.subplots(), views_, exact, log, norm, units.pop())
     return path
+
+
+def _shown_on_map(bins: DirectionBins, law: Law | None, norm: Normalize) -> np.ndarray:
+    """Radiance, darkest where the law has none, and nan where none was counted that might be there."""
+    dark = _means(bins, law)[:, None] == 0 if law else np.zeros(bins.value.shape, bool)
+    return np.where(bins.value > 0, np.maximum(bins.value, norm.vmin), np.where(dark, norm.vmin, np.nan))
+
+
+def _means(bins: DirectionBins, law: Law) -> np.ndarray:
+    """Means of the law over the bins, (n,)."""
+    return bins.expected(lambda theta, phi: np.broadcast_to(law(theta), theta.shape), 0)
 
 
 def _norm(views_: Mapping[str, DirectionBins], log: bool) -> Normalize:
@@ -77,10 +89,11 @@ def _draw_cut(
     for place, (label, bins) in enumerate(views_.items()):
         colour, marker = PALETTE[place % len(PALETTE)], MARKERS[place % len(MARKERS)]
         if label in exact:
-            line = np.asarray(exact[label](theta), dtype=float)
-            axes.plot(
-                np.degrees(theta), np.where(line > 0, line, np.nan if log else 0.0), color=colour, lw=2.2
-            )
+            line, means = np.asarray(exact[label](theta), dtype=float), _means(bins, exact[label])
+            hidden = np.nan if log else 0.0
+            axes.plot(np.degrees(theta), np.where(line > 0, line, hidden), color=colour, **LINE)
+            steps = np.where(means > 0, means, hidden)
+            axes.stairs(steps, np.degrees(bins.theta), baseline=None, color=colour, **BAND)
         value, error = bins.value[:, 0], bins.error[:, 0]
         shown = np.isfinite(error) & (value > 0) if log else np.isfinite(error)
         bars = 2 * error[shown]
@@ -96,7 +109,8 @@ def _draw_cut(
             **POINTS,
         )
     if exact:
-        axes.plot([], [], color=INK, lw=2.2, label="lines: exact")
+        axes.plot([], [], color=INK, label="exact", **LINE)
+        axes.plot([], [], color=MUTED, label="exact, bin mean", **BAND)
     if log:
         axes.set_yscale("log")
         axes.set_ylim(norm.vmin, 2 * norm.vmax)

@@ -157,7 +157,9 @@ BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bi
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
 # Importance e^rise, rise = (x - c) · k between 0 and `most`.
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most"))
-ROULETTE_LAW = np.dtype(_floats("threshold"))  # share of the birth weight
+ROULETTE_LAW = np.dtype(
+    _floats("threshold level")
+)  # shares of the birth weight: below which it is played, and what a survivor has
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
 # Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along
 # each axis; tops: address of their majorants [1/scene lengths], one more on every side;  levels: of each voxel's extinction over the

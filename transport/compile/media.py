@@ -68,7 +68,8 @@ def _media_row(plan: Plan, medium) -> np.ndarray:
     sigma_a, sigma_s = medium.absorption * length, medium.scattering * length
     values |= {"mfp": _inverse(sigma_s), "sigma_a": sigma_a, "survival": 1.0}
     if plan.tracking.absorption == ANALOG:
-        values |= {"mfp": _inverse(sigma_a + sigma_s), "sigma_a": 0.0, "survival": medium.albedo}
+        survival = medium.albedo if medium.extinction > 0 else 1.0
+        values |= {"mfp": _inverse(sigma_a + sigma_s), "sigma_a": 0.0, "survival": survival}
     if medium.scattering > 0:
         values |= {"phase": plan.phase_numbers[medium.phase]}
     return layout.row(layout.MEDIA, **values)
@@ -131,6 +132,20 @@ def importance_row(plan: Plan) -> np.ndarray:
     length = float(np.linalg.norm(way))
     slope = dict(zip(("kx", "ky", "kz"), most * way / length / length, strict=True))
     return layout.row(layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most)
+
+
+HALF = 0.5  # where walls alone lessen weights
+
+
+def roulette_row(plan: Plan) -> np.ndarray:
+    """When roulette is played, and what survivors weigh: where media lessen weights as the plan's Tracking wants it.
+
+    As heavy as they were born survivors would be rare where all else is light, and errors not tell of them.
+    """
+    if not plan.lessens:
+        return layout.row(layout.ROULETTE_LAW, threshold=HALF, level=1.0)
+    law = plan.tracking
+    return layout.row(layout.ROULETTE_LAW, threshold=law.roulette, level=law.survivors_weight)
 
 
 ALONG = 1e-15  # cosine of a direction along a plane, with rounding

@@ -17,10 +17,12 @@ from transport.engine.bank import FIELDS, ROOM
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.program import Program
+from transport.overruns import too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
 from transport.physics.streams import SHARES, random_words, uniform
 
 REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which serves a part of the lanes
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
+MOST_COPIES_EACH = 20_000  # of a history in the mean, and as many for each lane
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
@@ -82,12 +84,13 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     offset = uniform(w0, w1)
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
-    live, history, emitter, end = 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
+    copied, live, history, emitter, end = 0, 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
     while True:
         live = _fill_line(b, live)
         while b.banked > 0 and live < LANES:
             taken = min(LANES - live, b.banked)
             call_pass(withdrawal[0], handle, withdrawn[0], live, live + taken)
+            copied += taken
             live = _fill_line(b, live + taken)
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
@@ -102,6 +105,8 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
                 if emitter < count:
                     end = _last_of(histories, shares[emitter], offset, emitter == count - 1)
         b.started = history
+        if copied > MOST_COPIES_EACH * (history + LANES):
+            b.overfull = copied
         if live == 0:
             _trace_last(b, handle, sight)
             return
@@ -233,7 +238,7 @@ def run_batch(
 
     bundle: memory to work in; another thread may read its `started` and set its `stop`.  batches: how many of them
     the run has, among which the sample of a Snapshot is divided.
-    Raises Stopped if it was, and OverflowError before a sum could leave its range.
+    Raises Stopped if it was, and OverrunError before a sum could leave its range.
     """
     plan = machine.program.plan
     bundle = empty_bundle() if bundle is None else bundle
@@ -261,21 +266,15 @@ def run_batch(
     drive(lanes, handle, machine.flow, machine.births, sight, machine.copies, histories)
     if bundle["stop"][0]:
         raise Stopped
-    if bundle["overfull"][0]:
-        raise OverflowError(
-            f"splitting has made more than {ROOM} copies that wait for their turn; lower the gain of the Splitting"
-        )
-    crossings = int(bundle["crossings"][0])
+    crossings, started, copies = (int(bundle[name][0]) for name in ("crossings", "started", "overfull"))
+    if copies > 1:
+        raise too_many_copies(plan, copies, started)
+    if copies:
+        raise too_many_waiting(plan, ROOM)
     if crossings >= MOST_CROSSINGS:
-        raise OverflowError(
-            f"a batch of {histories} histories made over 2^30 crossings, more than its exact sums hold; ask for more"
-            " batches or, where light is shut in, let a surface absorb it or give the scene a duration"
-        )
+        raise too_many_crossings(plan, crossings, started)
     if max(int(bundle["scored"][0]), int(shadows["scored"][0])) >= MOST_SCORED:
-        raise OverflowError(
-            f"a batch of {histories} histories scored more than the exact sums of volume and point detectors hold; ask"
-            " for more batches"
-        )
+        raise too_many_scores(histories)
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
     return RawSums(
         histories,

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.media import box_rows, importance_row
+from transport.compile.media import box_rows, importance_row, roulette_row
 from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
 from transport.engine import (
@@ -251,7 +251,7 @@ def _crossing(plan, moved):
     yield from casts_of_walls(plan)
     yield from _onwards(plan)
     if plan.has_roulette:
-        yield step(roulette.play_roulette)
+        yield step(roulette.play_roulette, roulette_row(plan))
     elif plan.splits and plan.reflects:
         yield step(roulette.play_roulette_by_importance, importance_row(plan))
     if plan.reflects:

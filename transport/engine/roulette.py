@@ -4,7 +4,7 @@ Light is told relative to the weight that a history was born with, or that impor
 power does not matter.  The ledger takes what was killed less what was gained: expectation 0.
 """
 
-from transport.compile.layout import IMPORTANCE, NO_TABLE, ROULETTE, ROULETTE_LAW
+from transport.compile.layout import IMPORTANCE, ROULETTE, ROULETTE_LAW
 from transport.engine.importances import wanted_at
 from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
@@ -13,7 +13,7 @@ from transport.physics.device import device
 from transport.physics.roulette import survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
-LIGHT = 0.5  # at walls: share of the weight that is wanted
+LIGHT = 0.5  # where importance tells what a weight should be: share of that
 
 
 @device
@@ -26,14 +26,14 @@ def played(is_light, weight, wanted, u):
     return new, fresh if is_light else u, high - new_high, low - new_low
 
 
-@lane_pass(NO_TABLE)
+@lane_pass(ROULETTE_LAW)
 def play_roulette(b, table, first, live):
-    """At walls: below half its birth weight."""
-    total_high, total_low = 0, 0
+    """At walls: below a share of its birth weight."""
+    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
-        is_light = (w < LIGHT * birth) & (w > 0.0) & (b.hit[k] != 0)
-        b.weight[k], _, high, low = played(is_light, w, birth, b.u2[k])
+        is_light = (w < threshold * birth) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = played(is_light, w, level * birth, b.u2[k])
         total_high += high
         total_low += low
     enter(b, ROULETTE, total_high, total_low)
@@ -42,7 +42,7 @@ def play_roulette(b, table, first, live):
 
 @lane_pass(IMPORTANCE)
 def play_roulette_by_importance(b, table, first, live):
-    """At walls: below half the weight that its place wants."""
+    """At walls: below half the weight that its place wants, which a survivor has."""
     total_high, total_low = 0, 0
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
@@ -60,11 +60,11 @@ def play_roulette_by_importance(b, table, first, live):
 @lane_pass(ROULETTE_LAW)
 def play_roulette_in_flight(b, table, first, live):
     """At collisions: below a share of its birth weight."""
-    total_high, total_low, threshold = 0, 0, table.threshold
+    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
         is_light = (b.collides[k] != 0) & (w < threshold * birth)
-        new, b.u0[k], high, low = played(is_light, w, birth, b.u0[k])
+        new, b.u0[k], high, low = played(is_light, w, level * birth, b.u0[k])
         b.weight[k] = new
         b.collides[k] = 0 if new == 0.0 else b.collides[k]
         total_high += high

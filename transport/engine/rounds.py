@@ -6,7 +6,7 @@ In media these are done again and again for what collides, before those that met
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.media import importance_row
+from transport.compile.media import importance_row, roulette_row
 from transport.compile.strays import bounded_row
 from transport.engine import (
     bank,
@@ -100,8 +100,7 @@ def rounds_of(plan, moved):
             yield step(collisions.absorb_by_chance)
             yield from _absorbed(plan)
         if plan.has_roulette_in_flight:
-            law = layout.row(layout.ROULETTE_LAW, threshold=plan.tracking.roulette)
-            yield step(roulette.play_roulette_in_flight, law)
+            yield step(roulette.play_roulette_in_flight, roulette_row(plan))
         yield from _scattering(plan)
         if plan.splits:
             yield step(importances.weigh_by_importance, importance)

@@ -17,6 +17,7 @@ from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
+from transport.results.survivors import doubt, missing_survivors
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.shapes import Mesh
 from transport.units import Unit
@@ -65,6 +66,18 @@ class Reading(Quantified):
     def is_blind(self) -> bool:
         """Whether nothing was counted at all."""
         return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
+
+    @cached_property
+    def warning(self) -> str | None:
+        """What to know before trusting it, where a history that survives roulette would outweigh all that came."""
+        if self.detector.events is not None and self.detector.events[1] == 0:
+            return None
+        for side, quantity in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
+            totals = self.sums.whole("weights", side).sum(axis=(1, 2))
+            found = missing_survivors(self._plan, self.sums.batches, self.sums.run, totals)
+            if found is not None:
+                return doubt(self._plan, f"{quantity} of detector {self.name!r}", found)
+        return None
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:

@@ -139,7 +139,8 @@ class Result:
                 f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
             )
-        found += filter(None, (self[point.name].warning for point in self.scene.points))
+        looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points)
+        found += filter(None, (self[look.name].warning for look in looks))
         for meter in self.scene.meters:
             if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
                 found.append(

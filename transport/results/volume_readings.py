@@ -8,6 +8,7 @@ import numpy as np
 
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
+from transport.results.survivors import doubt, missing_survivors
 from transport.units import Unit
 from transport.validation import SceneError
 from transport.volumes import VolumeDetector
@@ -87,6 +88,14 @@ class VolumeReading(Quantified):
         """Number of scores in the whole run: of ways through each cell, or of collisions there."""
         counts = self._counts.sum(axis=-1)
         return self._estimate(counts * self._run.sizes.sum(), Unit.parse("1"), counts)
+
+    @cached_property
+    def warning(self) -> str | None:
+        """What to know before trusting it, where a history that survives roulette would outweigh all that came."""
+        shape, totals = self._volume.shape, self._sums.reshape(len(self._batches), -1).sum(axis=1)
+        chord = 4 * shape.volume / shape.area / self._volume.unit  # the mean way through it
+        found = missing_survivors(self._plan, self._batches, self._run, totals, chord)
+        return doubt(self._plan, f"the fluence rate in volume detector {self.name!r}", found)
 
     @property
     def is_blind(self) -> bool:

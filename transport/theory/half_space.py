@@ -17,7 +17,7 @@ alpha_2/alpha_1 = 0.710446 (Hopf 1934).  Two such surfaces make a thick slab, wh
     T = (4/3)/((1 - g) tau + 2 q)    of Lambertian light,
     T(mu0) = H(mu0)/(sqrt(3) (tau + 2 q))    of a beam, if scattering is isotropic,
 
-up to terms of exp(-tau) (van de Hulst 1980, ch. 5): so q is measured by T.
+up to terms of exp(-tau) (van de Hulst 1980): so q is measured by T.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Diffusion in a turbid half space, beside the exact solution (turbid.py): a sum of two exponentials.
 
 A photon forgets its direction in 1/(1 - g) scatterings, so that they count as σ_s (1 - g) isotropic ones, and the
-unscattered beam as one that falls with σ_t' = σ_t (1 - a g) (similarity; van de Hulst 1980, ch. 14).  Depths z are in
+unscattered beam as one that falls with σ_t' = σ_t (1 - a g) (similarity; van de Hulst 1980).  Depths z are in
 mean free paths 1/σ_t, so that σ_t' = 1 - a g; with D = 1/(3 σ_t') and T the share that the boundary lets in, the
 diffuse fluence φ obeys
 

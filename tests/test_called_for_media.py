@@ -1,0 +1,195 @@
+"""Only the effects of media that a scene calls for: each adds its own passes and no others.
+
+A room of diffuse walls with a box in it; what is in the box, how it is followed and who looks are added one
+by one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.command.effects import effects_of
+from transport.compile import compile_scene
+from transport.engine import (
+    bank,
+    bodies,
+    casting,
+    collisions,
+    densities,
+    detours,
+    forcing,
+    grids,
+    importances,
+    shadows,
+    volume_cells,
+    volumes,
+)
+from transport.engine.passes import Pass
+from transport.engine.program import program_of
+
+LAMP = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
+WALLS = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.5), "walls")
+BOX, BALL = tp.Box(size=1.0), tp.Sphere(radius=0.4)
+SMOKE, WHITE, FOG = tp.Medium(absorption=1.0), tp.Medium(scattering=1.0), tp.Medium(0.1, 1.0)
+VOXELS = 1.0 + np.arange(8.0).reshape(2, 2, 2)
+CLOUD, SOOT = (
+    tp.Grid(box=BOX, absorption=0.1 * VOXELS, scattering=VOXELS),
+    tp.Grid(box=BOX, absorption=VOXELS),
+)
+TABLE = tp.Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
+ANALOG = tp.Tracking(absorption="analog")
+SPLIT = tp.Tracking(splitting=tp.Splitting(start=(0, 0, -1), end=(0, 0, 1), gain=10.0))
+
+
+def room(filling=None, looks=()):
+    box = [] if filling is None else [tp.Surface(BOX, tp.Transparent(), "box", inside=filling)]
+    return tp.Scene(LAMP, [WALLS, *box], [tp.Detector("walls", side="inside"), *looks])
+
+
+def passes(filling=None, tracking=None, looks=()) -> set[str]:
+    return {each.name for each in program_of(compile_scene(room(filling, looks), tracking)).passes}
+
+
+def of(*modules) -> set[str]:
+    """Names of all passes of these families."""
+    return {each.name for module in modules for each in vars(module).values() if isinstance(each, Pass)}
+
+
+def assert_adds(more, less, added, dropped=()):
+    assert (more - less, less - more) == (set(added), set(dropped))
+
+
+OF_MEDIA = of(bodies, collisions, grids, forcing, importances, bank)
+OF_LOOKS = of(volumes, volume_cells, casting, densities, detours, shadows)
+BORDERS = {"bound_rectangle", "begin_inside", "cross_boundary", "know_surroundings", "know_body"}
+BORDERS |= {"remember_ray", "resume_ray", "settle_at_edges", "tell_leaving", "lose_strays"}
+FLIGHTS = {"set_out", "fly", "collide", "part", "escape_at_once"}
+WAS_VACUUM = {"look_ahead", "score_all"}
+
+
+def test_without_media_no_pass_of_media_is_named():
+    """Not by vacuum that is said either; nor is any field that only media use."""
+    assert not passes() & (OF_MEDIA | OF_LOOKS | BORDERS | {"part"})
+    assert passes(tp.Vacuum()) == passes()
+    plain, foggy = effects_of(room()), effects_of(room(FOG))
+    of_media = {"inside", "medium", "mfp", "sigma_a", "survival", "flies", "collides"}
+    assert of_media <= set(foggy.fields)
+    assert of_media <= set(plain.absent) and not of_media & set(plain.fields)
+    assert {name for name, kind in plain.absent.items() if kind == "pass"} >= OF_MEDIA | OF_LOOKS
+
+
+def test_what_only_absorbs_draws_no_path_and_no_direction():
+    """Weights fall along straight flights; no lane waits; no free path, collision, roulette or angle."""
+    known = BORDERS | {"score", "attenuate", "account_absorbed_in", "fly_straight"}
+    assert_adds(passes(SMOKE), passes(), known, WAS_VACUUM)
+    assert program_of(compile_scene(room(SMOKE))).inner == 0
+    assert_adds(passes(SOOT), passes(SMOKE), {"attenuate_in_grid"}, {"attenuate", "account_absorbed_in"})
+
+
+def test_absorption_by_chance_draws_paths_but_no_direction():
+    known = BORDERS | FLIGHTS | {"score", "absorb_by_chance", "account_absorbed_in"}
+    assert_adds(passes(SMOKE, ANALOG), passes(), known, WAS_VACUUM)
+    with_voxels = {"collide_in_grid", "cut_nothing", "fly_in_grids", "pause"}
+    assert_adds(passes(SOOT, ANALOG), passes(SMOKE, ANALOG), with_voxels, {"fly"})
+
+
+def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
+    known = BORDERS | FLIGHTS | {"score", "scatter_isotropically"}
+    assert_adds(passes(WHITE), passes(), known, WAS_VACUUM)
+    assert passes(WHITE, ANALOG) == passes(WHITE)
+    assert_adds(passes(FOG), passes(WHITE), {"attenuate", "account_absorbed_in", "play_roulette_in_flight"})
+    assert_adds(passes(FOG, ANALOG), passes(WHITE), {"absorb_by_chance", "account_absorbed_in"})
+
+
+@pytest.mark.parametrize(
+    ("phase", "scatters"),
+    [
+        (tp.Isotropic(), {"scatter_isotropically"}),
+        (tp.HenyeyGreenstein(0.0), {"scatter_isotropically"}),
+        (tp.HenyeyGreenstein(0.5), {"scatter_by_henyey_greenstein"}),
+        (tp.Rayleigh(), {"scatter_by_rayleigh"}),
+        (TABLE, {"choose_segment_of_table", "scatter_by_table"}),
+        (
+            tp.Mixture({tp.HenyeyGreenstein(0.5): 0.5, tp.Rayleigh(): 0.5}),
+            {"choose_phase", "scatter_by_henyey_greenstein", "scatter_by_rayleigh"},
+        ),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_phase_function_adds_its_own_sampler(phase, scatters):
+    asked = passes(tp.Medium(0.1, 1.0, phase=phase))
+    assert asked - scatters == passes(FOG) - {"scatter_isotropically"}
+    assert scatters <= asked
+
+
+def test_grids_add_walks_through_voxels():
+    walks = {"collide_in_grid", "cut_nothing", "fly_in_grids", "pause"}
+    assert_adds(passes(CLOUD), passes(FOG), walks | {"absorb_share"}, {"attenuate", "fly"})
+    assert_adds(passes(CLOUD, ANALOG), passes(FOG, ANALOG), walks, {"fly"})
+
+
+def test_forcing_and_splitting_are_there_only_where_asked_for():
+    copies = of(bank, forcing, importances)
+    for filling in (None, SMOKE, WHITE, FOG, CLOUD):
+        assert not passes(filling) & copies
+    force = {"begin_fresh", "fly_or_be_forced", "force_collision", "deposit_forced", "withdraw"}
+    assert_adds(passes(FOG, tp.Tracking(forced=True)), passes(FOG), force, {"fly"})
+    split = {"begin_where_important", "cut_flight", "pause_at_station", "weigh_by_importance", "deposit"}
+    split |= {"play_roulette_by_importance", "withdraw"}
+    assert_adds(passes(FOG, SPLIT), passes(FOG), split, {"play_roulette", "play_roulette_in_flight"})
+
+
+VOLUMES = {  # what looks -> what clips, and what scores
+    tp.VolumeDetector(BOX, "it"): ({"clip_to_box"}, False),
+    tp.VolumeDetector(BALL, "it"): ({"clip_to_ball"}, False),
+    tp.VolumeDetector(BOX, "it", (2, 2, 2)): ({"clip_to_box"}, True),
+    tp.VolumeDetector(BALL, "it", 3, tp.Directions.sphere(2, 2)): ({"clip_to_ball", "find_even_bins"}, True),
+}
+
+
+@pytest.mark.parametrize("look", VOLUMES)
+@pytest.mark.parametrize("filling", [None, SMOKE, FOG, CLOUD], ids=["vacuum", "smoke", "fog", "cloud"])
+def test_a_volume_detector_adds_its_own_walk(filling, look):
+    assert not passes(filling) & OF_LOOKS
+    clips, has_cells = VOLUMES[look]
+    in_media = "" if filling is None else "_in_media"
+    scores = {"walk_through_cells"} if has_cells else {f"score_way{in_media}"}
+    scores |= {"walk_through_grid"} if filling is CLOUD else set()
+    added = passes(filling, None, [look]) - passes(filling)
+    assert added == clips | scores | {f"reach_next{in_media}"}
+
+
+def test_a_volume_that_counts_collisions_follows_no_ways():
+    look = tp.VolumeDetector(BOX, "it", estimator="collision")
+    counts = {"know_collisions", "score_collisions_in_box"}
+    assert passes(FOG, None, [look]) - passes(FOG) == counts
+    assert passes(CLOUD, None, [look]) - passes(CLOUD) == counts | {"know_collisions_in_grid"}
+
+
+SIGHT = {"take_shadows", "look_for_point", "arrive", "list_shadows", "cast_from_births", "cast_from_walls"}
+FLOWN = {"know_phase", "cast_from_flights", "weigh_isotropically"}
+DETOURS = {"know_phase_at_collisions", "detour_from_births", "detour_from_collisions", "detour_from_walls"}
+DETOURS |= {"turn_to_point", "set_off_again", "weigh_isotropically"}
+
+
+@pytest.mark.parametrize(
+    ("filling", "outside", "within"),
+    [
+        (None, SIGHT, SIGHT),
+        (SMOKE, SIGHT | {"dim"}, SIGHT | {"dim"}),
+        (FOG, SIGHT | {"dim"} | FLOWN, SIGHT | {"dim"} | DETOURS),
+        (SOOT, SIGHT | {"dim_in_grid"}, SIGHT | {"dim_in_grid"}),
+        (
+            CLOUD,
+            SIGHT | {"dim_in_grid", "weigh_in_grid"} | FLOWN,
+            SIGHT | {"dim_in_grid", "weigh_in_grid"} | DETOURS,
+        ),
+    ],
+    ids=["vacuum", "smoke", "fog", "soot", "cloud"],
+)
+def test_a_point_detector_adds_shadow_rays_of_the_kinds_that_it_needs(filling, outside, within):
+    """From within fog detours, from without flights that are scattered; neither where nothing scatters."""
+    for place, added in (((1.3, 0.1, 0.2), outside), ((0.3, 0.1, 0.2), within)):
+        assert_adds(passes(filling, None, [tp.PointDetector(place, "it")]), passes(filling), added)

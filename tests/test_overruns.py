@@ -1,0 +1,150 @@
+"""Runs that would never end are refused when the scene is made, or stopped soon, with what to do about it."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+import transport as tp
+from transport.compile import compile_scene
+from transport.engine.surfaces import MOST_EVENTS
+from transport.overruns import OverrunError, too_many_crossings, too_many_waiting
+from transport.trapping import LIFETIMES
+from transport.trapping import MOST_EVENTS as GIVEN_UP
+
+CLEAR, WATER = tp.Transparent(), tp.Medium(index=1.33)
+LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+DOWN = tp.Source(tp.Point(position=(0, 0, 3)), tp.Beam((0, 0, -1), power=1.0))
+BALL = tp.Sphere(radius=0.5)
+
+
+def words_of(caught, *words):
+    message = str(caught.value)
+    assert [word for word in words if word not in message] == [], message
+
+
+# ---- splitting ----
+
+
+@pytest.mark.parametrize("absorption", ["weighted", "analog"])
+def test_a_gain_far_too_high_stops_soon_and_is_named(absorption):
+    """Each history would make 1e30 copies; 2e4 of each, in the mean, are a sign."""
+    fog = tp.Surface(tp.Sphere(radius=1.0), CLEAR, inside=tp.Medium(absorption=0.3, scattering=2.7))
+    split = tp.Splitting(start=(0, 0, 1), end=(0, 0, -1), gain=1e30)
+    tp.simulate(tp.Scene(DOWN, fog, ()), 100, threads=1, tracking=absorption, progress=False)
+    begun = time.process_time()
+    with pytest.raises(OverrunError) as caught:
+        tracking = tp.Tracking(absorption=absorption, splitting=split)
+        tp.simulate(tp.Scene(DOWN, fog, ()), 20_000, threads=1, tracking=tracking, progress=False)
+    words_of(
+        caught, "Splitting: gain", "got 1e+30", "copies of 256 histories", "of each", "about 1 / transmission"
+    )
+    assert isinstance(caught.value, tp.SceneError) and isinstance(caught.value, OverflowError)
+    assert time.process_time() - begun < 30  # some seconds with compilation
+
+
+def test_gains_that_are_merely_high_run():
+    """tau 3, split by 1e4: some hundred copies of each history."""
+    fog = tp.Surface(tp.Sphere(radius=1.0), CLEAR, inside=tp.Medium(absorption=0.3, scattering=2.7))
+    split = tp.Tracking(splitting=tp.Splitting(start=(0, 0, 1), end=(0, 0, -1), gain=1e4))
+    result = tp.simulate(tp.Scene(DOWN, fog, ()), 500, threads=1, tracking=split, progress=False)
+    assert result.cost.collisions > 100 * 500
+
+
+def test_a_full_bank_names_what_filled_it():
+    scene = tp.Scene(LAMP, medium=tp.Medium(absorption=1.0, scattering=1.0))
+    split = tp.Tracking(splitting=tp.Splitting(start=(0, 0, 0), end=(0, 0, 1), gain=7))
+    words = {split: ["gain", "got 7", "lower it"], tp.Tracking(forced=True): ["forced", "leave it out"]}
+    for tracking, expected in words.items():
+        message = str(too_many_waiting(compile_scene(scene, tracking), 65536))
+        assert all(word in message for word in (*expected, "65536"))
+
+
+# ---- crossings ----
+
+
+def test_a_batch_of_too_many_crossings_says_what_keeps_it_going():
+    glass = tp.Surface(BALL, tp.Dielectric(1.5), "ball")
+    grey = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.999), "room")
+    for surfaces, started, word in (
+        ([glass], 300, "nothing in the scene absorbs"),
+        ([grey, glass], 300, "absorb more"),
+        ([glass], 1_000_000, "ask for more batches"),
+    ):
+        plan = compile_scene(tp.Scene(DOWN if len(surfaces) == 1 else LAMP, surfaces), None)
+        error = too_many_crossings(plan, 2**30, started)
+        assert word in str(error) and f"{2**30 / started:.2g} of each" in str(error)
+        assert isinstance(error, tp.SceneError) and isinstance(error, OverflowError)
+
+
+# ---- light that is guided for ever ----
+
+
+def guided(body, glass=WATER, source=DOWN, host=None, material=CLEAR, duration=None):
+    host = tp.Slab(thickness=2.0) if host is None else host
+    slab = tp.Surface(host, tp.Dielectric(1.33), "slab", inside=glass)
+    inner = tp.Surface(BALL, material, "inner", inside=body)
+    return tp.Scene(source, [slab, inner], (), duration=duration)
+
+
+FOGS = [tp.Medium(scattering=2.0, index=1.33), tp.Medium(absorption=0.5, scattering=2.0, index=1.33)]
+
+
+@pytest.mark.parametrize("fog", FOGS, ids=["clear fog", "grey fog"])
+def test_what_scatters_in_a_clear_slab_is_refused(fog):
+    """Beyond the critical angle light goes on between the faces, past the ball, for ever; so in a slab that is tilted."""
+    for host in (None, tp.Slab(normal=(0.1, 0.2, 1.0), thickness=2.0)):
+        with pytest.raises(tp.SceneError) as caught:
+            guided(fog, host=host)
+        words_of(caught, "total reflection", "'inner'", "'slab'", "48.75 degrees", "let the slab end")
+
+
+def test_a_lamp_in_a_clear_slab_is_refused_though_a_body_is_there():
+    lamp = tp.Source(tp.Point(position=(2.0, 0, 0)), tp.Isotropic(power=1.0))
+    with pytest.raises(tp.SceneError, match=r"sources\[0\] in Surface 'slab'"):
+        guided(tp.Medium(absorption=0.5, index=1.33), source=lamp)
+
+
+def test_slabs_that_end_absorb_or_hold_nothing_that_scatters_are_made():
+    guided(FOGS[1], host=tp.Box(size=2.0))
+    guided(FOGS[0], glass=tp.Medium(absorption=1e-3, index=1.33))
+    guided(tp.Medium(absorption=0.5, index=1.33))  # nothing turns the beam
+    guided(
+        FOGS[0],
+        duration=1e-8,
+        source=tp.Source(DOWN.shape, tp.Beam((0, 0, -1), energy=1.0), pulse=tp.Instant()),
+    )
+    above = tp.Surface(tp.Sphere(center=(0, 0, 1.5), radius=0.5), tp.Diffuse(0.5), "on its face")
+    tilted = tp.Surface(tp.Sphere(center=(0, 0, 4), radius=0.5), tp.Diffuse(0.5), "above it")
+    tp.Scene(DOWN, [tp.Surface(tp.Slab(thickness=2.0), tp.Dielectric(1.33)), above])
+    tp.Scene(DOWN, [tp.Surface(tp.Slab(normal=(0.1, 0, 1), thickness=2.0), tp.Dielectric(1.33)), tilted])
+
+
+# ---- media that hardly absorb ----
+
+
+def test_an_endless_medium_that_gives_histories_up_is_refused():
+    with pytest.raises(tp.SceneError) as caught:
+        tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=1e-9))
+    words_of(caught, "medium without end", "1e+09 times", "1.7e+07", "put it into a Box", "duration")
+    assert GIVEN_UP == MOST_EVENTS
+
+
+def test_where_an_endless_medium_absorbs_enough_all_but_one_history_in_ten_million_ends():
+    assert math.exp(-LIFETIMES) < 2e-7
+    tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=1e-6))
+    edge = LIFETIMES / MOST_EVENTS
+    tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=edge * (1 + 1e-9)))
+    with pytest.raises(tp.SceneError, match="medium without end"):
+        tp.Scene(LAMP, medium=tp.Medium(scattering=1.0, absorption=edge * (1 - 1e-9)))
+
+
+def test_a_medium_that_has_an_end_a_clock_or_an_absorber_is_made():
+    milk = tp.Medium(scattering=1.0, absorption=1e-9)
+    tp.Scene(LAMP, tp.Surface(tp.Box(size=2.0), tp.Black()), medium=milk)
+    tp.Scene(LAMP, tp.Surface(tp.Box(size=2.0), CLEAR, inside=milk))
+    tp.Scene(LAMP, tp.Surface(tp.Plane(center=(0, 0, 1)), CLEAR, front=tp.Vacuum()), medium=milk)
+    pulse = tp.Source(tp.Point(), tp.Isotropic(energy=1.0), pulse=tp.Instant())
+    tp.Scene(pulse, medium=milk, duration=1e-8)

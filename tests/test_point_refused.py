@@ -1,0 +1,72 @@
+"""What a point detector refuses: surfaces that it cannot see by, places on what sends, clocks and aims."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import transport as tp
+from tests.point_scenes import FOG, LAMP, T, filled
+
+
+def refused(message, sources=LAMP, surfaces=(), place=(1, 0, 0), tracking=None, **options):
+    with pytest.raises(tp.SceneError) as raised:
+        scene = tp.Scene(sources, surfaces, tp.PointDetector(place, "p"), **options)
+        tp.simulate(scene, particles=100, progress=False, tracking=tracking)
+    text = str(raised.value)
+    assert text.startswith("PointDetector 'p'") and message in text, text
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        tp.Mirror(),
+        tp.Dielectric(1.5),
+        tp.Glossy(0.2),
+        tp.ThinLens(1.0),
+        tp.Mixture({T: 0.5, tp.Black(): 0.5}),
+    ],
+)
+def test_surfaces_that_it_cannot_see_by_are_refused_by_name(material):
+    part = next(
+        part for part in (*getattr(material, "parts", ((material,),)),) if not isinstance(part[0], tp.Black)
+    )[0]
+    disk = tp.Surface(tp.Disk(center=(5, 0, 0), radius=1.0), material, name="glass")
+    refused(type(part).__name__, surfaces=[disk])
+    refused("'glass'", surfaces=[disk])
+
+
+def test_points_on_surfaces_and_sources_are_refused():
+    wall = tp.Surface(tp.Sphere(radius=1.0), tp.Diffuse(0.5), name="wall")
+    refused("must not lie on Surface 'wall'", surfaces=[wall], place=(0.6, 0.8, 0))
+    refused("point source", place=(0, 0, 0))
+    disk = tp.Source(tp.Disk(radius=2.0), tp.Lambertian(power=1.0))
+    refused("must not lie on a source", sources=disk)
+    tp.Scene(disk, detectors=tp.PointDetector((3, 0, 0), "beside"))
+
+
+def test_clocks_aims_gas_and_forced_flights_are_refused():
+    refused("steady", duration=1.0)
+    aim = tp.Disk(center=(0, 0, 3), radius=1.0)
+    refused("aim", sources=tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0), aim=aim))
+    gas = tp.Effusive(exitance=1.0, speed=1.0)
+    refused("Effusive", sources=tp.Source(tp.Disk(radius=0.5), gas))
+    box = filled(tp.Box(size=1.0), FOG)
+    refused("forced", surfaces=[box], tracking=tp.Tracking(forced=True))
+
+
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        ({"position": (0, 0), "name": "p"}, "position"),
+        ({"position": (0, 0, math.inf), "name": "p"}, "position"),
+        ({"position": (0, 0, 1)}, "name missing"),
+        ({"position": (0, 0, 1), "name": None}, "name"),
+        ({"position": (0, 0, 1), "name": "a.b"}, "name"),
+        ({"center": (0, 0, 1), "name": "p"}, "'position'"),
+    ],
+)
+def test_its_parameters_are_checked(wrong, message):
+    with pytest.raises(tp.SceneError, match=message):
+        tp.PointDetector(**wrong)

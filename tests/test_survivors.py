@@ -1,0 +1,130 @@
+"""A result says where histories that survive roulette may be missing from a figure, and is silent where none can be.
+
+Through 20 mean free paths of albedo 0.2 come 2.94e-9 of the light; one survivor of roulette weighs as much as all of a
+run.  At 8 mean free paths (4.2e-4) enough of them come.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.agreement import assert_agrees
+from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
+from transport.results.survivors import _played
+from transport.theory import ordinates
+
+DEEP = (20.0, 0.2)
+
+
+def with_core(tau, albedo):
+    """The slab, and a ball at its bottom in which fluence is counted."""
+    scene = slab(tau, albedo)
+    core = tp.VolumeDetector(tp.Sphere(center=(0, 0, -0.9), radius=0.05), "core")
+    return tp.Scene(scene.sources, scene.surfaces, [*scene.detectors, core])
+
+
+@pytest.mark.parametrize("roulette", [0.25, 1e-2, 1e-3])
+@pytest.mark.parametrize("particles", [10_000, 300_000])
+def test_what_survivors_of_roulette_would_outweigh_is_warned_of(roulette, particles):
+    result = run(with_core(*DEEP), tp.Tracking(roulette=roulette), particles)
+    words = [
+        "standard errors",
+        "flux_out of detector 'bottom'",
+        f"at {roulette:g} of",
+        "Tracking(roulette=1e-1",
+    ]
+    assert [word for word in words if word not in result["bottom"].warning] == []
+    assert "fluence rate in volume detector 'core'" in result["core"].warning
+    assert result["top"].warning is None
+
+
+def test_forced_collisions_are_warned_of_as_well():
+    assert run(slab(*DEEP), tp.Tracking(forced=True, roulette=0.25))["bottom"].warning is not None
+
+
+def test_the_error_that_is_warned_of_is_wrong_and_the_roulette_proposed_mends_it():
+    exact = ordinates.slab(*DEEP).transmitted
+    before = run(slab(*DEEP), tp.Tracking(roulette=0.25))["bottom"]
+    assert_rejects(before.flux_out, exact)
+    share = float(before.warning.partition("Tracking(roulette=")[2].partition(")")[0])
+    after = run(slab(*DEEP), tp.Tracking(roulette=share))["bottom"]
+    assert after.warning is None
+    assert_agrees(after.flux_out, exact, FALSE_ALARM)
+    assert after.flux_out.relative_error < 0.03
+
+
+def test_at_moderate_depth_the_default_is_right_and_silent():
+    for tau, albedo in ((8.0, 0.2), (8.0, 0.8), (2.0, 0.9)):
+        result = run(with_core(tau, albedo), None, 1_000_000)
+        exact = ordinates.slab(tau, albedo)
+        assert [result[name].warning for name in ("top", "bottom", "core")] == [None] * 3
+        assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
+        assert result["bottom"].flux_out.relative_error < 0.008
+
+
+def test_a_gain_too_small_is_warned_of_and_one_that_suits_is_not():
+    for gain, is_small in ((2.0, True), (1e8, False), (1e10, False)):
+        result = run(slab(*DEEP), tp.Tracking(splitting=splitting(gain)))
+        warning = result["bottom"].warning
+        assert (warning is not None) == is_small
+        assert result["top"].warning is None
+        if is_small:
+            assert f"raise the gain of the Splitting, got {gain:g}" in warning
+
+
+def test_nothing_is_said_where_no_roulette_is_played():
+    """Analog; without scattering, where deep figures have no noise; where next to nothing is absorbed; forced."""
+    for scene, tracking in (
+        (slab(8.0, 0.2), "analog"),
+        (slab(20.0, 0.0), None),
+        (slab(2.0, 1 - 1e-12), None),
+        (slab(1e-6, 0.5), None),
+        (slab(1e-6, 0.5), tp.Tracking(forced=True)),
+    ):
+        result = run(scene, tracking)
+        assert [result[name].warning for name in result] == [None, None]
+
+
+def test_what_was_never_scattered_needs_no_survivors():
+    scene = slab(*DEEP)
+    straight = tp.Detector(tp.Plane(center=(0, 0, -1), normal=(0, 0, -1)), "straight", events=0)
+    result = run(tp.Scene(scene.sources, scene.surfaces, [*scene.detectors, straight]))
+    assert result["bottom"].warning is not None
+    assert result["straight"].warning is None
+    assert_agrees(result["straight"].flux_out, math.exp(-20), FALSE_ALARM)
+
+
+def test_weights_of_an_aimed_lamp_are_those_of_its_histories():
+    """Aimed at a small disk, histories carry what flies there, and survivors no more."""
+    scene = slab(8.0, 0.8)
+    lamp = tp.Source(
+        tp.Point(position=(0, 0, 1)),
+        tp.Isotropic(power=1.0),
+        aim=tp.Disk(center=(0, 0, 0), normal=(0, 0, 1), radius=1e-3),
+    )
+    result = run(tp.Scene(lamp, scene.surfaces, scene.detectors), None, 300_000)
+    assert result["bottom"].flux_out.value < 1e-5
+    assert result["bottom"].warning is None
+
+
+class _Batch:
+    def __init__(self, roulette):
+        self.ledger = {"roulette": roulette}
+
+
+def test_the_weight_that_roulette_was_played_for_is_told_from_its_balance():
+    """With few survivors by what was killed, with many by the variance."""
+
+    class Run:
+        sizes = np.full(32, 1000)
+
+    random = np.random.default_rng(1)
+    for heaviest in (1.0, 1e-4):
+        for played in (1e-3, 30.0, 1e4):  # expected survivors a batch
+            balance = heaviest * (played - random.poisson(played, 32))
+            found = _played([_Batch(one) for one in balance], Run, heaviest) * 1000 / heaviest
+            assert played / 3 < found < 3 * played
