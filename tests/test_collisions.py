@@ -204,7 +204,9 @@ def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold, level):
 
 
 def test_what_does_not_collide_is_not_played_for():
-    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(roulette.play_roulette_in_flight, threshold=0.5, level=1.0)
+    lanes = Lanes(collides=0, weight=1e-6, u0=0.5).run(
+        roulette.play_roulette_in_flight, threshold=0.5, level=1.0
+    )
     assert (lanes["weight"] == 1e-6).all() and lanes.gained(layout.ROULETTE) == 0
 
 
