@@ -9,7 +9,7 @@ import pytest
 
 import transport as tp
 from tests.body_scenes import AFAR, LAMP, M, T, V, can, corner, filled, lens
-from transport.bodies import (
+from transport.bodies.listing import (
     bodies_of,
     body_bits_around,
     has_media,
@@ -17,7 +17,7 @@ from transport.bodies import (
     media_of,
     sides_of,
 )
-from transport.regions import held_by, skin_of
+from transport.bodies.regions import held_by, skin_of
 
 
 def test_nested_boxes_that_share_faces():

@@ -11,7 +11,7 @@ import pytest
 
 import transport as tp
 from tests.body_scenes import LAMP, M, T, V, can, filled
-from transport.bodies import media_at
+from transport.bodies.listing import media_at
 from transport.shapes.distances import least_distance
 
 FOG = M(1.0, 2.0)

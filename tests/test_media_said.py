@@ -10,7 +10,7 @@ import pytest
 
 import transport as tp
 from tests.test_asked import LAMP, refusal, run
-from transport.bodies import MOST_BODIES
+from transport.bodies.listing import MOST_BODIES
 
 README = " ".join((Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8").split())
 

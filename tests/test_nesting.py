@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.nesting import Boundary, _met, check_media
+from transport.bodies.nesting import Boundary, _met, check_media
 from transport.shapes.crossings import crossings
 from transport.shapes.distances import least_distance
 

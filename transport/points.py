@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from transport.bodies.solids import magnitude
 from transport.emissions import Beam, Isotropic, Lambertian
 from transport.materials import Black, Diffuse, Transparent, simple_parts
 from transport.shapes import Point
 from transport.shapes.base import ROUNDING
 from transport.shapes.distances import least_distance
-from transport.solids import magnitude
 from transport.validation import refuse, scene_object, settle_name, settle_vector, shown
 from transport.vectors import Vector
 

@@ -3,9 +3,9 @@
 from collections import Counter
 from collections.abc import Iterable
 
-from transport.bodies import AnyMedium, medium_at
+from transport.bodies.filling import glows, names_media
+from transport.bodies.listing import AnyMedium, medium_at
 from transport.detectors import Detector
-from transport.filling import glows, names_media
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
 from transport.media import Grid, Medium, Vacuum

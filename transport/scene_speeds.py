@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.filling import glows
+from transport.bodies.filling import glows
 from transport.materials import Diffuse, simple_parts
 from transport.units import speed_of_light
 

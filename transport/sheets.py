@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from transport.bodies import has_media, sides_of
+from transport.bodies.listing import has_media, sides_of
 from transport.detectors import Detector
 from transport.materials import Surface, Transparent
 from transport.shapes import Box, Point, Revolved, Shape, Slab, Sphere, Triangle

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from transport.filling import absorbs, check_filling, glowing_sources
+from transport.bodies.filling import absorbs, check_filling, glowing_sources
+from transport.bodies.nesting import check_media
 from transport.flush import check_flush
 from transport.materials import (
     Black,
@@ -19,7 +20,6 @@ from transport.materials import (
     lets_through,
     simple_parts,
 )
-from transport.nesting import check_media
 from transport.shapes import FlatShape, Mesh, Shape, Slab, Sphere
 from transport.shapes.distances import least_distance
 from transport.shapes.overlaps import overlap

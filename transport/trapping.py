@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import surrounding_of
+from transport.bodies.filling import absorbs, glowing_sources
+from transport.bodies.listing import surrounding_of
+from transport.bodies.nesting import CLOSE
 from transport.emissions import Beam
-from transport.filling import absorbs, glowing_sources
 from transport.materials import Dielectric, Diffuse, Material, Mirror, Surface, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
-from transport.nesting import CLOSE
 from transport.shapes import Box, Shape, Slab, Sphere
 from transport.validation import SceneError, shown
 from transport.vectors import dot

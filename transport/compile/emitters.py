@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.bodies.nesting import index_around
 from transport.compile import layout, velocities
 from transport.compile.birthplaces import places_of
 from transport.compile.media import glowing_sources, row_inside, rows_beside, runs_along_boundary
@@ -17,7 +18,6 @@ from transport.compile.pieces import hole_columns, triangle_columns
 from transport.compile.space import Space
 from transport.compile.velocities import Step
 from transport.materials import Dielectric, simple_parts
-from transport.nesting import index_around
 from transport.scene import Scene
 from transport.shapes import (
     Box,

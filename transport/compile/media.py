@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import bodies_of, body_bits_around, has_media, media_of
+from transport.bodies.listing import bodies_of, body_bits_around, has_media, media_of
 from transport.compile import layout
 from transport.compile.birthplaces import AWAY
 from transport.compile.grids import fill_grids

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import body_bits_around
+from transport.bodies.listing import body_bits_around
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
 from transport.emissions import Isotropic, Lambertian

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.bodies import media_of
+from transport.bodies.listing import media_of
 from transport.scene import Scene
 from transport.shapes import Point, Shape, Slab
 from transport.validation import SceneError

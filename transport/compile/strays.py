@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import bits_at
+from transport.bodies.listing import bits_at
 from transport.compile import layout
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import AnyMedium, media_at
+from transport.bodies.listing import AnyMedium, media_at
 from transport.compile import layout
 from transport.compile.looks import axis_columns
 from transport.media import Grid

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.lines import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
+from transport.bodies.lines import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
 from transport.materials import Dielectric, Surface, lets_through, simple_parts
 from transport.shapes import Box, Mesh, Shape, Sphere
 from transport.shapes.crossings import crossings

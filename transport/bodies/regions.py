@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.lines import FACETS, lines_through
+from transport.bodies.lines import FACETS, lines_through
+from transport.bodies.solids import HalfSpace, Solid, do_meet, half_space, holds, is_within
 from transport.materials.surface import AnyMedium
 from transport.shapes import Box, Mesh, Plane, Shape, Slab, Sphere
 from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
 from transport.shapes.mesh_geometry import winding_number
-from transport.solids import HalfSpace, Solid, do_meet, half_space, holds, is_within
 
 if TYPE_CHECKING:
     from transport.scene import Scene

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.bodies import bits_at, sides_of, surrounding_of
-from transport.lines import FACETS, LINES, crossed_in_turn, lines_through, size_of
+from transport.bodies.lines import FACETS, LINES, crossed_in_turn, lines_through, size_of
+from transport.bodies.listing import bits_at, sides_of, surrounding_of
+from transport.bodies.regions import Body, solid_of
 from transport.materials import Dielectric, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.media.medium import plain
-from transport.regions import Body, solid_of
 from transport.shapes import Mesh
 from transport.validation import SceneError, shown
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transport.bodies import is_whole
-from transport.frontiers import title_of
-from transport.lines import FACETS, LINES, crossed_in_turn, lines_through, size_of
+from transport.bodies.frontiers import title_of
+from transport.bodies.lines import FACETS, LINES, crossed_in_turn, lines_through, size_of
+from transport.bodies.listing import is_whole
+from transport.bodies.regions import Body
 from transport.media.medium import plain
-from transport.regions import Body
 from transport.shapes import Mesh
 from transport.shapes.crossings import crossings
 from transport.validation import SceneError, shown

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from transport.bodies.solids import magnitude
 from transport.shapes import Shape, Slab
 from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
-from transport.solids import magnitude
 from transport.vectors import Vector
 
 LINES = 256

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.bodies.regions import SKIN, Body, held_by, holders_of, skin_of
+from transport.bodies.solids import magnitude
 from transport.materials.surface import AnyMedium, Surface
 from transport.media import Vacuum
 from transport.media.medium import plain
-from transport.regions import SKIN, Body, held_by, holders_of, skin_of
 from transport.shapes import Plane, Shape
 from transport.shapes.base import ROUNDING
-from transport.solids import magnitude
 from transport.validation import SceneError
 from transport.vectors import Vector
 

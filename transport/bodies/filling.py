@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies import bodies_of, nested, surrounding_of
+from transport.bodies.frontiers import check_sides, title_of
+from transport.bodies.gaps import check_closed
+from transport.bodies.lines import CLOSE
+from transport.bodies.listing import bodies_of, nested, surrounding_of
+from transport.bodies.regions import Body, box_of, have_common_part, solid_of
 from transport.emissions import Isotropic
-from transport.frontiers import check_sides, title_of
-from transport.gaps import check_closed
-from transport.lines import CLOSE
 from transport.materials import Dielectric, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.media import Grid
-from transport.regions import Body, box_of, have_common_part, solid_of
 from transport.shapes import Box, Sphere
 from transport.shapes.base import ROUNDING
 from transport.sources import Source
