@@ -10,6 +10,7 @@ import numpy as np
 from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
+from transport.results import near_walls
 from transport.results.estimates import Estimate
 from transport.results.quantified import Quantified
 from transport.shapes import Point
@@ -72,12 +73,15 @@ class PointReading(Quantified):
         squares = (sizes / sizes.max()) ** 2
         return float((counts[among] * squares).sum() ** 2 / (counts[among] * squares**2).sum())
 
-    @property
+    @cached_property
     def warning(self) -> str | None:
-        """What to know before trusting it, where a few scores carry its error."""
-        error = self.fluence_rate.relative_error
-        if self.carriers >= FEW or not error > SMALL:
-            return None
+        """What to know before trusting it, where it lies too near a wall, or a few scores carry its error."""
+        particles = int(self._run.sizes.sum())
+        near = near_walls.warning_of(
+            self._plan, self.name, self.detector.position, self.fluence_rate, particles
+        )
+        if near or self.carriers >= FEW or not self.fluence_rate.relative_error > SMALL:
+            return near
         return (
             f"the scores of point detector {self.name!r} differ so much that about {self.carriers:.2g} of them carry"
             " its error, which is not to be trusted; use more particles, or a small VolumeDetector"

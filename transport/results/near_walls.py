@@ -1,0 +1,165 @@
+"""Whether a point lies so near to a diffuse wall, or to a diffuse emitter, that a run misses what that sends.
+
+Half of what reaches a point at the small distance d from a diffuse wall leaves it within about d of the foot.  Where
+hardly any history does so, all that it brings is missing, and so is its variance: neither scores nor errors tell.
+Geometry does: what a single event at the foot would add, w cos / (pi d^2), is known, and must not matter.
+With n events a pi d^2 it is sqrt(2 / n) errors of what the wall sends, which then has scores s with
+(sum of s^2)^2 / (sum of s^4) = 5 n / 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from transport.emissions import Beam, Lambertian
+from transport.materials import Diffuse, TwoSided, simple_parts
+from transport.shapes import FlatShape, Mesh, Shape, Sphere
+from transport.shapes.distances import least_distance
+from transport.sheets import pieces
+from transport.vectors import Vector, dot
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+    from transport.materials import Material
+    from transport.results.estimates import Estimate
+
+FEW = 30  # events within d of the foot
+MOST = math.sqrt(2 / 32)  # standard errors that one event may add
+FAINT = 1 / 3000  # of the fluence rate: FEW such events are 1 % of it
+NEAR = 0.25  # of a wall's extent: from farther away a run without its light is one without light
+
+
+@dataclass(frozen=True)
+class NearWall:
+    """A wall or an emitter near a point, and what a run knows of what it sends from about the foot."""
+
+    title: str
+    distance: float  # [m]
+    added: float  # by one history of the largest weight that leaves it nearest to the point [W m^-2]
+    expected: float  # about how many full histories leave it within d of the foot
+
+
+def near_wall(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> NearWall | None:
+    """What sends too seldom from too near, the worst of all; None where all is well known, or nothing at all."""
+    if not fluence.value > 0:
+        return None
+    least = least_added(fluence)
+    found = [wall for wall in _senders(plan, point, fluence, particles, least) if wall.added > least]
+    return max(found, key=lambda wall: wall.added, default=None)
+
+
+def least_added(fluence: Estimate) -> float:
+    """What one history may add [W m^-2]."""
+    error = fluence.error if fluence.error < math.inf else FAINT * fluence.value
+    return max(MOST * error, FAINT * fluence.value)
+
+
+def warning_of(plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int) -> str | None:
+    """What to know before trusting a point detector, in words."""
+    wall = near_wall(plan, point, fluence, particles)
+    if wall is None:
+        return None
+    added = f"{wall.added / fluence.value:.2g} times its figure"
+    if fluence.error > 0:
+        added = f"{wall.added / fluence.error:.2g} standard errors"
+    clear = wall.distance * math.sqrt(wall.added / least_added(fluence))
+    clear = min(clear, wall.distance * math.sqrt(2 * FEW / wall.expected)) if wall.expected else clear
+    return (
+        f"point detector {name!r} lies {wall.distance:.3g} m off {wall.title}, which about {wall.expected:.2g} histories of"
+        f" this run are expected to leave so close to it, and one would add {added}: about half of what is there may"
+        f" be missing, and no error tells; move the point to at least {clear:.2g} m off it, use more particles, or count"
+        " by a small VolumeDetector or by a Detector on it"
+    )
+
+
+def _senders(
+    plan: Plan, point: Vector, fluence: Estimate, particles: int, least: float
+) -> Iterator[NearWall]:
+    """Diffuse walls and emitters of which one history may add more than that."""
+    one = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
+    reach = math.sqrt(one / least)
+    for title, piece, material in _walls(plan):
+        share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
+        distance = _distance(piece, point, reach * math.sqrt(share)) if share else None
+        if distance is not None and not _is_dark(plan, share, fluence):
+            arrivals = distance**2 * fluence.value / 4 / one  # as in light from everywhere
+            yield NearWall(title, distance, one * share * _steepness(piece, point, distance), arrivals)
+    for title, emitter in _diffuse_emitters(plan):
+        distance = _distance(emitter.shape, point, reach)
+        if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
+            continue
+        exitance = emitter.amount / emitter.shape.area
+        births = distance**2 * exitance / one
+        if births < FEW and 2 * exitance > fluence.error / 2:
+            yield NearWall(title, distance, one * _steepness(emitter.shape, point, distance), births)
+
+
+def _walls(plan: Plan) -> Iterator[tuple[str, Shape, Material]]:
+    """All that reflects or lets through diffusely, piece by piece."""
+    for number, surface in enumerate(plan.scene.surfaces):
+        if any(isinstance(part, Diffuse) for part in simple_parts(surface.material)):
+            title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+            yield from ((title, piece, surface.material) for piece in pieces(surface.shape))
+
+
+def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
+    sources = plan.scene.sources
+    for emitter in plan.emitters:
+        if isinstance(emitter.source.emission, Lambertian):
+            shape, number = (
+                emitter.source.shape,
+                next(k for k, s in enumerate(sources) if s is emitter.source),
+            )
+            title = f"the source on {shape!r}" if isinstance(shape, str) else f"sources[{number}]"
+            yield title, emitter
+
+
+def _distance(shape: Shape, point: Vector, reach: float) -> float | None:
+    """The distance [m], where that is within reach and small against the shape."""
+    reach = min(reach, NEAR * shape.extent)
+    if not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach:
+        return None
+    distance = least_distance(shape, point)
+    return distance if 0 < distance < reach else None
+
+
+def _steepness(shape: Shape, point: Vector, distance: float) -> float:
+    """cos / d^2 [m^-2] as seen from the nearest place; beside a flat shape it is low."""
+    cosine = abs(_height(shape, point)) / distance if isinstance(shape, FlatShape) else 1.0
+    return min(cosine, 1.0) / distance**2
+
+
+def _height(shape: FlatShape, point: Vector) -> float:
+    return dot(tuple(p - q for p, q in zip(point, shape.center, strict=True)), shape.normal)
+
+
+def _side(shape: Shape, point: Vector) -> float:
+    """+1 in front of a shape, -1 behind or within it, 0 where neither is known."""
+    match shape:
+        case FlatShape():
+            return math.copysign(1.0, _height(shape, point))
+        case Sphere(is_zone=False):
+            return 1.0 if math.dist(point, shape.center) > shape.radius else -1.0
+        case Mesh(is_closed=True):
+            return -1.0 if shape.holds(point) else 1.0
+    return 0.0
+
+
+def _sent(material: Material, side: float) -> float:
+    """The largest share of a history's weight that leaves a wall diffusely on a side; 0.0: on any."""
+    sides = (material, material)
+    if isinstance(material, TwoSided):
+        sides = (material.front, material.back) if side >= 0 else (material.back, material.front)
+        sides = (material, material) if side == 0 else sides
+    here, beyond = ([part for part in simple_parts(each) if isinstance(part, Diffuse)] for each in sides)
+    sent = [part for part in here if part.albedo] + [part for part in beyond if part.transmission]
+    return max((part.albedo + part.transmission for part in sent), default=0.0)
+
+
+def _is_dark(plan: Plan, share: float, fluence: Estimate) -> bool:
+    """Whether a wall could send next to nothing: no more than falls on it, and the point sees that but for beams."""
+    has_beams = any(isinstance(source.emission, Beam) for source in plan.scene.sources)
+    return not has_beams and 2 * share * fluence.value < fluence.error / 2
