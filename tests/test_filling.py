@@ -46,6 +46,10 @@ BUILT = {
     "water in black walls": lambda: tp.Scene(LAMP, filled(corner(3), M(index=1.33), tp.Black())),
     "haze all round": lambda: tp.Scene(LAMP, medium=M(0.1, 1)),
     "haze in white walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Diffuse(1)), medium=M(1)),
+    "layer of planes": lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, back=M(1)), tp.Surface(tp.Plane(), T, front=M(1), back=V)]),
+    "gap between half spaces": lambda: tp.Scene(
+        AFAR, [tp.Surface(tp.Plane(center=(0, 0, -1)), T, back=M(1)), tp.Surface(tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), T, back=M(1))]
+    ),
     "grid": lambda: tp.Scene(LAMP, filled(GRID.box, GRID)),
     "grid in a ball": lambda: tp.Scene(LAMP, filled(tp.Sphere(radius=1), GRID)),
     "grid in walls": lambda: tp.Scene(LAMP, filled(GRID.box, GRID, tp.Diffuse(0.5))),
@@ -186,6 +190,18 @@ REFUSED = {
         ["particles", "emission=3"],
     ),
     "63 slabs": (lambda: tp.Scene(AFAR, stack([1.0] * 63)), ["at most 62 bodies", "got 63", "Grid(", "of (1, 1, 63) in a wide Box"]),
+    "layer with no end": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, "top", back=M(1)), tp.Surface(tp.Plane(), T, "end", front=M(1))]),
+        ["Surface 'end'", "back must be named", "write back=Vacuum()"],
+    ),
+    "cube of half spaces": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=c, normal=c), T, back=M(1)) for c in np.concatenate([np.eye(3), -np.eye(3)]).tolist()]),
+        ["half spaces that overlap", "Box(...).faces()"],
+    ),
+    "slab of half spaces": (
+        lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=c, normal=c), T, back=M(1)) for c in ((0, 0, 1), (0, 0, -1))]),
+        ["half spaces that overlap", "write Slab(...)"],
+    ),
     "lamp in clear glass": (lambda: tp.Scene(LAMP, filled(corner(9), M(index=1.5), tp.Dielectric(1.5))), ["total reflection"]),
     "glow in clear glass": (
         lambda: tp.Scene([], filled(tp.Sphere(radius=1), M(index=1.5, emission=1), tp.Dielectric(1.5))),

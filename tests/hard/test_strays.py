@@ -35,9 +35,9 @@ def can(medium=FOG):
     return [filled(Cylinder(radius=1.0, height=2.0), medium), *(filled(end, medium) for end in ends)]
 
 
-def hut(medium=FOG):
-    base = Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.0)
-    return [filled(Cone(radius=1.0, height=2.0), medium), filled(base, medium)]
+def hut(medium=FOG, height=2.0):
+    base = Disk(center=(0, 0, -height / 2), normal=(0, 0, -1), radius=1.0)
+    return [filled(Cone(radius=1.0, height=height), medium), filled(base, medium)]
 
 
 def dome(medium=FOG):
@@ -100,6 +100,28 @@ def test_through_the_apex_obliquely(tilt):
     share, lost, _ = followed(hut(), (tilt, 0, 2), (0, 0, 1))
     assert lost == 0
     assert share == pytest.approx(absorbed(2 * math.hypot(1, tilt)), rel=1e-12)
+
+
+@pytest.mark.parametrize("height", [1e-3, 1e-2, 0.1, 0.5, 10.0, 1e3])
+def test_through_the_apex_of_flat_cones_and_sharp_ones(height):
+    """From near and far, from both sides, and from the apex itself; the slope at a flat cone's apex is steep in its height."""
+    top, middle = (0, 0, height / 2), (0, 0, 0)
+    for origin in (*((0, 0, height / 2 + way) for way in (1, 3, 10, 1e4)), (0, 0, -100 - height), top):
+        share, lost, _ = followed(hut(height=height), origin, middle, particles=64)
+        assert lost == 0
+        assert share == pytest.approx(absorbed(height), rel=1e-9)
+
+
+def test_meters_on_a_cone_and_its_base_count_a_ray_through_the_apex_once():
+    for height in (0.01, 0.1, 2.0):
+        for origin, way in (((0, 0, 10.0), (0, 0, -1)), ((0, 0, -100.0), (0, 0, 1))):
+            lamp = Source(Point(position=origin), Beam(way, power=1.0))
+            base = Disk(center=(0, 0, -height / 2), normal=(0, 0, -1), radius=1.0)
+            meters = [Detector(Cone(radius=1.0, height=height), "cone"), Detector(base, "base")]
+            result = simulate(Scene(lamp, [], meters), particles=64, seed=1, threads=1)
+            into, out = ("cone", "base") if way[2] < 0 else ("base", "cone")
+            assert result[into].flux_in.value == 1 and result[into].flux_out.value == 0
+            assert result[out].flux_in.value == 0 and result[out].flux_out.value == 1
 
 
 def aimed_at_rims(number):

@@ -14,13 +14,14 @@ import numpy as np
 from transport.bodies.frontiers import check_sides, title_of
 from transport.bodies.gaps import check_closed
 from transport.bodies.lines import CLOSE
-from transport.bodies.listing import bodies_of, nested, surrounding_of
+from transport.bodies.listing import bodies_of, is_layer, nested, surrounding_of
 from transport.bodies.regions import Body, box_of, have_common_part, solid_of
+from transport.bodies.solids import HalfSpace
 from transport.emissions import Isotropic
 from transport.materials import Dielectric, Transparent, simple_parts
 from transport.materials.surface import AnyMedium
 from transport.media import Grid
-from transport.shapes import Box, Sphere
+from transport.shapes import Box, Plane, Sphere
 from transport.shapes.base import ROUNDING
 from transport.sources import Source
 from transport.validation import SceneError, shown
@@ -37,6 +38,7 @@ def check_filling(scene: Scene) -> None:
     _check_grids(scene, bodies)
     _check_units(scene, bodies)
     check_closed(scene, bodies)
+    _check_layers(scene)
     _check_pairs(scene, bodies)
     _check_glow(scene, bodies)
     _check_end(scene, bodies)
@@ -116,6 +118,29 @@ def _check_pairs(scene: Scene, bodies: tuple[Body, ...]) -> None:
         is_held, holds = n in holders[k], k in holders[n]
         if one.medium != other.medium and is_held == holds:
             _check_pair(scene, one, other, is_held)
+        elif is_held == holds and all(isinstance(solid_of(scene, body), HalfSpace) for body in (one, other)):
+            _check_half_spaces(scene, one, other, is_held)
+
+
+def _check_half_spaces(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
+    """Refuse half spaces of one medium that overlap: it would fill all that lies in either, not what lies between."""
+    if is_same or not have_common_part(scene, one, other):
+        return
+    raise SceneError(
+        f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} must not fill half spaces that overlap, got"
+        f" {shown(one.medium)} in both; for what lies between planes write Slab(...), Box(...) or Box(...).faces()"
+    )
+
+
+def _check_layers(scene: Scene) -> None:
+    """Refuse a plane that ends no layer: the medium named in front of it goes on behind it."""
+    for number, surface in enumerate(scene.surfaces):
+        is_one_sided = isinstance(surface.shape, Plane) and surface.front is not None and surface.back is None
+        if is_one_sided and is_layer(scene, surface):
+            raise SceneError(
+                f"Scene: {title_of(scene, number)}: back must be named below a layer of {shown(surface.front)}, which would"
+                " go on behind it, got None; write back=Vacuum(), or what is there"
+            )
 
 
 def _check_pair(scene: Scene, one: Body, other: Body, is_same: bool) -> None:

@@ -120,11 +120,11 @@ def _solid_bodies(scene: Scene) -> Iterator[Body]:
         if is_whole(surface.shape) and surface.back is not None:
             yield Body(plain(surface.back), (number,), ((number, False),))
         is_plane = isinstance(surface.shape, Plane) and surface.front is not None
-        if is_plane and plain(surface.front) != surrounding_of(scene) and not _is_layer(scene, surface):
+        if is_plane and plain(surface.front) != surrounding_of(scene) and not is_layer(scene, surface):
             yield Body(plain(surface.front), (number,), ((number, True),))
 
 
-def _is_layer(scene: Scene, lower: Surface) -> bool:
+def is_layer(scene: Scene, lower: Surface) -> bool:
     """Whether what a Plane names in front of it is what the next parallel plane before it has behind: a layer between them."""
     normal, heights = np.array(lower.shape.normal), []
     level = float(normal @ lower.shape.center)

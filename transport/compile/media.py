@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.scene import Scene
 
+THINNEST = (
+    2.0**16 * layout.SLACK
+)  # [scene lengths]: shorter free paths would be wrong by more than 2^-16 of themselves
 ANALOG, WEIGHTED = "analog", "weighted"
 
 
@@ -50,6 +53,8 @@ def fill_media(plan: Plan) -> None:
             "Scene: a Snapshot, a PhaseSpace, speeds or moments do not go with a clock in a medium of index other than 1 as"
             " yet; leave them out, or give the medium index=1"
         )
+    for medium in plan.distinct_media:
+        _check_density(plan, medium)
     plan.phase_laws = list(_phase_laws(plan))
     plan.bodies = bodies = bodies_of(plan.scene)
     plan.media = np.array(
@@ -57,6 +62,18 @@ def fill_media(plan: Plan) -> None:
         layout.MEDIA,
     )
     fill_grids(plan, plan.tracking.absorption == ANALOG)
+
+
+def _check_density(plan: Plan, medium) -> None:
+    """Collisions keep clear of surfaces by a rounding of the scene's size: next to that a free path must be long."""
+    if not _scatters(medium):
+        return
+    path, size = 1.0 / float(np.max(medium.extinction)), plan.space.size
+    if path < THINNEST * size:
+        raise SceneError(
+            f"{type(medium).__name__}: mean free paths must be above {THINNEST * size:.2g} m in a scene of {size:.2g} m, got"
+            f" {path:.2g} m; bring what is far away nearer, as a Disk that shines as the far lamp does"
+        )
 
 
 def _media_row(plan: Plan, medium) -> np.ndarray:

@@ -19,7 +19,8 @@ from transport.compile.layout import (
 )
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs, long_limbs, salt_of, slant
+from transport.engine.sums import chance_of, fair_limbs, long_limbs, salt_of, slant
+from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 
@@ -55,8 +56,9 @@ def bin_arrivals(b, table, first, live):
         base = look & LOOK_BASE
         here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
-        b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
     return live
 
 
@@ -69,8 +71,9 @@ def bin_departures(b, table, first, live):
         base = (look & LOOK_BASE) + half
         here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
-        b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
     return live
 
 
@@ -83,8 +86,9 @@ def bin_crossings(b, table, first, live):
         side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
         base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
-        b.high[k], b.low[k] = limbs(b.weight[k])
-        b.slant[k] = slant(b.weight[k], mu, salt + b.history[k])
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
     return live
 
 

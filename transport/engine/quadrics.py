@@ -85,13 +85,14 @@ def put_back_on_quadric(b, table, first, live):
         if row.is_curved != 0:
             ax, ay, az = row.ax, row.ay, row.az
             px, py, pz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
-            value, gx, gy, gz, _ = quadric_form(px, py, pz, ax, ay, az, row.alpha, row.beta, row.gamma)
+            value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, row.alpha, row.beta, row.gamma)
             g2 = gx * gx + gy * gy + gz * gz
             step = 0.5 * value / g2 if g2 > 0.0 else 0.0
             b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
             # Through an apex, within rounding, goes what is steeper than the cone: from one side of it to the other.
             pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
-            at_apex = (narrows != 0.0) & (g2 < SLACK * SLACK) & ((1.0 + row.gamma) * pace * pace > 1.0)
+            is_near = (px * px + py * py + pz * pz < SLACK * SLACK) | (w * narrows > 0.0)
+            at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
             has_normal = (g2 > 0.0) & (not at_apex)
             inverse, top = 1.0 / math.sqrt(g2) if has_normal else 0.0, narrows if narrows != 0.0 else 1.0
             b.nx[k] = gx * inverse if has_normal else top * ax

@@ -5,12 +5,12 @@ import math
 from numba import float64, int64
 
 from transport.compile.layout import GRAZING_CUT
-from transport.physics.bits import bits_of
 from transport.physics.device import device
 
 HASH = int64(-7046029254386353131)  # 2^64 over the golden ratio
 SALT = int64(-4417276706812531889)  # 2^64 / 1.32, odd
 MANTISSA = (1 << 52) - 1
+FAINT = 2.0**-33  # below it limbs keep less than nine digits
 
 
 @device
@@ -19,6 +19,24 @@ def limbs(weight):
     scaled = weight * 4294967296.0
     high = int64(scaled)
     return high, int64((scaled - float64(high)) * 2147483648.0)
+
+
+@device
+def fair_limbs(weight, chance):
+    """The same, but what is fainter than FAINT, of which limbs would keep few digits or none, is right in the mean.
+
+    It is rounded up with the chance of its remainder; chance: uniform from 0 to 1.  Nothing is still nothing.
+    """
+    scaled = weight * 4294967296.0
+    high = int64(scaled)
+    rest = (scaled - float64(high)) * 2147483648.0
+    return high, int64(rest + (chance if weight < FAINT else 0.0))
+
+
+@device
+def chance_of(bits, salt):
+    """A number from 0 to 1 by Fibonacci hashing of what is scored, with a salt that tells whose score it is."""
+    return float64(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
 
 
 @device
@@ -34,19 +52,17 @@ def long_limbs(value):
 
 
 @device
-def slant(weight, mu, salt):
+def slant(weight, mu, chance):
     """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
 
-    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean; the chance
-    is a hash of the crossing's cosine and of a salt, its run, batch and history (Fibonacci hashing).  A score is at most 2^33 units.
+    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean.  A score is at most 2^33 units.
     """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
-    chance = ((bits_of(m) ^ salt) * HASH >> 12) & MANTISSA
-    return int64(math.floor(weight * inverse * 4194304.0 + float64(chance) * 2.220446049250313e-16))
+    return int64(math.floor(weight * inverse * 4194304.0 + chance))
 
 
 @device
 def salt_of(seed_low, batch):
-    """What tells the runs and batches apart in `slant`; histories are added to it."""
+    """What tells the runs and batches apart in `chance_of`; histories are added to it."""
     return (seed_low * SALT ^ batch) * SALT

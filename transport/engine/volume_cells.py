@@ -13,9 +13,10 @@ from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GR
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
 from transport.engine.refinements import cell
-from transport.engine.sums import limbs
+from transport.engine.sums import chance_of, fair_limbs, salt_of
 from transport.engine.volumes import A_SCORE, mean_of_fading
 from transport.engine.voxels import axis_of
+from transport.physics.bits import bits_of
 from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
 
@@ -68,25 +69,26 @@ def direction_bin(b, table, k):
 
 
 @device
-def score_in_cell(b, table, number, bin, track, keep, count):
+def score_in_cell(b, table, k, number, bin, track, keep, count):
     """Add weight times way, in scene lengths, to a cell's rows; count: 1, or 0 for what only rounding has left there."""
-    high, low = limbs(track * table.scale)
+    chance = chance_of(bits_of(track) ^ number, salt_of(b.seed_low, b.batch) + b.history[k])
+    high, low = fair_limbs(track * table.scale, chance)
     add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
     b.scored += high + A_SCORE
     if table.kept != 0:
-        high, low = limbs(track * keep)
+        high, low = fair_limbs(track * keep, chance)
         add_to_row(b.tallies + 32 * (table.kept + number), high, low, count, 0)
         b.scored += high
 
 
 @called
-def score_part(b, table, number, bin, way, weight, fade, keep):
+def score_part(b, table, k, number, bin, way, weight, fade, keep):
     """Score the way through one cell; returns the weight that is left behind it."""
     mean, left = 1.0, weight
     if table.kept != 0:
         mean, less = mean_of_fading(fade * way)
         left = weight + weight * less
-    score_in_cell(b, table, number, bin, weight * way * mean, keep, 1 if way > SLACK else 0)
+    score_in_cell(b, table, k, number, bin, weight * way * mean, keep, 1 if way > SLACK else 0)
     return left
 
 
@@ -127,7 +129,7 @@ def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
         way = (face if going else end) - t
         if way > 0.0:  # there is none to a face that rounding has put behind
             number = (i * table.cells_y + j) * table.cells_z + m
-            weight = score_part(b, table, number, bin, way, weight, fade, keep)
+            weight = score_part(b, table, k, number, bin, way, weight, fade, keep)
             t = face
         if going:
             if face == t_x:
@@ -182,7 +184,7 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
         way = (face if going else end) - t
         if way > 0.0:
             if shell >= 0:
-                weight = score_part(b, table, shell, bin, way, weight, fade, keep)
+                weight = score_part(b, table, k, shell, bin, way, weight, fade, keep)
             elif table.kept != 0:
                 weight *= exp_negative(-fade * way)
             t = face
@@ -195,7 +197,7 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 def walk(b, table, k, bin, t, end, weight, fade, keep):
     """Through the cells of a volume, from the distance t on a flight to `end`; returns the weight that is left."""
     if table.is_one != 0:
-        return score_part(b, table, 0, bin, end - t, weight, fade, keep)
+        return score_part(b, table, k, 0, bin, end - t, weight, fade, keep)
     if table.radii != 0:
         return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
     return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
@@ -312,7 +314,7 @@ def score_collisions_in_box(b, table, first, live):
         m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
         bin = direction_bin(b, table, k)
         number = (i * table.cells_y + j) * table.cells_z + m
-        score_in_cell(b, table, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+        score_in_cell(b, table, k, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live
 
 
@@ -330,5 +332,5 @@ def score_collisions_in_ball(b, table, first, live):
         shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
         if shell >= 0:
             bin = direction_bin(b, table, k)
-            score_in_cell(b, table, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+            score_in_cell(b, table, k, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
     return live

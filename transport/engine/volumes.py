@@ -13,7 +13,8 @@ from numba import int64
 from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, SLACK, VOLUME
 from transport.engine.addresses import add_to_row, view
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs
+from transport.engine.sums import chance_of, fair_limbs, salt_of
+from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, expm1_negative
 
@@ -122,11 +123,12 @@ def clip_to_ball(b, table, first, live):
 @lane_pass(VOLUME)
 def score_way(b, table, first, live):
     """Weight times way in a volume of one cell."""
-    total_high, total_low, count, scale = 0, 0, 0, table.scale
+    total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way = b.within[k]
         inside = way > 0.0
-        high, low = limbs(b.weight[k] * way * scale if inside else 0.0)
+        chance = chance_of(bits_of(way), salt + b.history[k])
+        high, low = fair_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
         total_high += high
         total_low += low
         count += 1 if way > SLACK else 0  # not what only rounding has left there
@@ -146,15 +148,17 @@ def mean_of_fading(depth):
 def score_way_in_media(b, table, first, live):
     """The same where media absorb: the mean weight on the way counts, and apart what is absorbed on it."""
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
+    salt = salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way, fade = b.within[k], b.fade[k]
         inside = way > 0.0
         mean, _ = mean_of_fading(fade * way)
         track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way if inside else 0.0
-        high, low = limbs(track * scale)
+        chance = chance_of(bits_of(way), salt + b.history[k])
+        high, low = fair_limbs(track * scale, chance)
         total_high += high
         total_low += low
-        high, low = limbs(track * b.keep[k] if inside else 0.0)
+        high, low = fair_limbs(track * b.keep[k] if inside else 0.0, chance)
         kept_high += high
         kept_low += low
         count += 1 if way > SLACK else 0  # not what only rounding has left there

@@ -1,10 +1,10 @@
-"""Whether a point lies so near to a diffuse wall, or to a diffuse emitter, that a run misses what that sends.
+"""Whether a point lies so near to what sends diffusely that a run misses what that sends: walls, emitters, thick media.
 
 Half of what reaches a point at the small distance d from a diffuse wall leaves it within about d of the foot.  Where
 hardly any history does so, all that it brings is missing, and so is its variance: neither scores nor errors tell.
-Geometry does: what a single event at the foot would add, w cos / (pi d^2), is known, and must not matter.
-With n events a pi d^2 it is sqrt(2 / n) errors of what the wall sends, which then has scores s with
-(sum of s^2)^2 / (sum of s^4) = 5 n / 4.
+Geometry does: what a single history at the foot would add, w cos / (pi d^2), is known, and must not matter.
+With n of them a pi d^2 it is sqrt(2 / n) errors of what the wall sends, whose scores s then have
+(sum of s^2)^2 / (sum of s^4) = 5 n / 4.  A medium that scatters is such a wall, as rough as its mean free path is long.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from transport.bodies.listing import body_bits_around
 from transport.emissions import Beam, Lambertian
 from transport.materials import Diffuse, TwoSided, simple_parts
 from transport.shapes import FlatShape, Mesh, Shape, Sphere
@@ -24,6 +27,7 @@ from transport.vectors import Vector, dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.materials import Material
+    from transport.media import Grid, Medium
     from transport.results.estimates import Estimate
 
 FEW = 30  # events within d of the foot
@@ -40,6 +44,8 @@ class NearWall:
     distance: float  # [m]
     added: float  # by one history of the largest weight that leaves it nearest to the point [W m^-2]
     expected: float  # about how many full histories leave it within d of the foot
+    extent: float  # [m]
+    is_about: bool = False  # a medium that the point is in; then d is its mean free path
 
 
 def near_wall(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> NearWall | None:
@@ -65,13 +71,16 @@ def warning_of(plan: Plan, name: str, point: Vector, fluence: Estimate, particle
     added = f"{wall.added / fluence.value:.2g} times its figure"
     if fluence.error > 0:
         added = f"{wall.added / fluence.error:.2g} standard errors"
-    clear = wall.distance * math.sqrt(wall.added / least_added(fluence))
-    clear = min(clear, wall.distance * math.sqrt(2 * FEW / wall.expected)) if wall.expected else clear
+    expected, cure = f"only about {wall.expected:.2g} histories of this run are expected", ""
+    where = f"lies {wall.distance:.3g} m off {wall.title}, which {expected} to leave so close to it"
+    if wall.is_about:
+        where = f"lies in {wall.title}, where {expected} within a mean free path of it, {wall.distance:.3g} m"
+    else:
+        clear = min(wall.distance * math.sqrt(2 * FEW / wall.expected), NEAR * wall.extent)
+        cure = f"move the point to at least {clear:.2g} m off it, "
     return (
-        f"point detector {name!r} lies {wall.distance:.3g} m off {wall.title}, which about {wall.expected:.2g} histories of"
-        f" this run are expected to leave so close to it, and one would add {added}: about half of what is there may"
-        f" be missing, and no error tells; move the point to at least {clear:.2g} m off it, use more particles, or count"
-        " by a small VolumeDetector or by a Detector on it"
+        f"point detector {name!r} {where}, and one would add {added}: what is sent from there may be missing, and with"
+        f" it the error; {cure}use more particles, or count by a small VolumeDetector"
     )
 
 
@@ -86,7 +95,15 @@ def _senders(
         distance = _distance(piece, point, reach * math.sqrt(share)) if share else None
         if distance is not None and not _is_dark(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one  # as in light from everywhere
-            yield NearWall(title, distance, one * share * _steepness(piece, point, distance), arrivals)
+            added = one * share * _steepness(piece, point, distance)
+            yield NearWall(title, distance, added, arrivals, piece.extent)
+    for title, shape, medium in _scatterers(plan, point):
+        path, share = _free_path(medium)
+        extent = math.inf if shape is None else shape.extent
+        distance = path if shape is None else _distance(shape, point, reach * math.sqrt(share), path)
+        if distance is not None and not _is_dark(plan, share, fluence):
+            arrivals = distance**2 * fluence.value / 4 / one
+            yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
     for title, emitter in _diffuse_emitters(plan):
         distance = _distance(emitter.shape, point, reach)
         if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
@@ -94,7 +111,8 @@ def _senders(
         exitance = emitter.amount / emitter.shape.area
         births = distance**2 * exitance / one
         if births < FEW and 2 * exitance > fluence.error / 2:
-            yield NearWall(title, distance, one * _steepness(emitter.shape, point, distance), births)
+            added = one * _steepness(emitter.shape, point, distance)
+            yield NearWall(title, distance, added, births, emitter.shape.extent)
 
 
 def _walls(plan: Plan) -> Iterator[tuple[str, Shape, Material]]:
@@ -103,6 +121,35 @@ def _walls(plan: Plan) -> Iterator[tuple[str, Shape, Material]]:
         if any(isinstance(part, Diffuse) for part in simple_parts(surface.material)):
             title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
             yield from ((title, piece, surface.material) for piece in pieces(surface.shape))
+
+
+def _scatterers(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, Medium | Grid]]:
+    """The media that scatter: of those elsewhere their boundaries, piece by piece; of the one about the point None."""
+    if not plan.scatters:
+        return
+    scene, bits = plan.scene, int(body_bits_around(plan.scene, np.array([point]))[0])
+    if not bits and np.any(scene.medium.scattering):
+        yield "a medium that scatters", None, scene.medium
+    for number, body in enumerate(plan.bodies):
+        if not np.any(body.medium.scattering):
+            continue
+        shapes = [
+            (scene.surfaces[surface].shape, scene.surfaces[surface].name or f"surfaces[{surface}]")
+            for surface in body.surfaces
+        ]
+        if bits & -bits == 1 << number:
+            if _free_path(body.medium)[0] < NEAR * max(shape.extent for shape, _ in shapes):
+                yield f"what scatters inside {shapes[0][1]}", None, body.medium
+            continue
+        for shape, name in shapes:
+            yield from ((f"what scatters inside {name}", piece, body.medium) for piece in pieces(shape))
+
+
+def _free_path(medium: Medium | Grid) -> tuple[float, float]:
+    """The mean free path [m] in a medium, and its albedo; in one of voxels as if they were mixed."""
+    scattering = float(np.mean(medium.scattering))
+    extinction = scattering + float(np.mean(medium.absorption))
+    return 1 / extinction, scattering / extinction
 
 
 def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
@@ -117,12 +164,12 @@ def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
             yield title, emitter
 
 
-def _distance(shape: Shape, point: Vector, reach: float) -> float | None:
-    """The distance [m], where that is within reach and small against the shape."""
+def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> float | None:
+    """The distance [m], or `least` where it is nearer; None unless that is within reach and small against the shape."""
     reach = min(reach, NEAR * shape.extent)
     if not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach:
         return None
-    distance = least_distance(shape, point)
+    distance = max(least_distance(shape, point), least)
     return distance if 0 < distance < reach else None
 
 

@@ -59,7 +59,9 @@ class Replicates:
         with np.errstate(invalid="ignore", over="ignore"):
             value = weighted_mean(values, run.sizes)
             deviations = values - value
-        scored = (values != 0).any(axis=0) if counts is None else np.asarray(counts) > 0
+        scored = (values != 0).any(axis=0)  # what is too faint for the digits of a sum is no score
+        if counts is not None:
+            scored &= np.asarray(counts) > 0
         return _replicates(value, {} if exact else {run: deviations}, scored, (run,))
 
     @classmethod

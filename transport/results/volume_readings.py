@@ -6,9 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.bodies.contents import may_absorb
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
 from transport.results.survivors import doubt, missing_survivors
+from transport.shapes import Box, Sphere
 from transport.units import Unit
 from transport.validation import SceneError
 from transport.volumes import VolumeDetector
@@ -17,6 +19,7 @@ VOLUME_QUANTITIES = (
     "fluence_rate", "absorbed_power", "absorbed_density", "radiance", "counts", "fluence", "absorbed_energy",
 )  # fmt: skip
 VOLUMES_CLOCKED = ("fluence", "absorbed_energy")
+FAINT = 1e-6  # of what a cell would absorb of what absorbs most: below, it is asked whether it absorbs at all
 
 
 class VolumeReading(Quantified):
@@ -53,19 +56,19 @@ class VolumeReading(Quantified):
     @cached_property
     def absorbed_power(self) -> Estimate | EstimateArray:
         """What the media absorb in each cell [W or s^-1]: absorption coefficient times fluence rate, over its volume."""
-        return self._estimate(self._kept / self._plan.tempo, self._rate, self._kept_counts)
+        return self._absorbed(self._kept / self._plan.tempo, self._rate)
 
     @cached_property
     def absorbed_energy(self) -> Estimate | EstimateArray:
         """What the media absorb in each cell within the duration [J], or particles."""
         self._need_clock("absorbed_energy")
-        return self._estimate(self._kept, self._rate * Unit.parse("s"), self._kept_counts)
+        return self._absorbed(self._kept, self._rate * Unit.parse("s"))
 
     @cached_property
     def absorbed_density(self) -> Estimate | EstimateArray:
         """Absorbed power per volume [W m^-3 or s^-1 m^-3]."""
         values = self._kept / self._plan.tempo / self.volumes
-        return self._estimate(values, self._rate / Unit.parse("m^3"), self._kept_counts)
+        return self._absorbed(values, self._rate / Unit.parse("m^3"))
 
     @cached_property
     def radiance(self) -> EstimateArray:
@@ -125,11 +128,44 @@ class VolumeReading(Quantified):
     def _kept(self) -> np.ndarray:
         if not self._volume.absorbs:
             self._refuse("absorbed power", "a medium that absorbs", "write Medium(absorption=...)")
-        return self._rows("weights", "kept", 1)[..., 0] * self._plan.unit
+        kept = self._rows("weights", "kept", 1)[..., 0]
+        kept[:, ~self._may_absorb] = 0.0
+        return kept * self._plan.unit
 
     @cached_property
     def _kept_counts(self) -> np.ndarray:
         return self._rows("counts", "kept", 1)[..., 0]
+
+    @cached_property
+    def _may_absorb(self) -> np.ndarray:
+        """Whether anything absorbs in each cell.
+
+        Where nothing does, rounding may still have left the end of a flight through what absorbs next to it.
+        """
+        scene, shape = self._plan.scene, self._volume.shape
+        found = np.full(np.shape(self.volumes), may_absorb(scene, shape))
+        if self._axes and found.all():
+            for index in zip(*np.nonzero(self._is_faint), strict=True):
+                found[index] = may_absorb(scene, *self._cell(index))
+        return found
+
+    def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere, Sphere | None]:
+        """One cell, by its place along each axis; of a shell the ball about it, and the one within it."""
+        shape = self._volume.shape
+        spans = [edges[k : k + 2].tolist() for edges, k in zip(self._axes.values(), index, strict=True)]
+        if isinstance(shape, Box):
+            sizes = [high - low for low, high in spans]
+            return Box(center=[(low + high) / 2 for low, high in spans], size=sizes), None
+        inner, outer = (Sphere(center=shape.center, radius=r) if r > 0 else None for r in spans[0])
+        return outer, inner
+
+    @property
+    def _is_faint(self) -> np.ndarray:
+        """The cells that absorb hardly anything of what they could, if they were of what absorbs most."""
+        kept = self._rows("weights", "kept", 1)[..., 0].sum(axis=0)
+        ways = self._sums.sum(axis=(0, -1)) * self._volume.unit
+        most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
+        return (kept > 0) & (kept <= FAINT * most * ways)
 
     def _rows(self, kind: str, column: str, each: int) -> np.ndarray:
         first, shape = int(self._volume.row[column]), np.shape(self.volumes)
@@ -140,16 +176,24 @@ class VolumeReading(Quantified):
         values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes
         return self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
 
+    def _absorbed(self, values: np.ndarray, unit: Unit) -> Estimate | EstimateArray:
+        return self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
+
     def _estimate(
-        self, values: np.ndarray, unit: Unit, counts: np.ndarray, axes: dict[str, np.ndarray] | None = None
+        self,
+        values: np.ndarray,
+        unit: Unit,
+        counts: np.ndarray,
+        axes: dict[str, np.ndarray] | None = None,
+        is_sure: bool = False,
     ) -> Estimate | EstimateArray:
         """Sums (B, *axes) of a run's batches as means over its histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
         counts = counts.sum(axis=0)
         if not axes:
-            return Estimate(values, self._run, unit, counts=int(counts))
-        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
+            return Estimate(values, self._run, unit, is_sure, int(counts))
+        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts, is_sure)
 
     def _need_clock(self, quantity: str) -> None:
         if self._plan.scene.duration is None:

@@ -87,9 +87,10 @@ def _(shape: Box, origins, directions):
 
 @_crossed.register
 def _(shape: Revolved, origins, directions):
-    """The roots of |x|^2 + |y|^2 - (alpha + beta w + gamma w^2), from the point of the line nearest to the shape."""
+    """The roots of |x|^2 + |y|^2 - (alpha + beta w + gamma w^2), from the point of the line nearest to the shape, or to its apex."""
     profile, frame = shape.profile, np.array(shape.frame)
-    nearest = ((np.array(shape.middle) - origins) * directions).sum(axis=1)
+    center = np.array(profile.origin if profile.narrowing() else shape.middle)
+    nearest = ((center - origins) * directions).sum(axis=1)
     x, y, w = frame @ (origins + nearest[:, None] * directions - np.array(profile.origin)).T
     p, q, r = frame @ directions.T
     a = p * p + q * q - profile.gamma * r * r

@@ -74,8 +74,8 @@ class Profile:
         )
 
     def narrowing(self) -> float:
-        """Of a cone 1 where it narrows along its axis, -1 where it widens; of other surfaces 0."""
-        if self.gamma <= 0:
+        """Of a cone told from its apex 1 where it narrows along its axis, -1 where it widens; of other surfaces 0."""
+        if self.gamma <= 0 or self.alpha != 0:
             return 0.0
         return -math.copysign(1.0, self.beta + self.gamma * (self.low + self.high))
 
