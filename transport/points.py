@@ -41,9 +41,11 @@ class PointDetector:
     36 % at 0.9, and twice what its error says): the result warns where a few scores carry the error.  A Source
     that fills a ball or a box near the point is sampled along lines through that.
 
-    Close to a scattering medium that does not hold the point, to a diffuse wall or to an emitter (against
-    their extent) errors grow, and a short run claims too little: few events come so close, and of a wall at a
-    hundred-thousandth of its width all that it sends may be missing; take a VolumeDetector there.  In a wide Beam through a scattering medium about the
+    Close to a diffuse wall, to a diffuse emitter or to a thick medium (against their extent) errors grow, and a
+    short run claims too little: half of what is there comes from about as far as the point is off, and of a wall at a
+    hundred-thousandth of its width all of that is missing, for no history comes so close to the foot.  The result warns
+    where a single one there would matter; move the point away or take a VolumeDetector.  Behind what absorbs, where
+    weights are small, that warning may be needless.  In a wide Beam through a scattering medium about the
     point the variance grows as the logarithm of N.  Beams send nothing straight to a point: on the beam
     itself only what has been scattered or reflected counts.  Mirrors, lenses, Dielectric and Glossy surfaces
     are refused, for no straight line leads through them; so are points on a Black or Diffuse surface, on what

@@ -204,3 +204,15 @@ def test_a_meter_does_not_make_a_body_finite():
     soil = Surface(Plane(), Transparent(), inside=FOG)
     result = simulate(Scene(lamp, [ground, soil], Detector(Plane(), "top")), particles=64, seed=1, threads=1)
     assert result.ledger["absorbed"].value == pytest.approx(1.0) and result.ledger["lost"].value == 0
+
+
+def test_what_enters_by_a_gap_is_told_of_when_it_leaves():
+    """A hole too small for the lines that look for gaps: what comes in by it is in no fog, and the result says so."""
+    lid = Disk(center=(0, 0, 1), radius=1.0, inner_radius=0.01)
+    surfaces = [filled(lid) if surface.shape.center == (0, 0, 1) else surface for surface in can()]
+    share, lost, warnings = followed(surfaces, (0, 0, 3), (0, 0, 0))
+    assert (share, lost) == (0.0, 0.0)
+    assert any("was not seen to enter: its surfaces leave a gap" in warning for warning in warnings)
+    share, lost, warnings = followed(surfaces, (0, 0, -3), (0, 0, 0))
+    assert lost == pytest.approx(1.0) and any("histories were lost" in warning for warning in warnings)
+    assert followed(can(), (0, 0, 3), (0, 0, 0))[2] == []

@@ -4,6 +4,7 @@ A surface says for each of its sides which bodies are there.  What leaves to tha
 was known before: so a mistake does not last.
 """
 
+import numpy as np
 from numba import float64, uint64
 
 from transport.compile.layout import (
@@ -59,15 +60,21 @@ def begin_beside(b, table, first, live):
 
 @lane_pass(LAYERS)
 def cross_boundary(b, table, first, live):
-    """What leaves a surface to one side is in the bodies of that side.  Bodies that share a face are each told by its own."""
-    rows, layer = view(table.rows, table.count, LAYER), table.layer
+    """What leaves a surface to one side is in the bodies of that side.  Bodies that share a face are each told by its own.
+
+    What came to it by a gap, without having been seen in the bodies of the other side, is counted.
+    """
+    rows, layer, unseen = view(table.rows, table.count, LAYER), table.layer, 0
     for k in range(first, live):
         row = rows[uint64(b.hit[k] >> SHEET_SHIFT)]
         front, back = row.front, row.back
         covered = ((b.hit[k] >> layer) & 1) != 0
-        side = front if b.mu[k] > 0.0 else back
-        inside = (b.inside[k] & ~(front | back)) | side
-        b.inside[k] = inside if covered else b.inside[k]
+        side, other = (front, back) if b.mu[k] > 0.0 else (back, front)
+        before = b.inside[k] & (front | back)
+        passes = covered & ((b.hit[k] & (EDGE | WHAT_ACTS)) == 0) & (b.weight[k] != 0.0)
+        unseen += 1 if passes & (before != other) else 0
+        b.inside[k] = (b.inside[k] & ~(front | back)) | side if covered else b.inside[k]
+    view(b.ledger, b.ledger_words, np.int64)[4 * ESCAPED + 3] += unseen
     return live
 
 

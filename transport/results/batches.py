@@ -30,6 +30,7 @@ class Batch:
     absorbed: np.ndarray  # (rows of surfaces, then of media)
     lost: int  # histories
     astray: int  # crossings of a boundary of media from another medium than the particle was in
+    unseen: int  # crossings out of a body by what was not seen to enter it
     crossings: int
     collisions: int
     moments: np.ndarray  # (long rows,) sums of velocities
@@ -47,6 +48,7 @@ class Batch:
             self.absorbed + other.absorbed,
             self.lost + other.lost,
             self.astray + other.astray,
+            self.unseen + other.unseen,
             self.crossings + other.crossings,
             self.collisions + other.collisions,
             self.moments + other.moments,
@@ -82,6 +84,7 @@ def batch_of(plan: Plan, raw) -> Batch:
         np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),
         int(ledger[layout.LOST, 3]),
+        int(ledger[layout.ESCAPED, 3]),
         raw.crossings,
         raw.collisions,
         raw.moments @ LIMBS,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies.listing import body_bits_around
+from transport.bodies.listing import body_bits_around, nested, surrounding_of
 from transport.emissions import Beam, Lambertian
 from transport.materials import Diffuse, TwoSided, simple_parts
 from transport.shapes import FlatShape, Mesh, Shape, Sphere
@@ -59,7 +59,7 @@ def near_wall(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> N
 
 def least_added(fluence: Estimate) -> float:
     """What one history may add [W m^-2]."""
-    error = fluence.error if fluence.error < math.inf else FAINT * fluence.value
+    error = fluence.error if fluence.error < math.inf else fluence.value / FEW
     return max(MOST * error, FAINT * fluence.value)
 
 
@@ -87,69 +87,85 @@ def warning_of(plan: Plan, name: str, point: Vector, fluence: Estimate, particle
 def _senders(
     plan: Plan, point: Vector, fluence: Estimate, particles: int, least: float
 ) -> Iterator[NearWall]:
-    """Diffuse walls and emitters of which one history may add more than that."""
-    one = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
+    """Diffuse walls, media and emitters of which one history may add more than that."""
+    born = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
+    one = born / _importance(plan, point)
     reach = math.sqrt(one / least)
     for title, piece, material in _walls(plan):
         share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
-        distance = _distance(piece, point, reach * math.sqrt(share)) if share else None
+        distance = _distance(piece, point, reach * math.sqrt(share))
         if distance is not None and not _is_dark(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one  # as in light from everywhere
             added = one * share * _steepness(piece, point, distance)
             yield NearWall(title, distance, added, arrivals, piece.extent)
     for title, shape, medium in _scatterers(plan, point):
         path, share = _free_path(medium)
-        extent = math.inf if shape is None else shape.extent
         distance = path if shape is None else _distance(shape, point, reach * math.sqrt(share), path)
         if distance is not None and not _is_dark(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one
+            extent = math.inf if shape is None else shape.extent
             yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
     for title, emitter in _diffuse_emitters(plan):
-        distance = _distance(emitter.shape, point, reach)
+        distance = _distance(emitter.shape, point, math.sqrt(born / least))
         if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
             continue
         exitance = emitter.amount / emitter.shape.area
-        births = distance**2 * exitance / one
+        births = distance**2 * exitance / born
         if births < FEW and 2 * exitance > fluence.error / 2:
-            added = one * _steepness(emitter.shape, point, distance)
+            added = born * _steepness(emitter.shape, point, distance)
             yield NearWall(title, distance, added, births, emitter.shape.extent)
+
+
+def _importance(plan: Plan, point: Vector) -> float:
+    """By how much histories there have been split: what one weighs is as much less."""
+    if not plan.splits:
+        return 1.0
+    splitting = plan.tracking.splitting
+    start, end = np.array(splitting.start), np.array(splitting.end)
+    along = (np.array(point) - start) @ (end - start) / ((end - start) @ (end - start))
+    return splitting.gain ** min(max(float(along), 0.0), 1.0)
 
 
 def _walls(plan: Plan) -> Iterator[tuple[str, Shape, Material]]:
     """All that reflects or lets through diffusely, piece by piece."""
     for number, surface in enumerate(plan.scene.surfaces):
         if any(isinstance(part, Diffuse) for part in simple_parts(surface.material)):
-            title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+            title = _title(plan, number)
             yield from ((title, piece, surface.material) for piece in pieces(surface.shape))
+
+
+def _title(plan: Plan, number: int) -> str:
+    name = plan.scene.surfaces[number].name
+    return f"Surface {name!r}" if name else f"surfaces[{number}]"
 
 
 def _scatterers(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, Medium | Grid]]:
     """The media that scatter: of those elsewhere their boundaries, piece by piece; of the one about the point None."""
     if not plan.scatters:
         return
-    scene, bits = plan.scene, int(body_bits_around(plan.scene, np.array([point]))[0])
-    if not bits and np.any(scene.medium.scattering):
-        yield "a medium that scatters", None, scene.medium
-    for number, body in enumerate(plan.bodies):
-        if not np.any(body.medium.scattering):
-            continue
-        shapes = [
-            (scene.surfaces[surface].shape, scene.surfaces[surface].name or f"surfaces[{surface}]")
-            for surface in body.surfaces
-        ]
-        if bits & -bits == 1 << number:
-            if _free_path(body.medium)[0] < NEAR * max(shape.extent for shape, _ in shapes):
-                yield f"what scatters inside {shapes[0][1]}", None, body.medium
-            continue
-        for shape, name in shapes:
-            yield from ((f"what scatters inside {name}", piece, body.medium) for piece in pieces(shape))
+    bodies, holders = nested(plan.scene)
+    bits = int(body_bits_around(plan.scene, np.array([point]))[0])
+    about = (bits & -bits).bit_length() - 1
+    if about < 0 and np.any(surrounding_of(plan.scene).scattering):
+        yield "a medium that scatters", None, surrounding_of(plan.scene)
+    for number, body in enumerate(bodies):
+        faces = [(plan.scene.surfaces[k].shape, _title(plan, k)) for k in body.surfaces]
+        extent = max(shape.extent for shape, _ in faces)
+        if number == about and _free_path(body.medium)[0] < NEAR * extent:
+            yield f"what scatters inside {faces[0][1]}", None, body.medium
+        beyond = min(holders[number], default=-1)  # each comes before those that hold it
+        for side, where in ((number, "inside"), (beyond, "beyond")):
+            medium = bodies[side].medium if side >= 0 else surrounding_of(plan.scene)
+            if side != about and np.any(medium.scattering):
+                for shape, title in faces:
+                    yield from ((f"what scatters {where} {title}", piece, medium) for piece in pieces(shape))
 
 
 def _free_path(medium: Medium | Grid) -> tuple[float, float]:
     """The mean free path [m] in a medium, and its albedo; in one of voxels as if they were mixed."""
     scattering = float(np.mean(medium.scattering))
     extinction = scattering + float(np.mean(medium.absorption))
-    return 1 / extinction, scattering / extinction
+    return (1 / extinction, scattering / extinction) if scattering else (math.inf, 0.0)
 
 
 def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:

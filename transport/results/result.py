@@ -123,7 +123,16 @@ class Result:
         lost = sum(batch.lost for batch in self.batches)
         found = list(self._warnings)
         if lost:
-            found.append(f"{lost} histories were lost; their weight is in the ledger")
+            found.append(
+                f"{lost} histories were lost; their weight is in the ledger: in a finite body of a medium without a surface"
+                " ahead (its surfaces leave a gap, or a ray ran along an edge), or given up after 2^24 events"
+            )
+        unseen = sum(batch.unseen for batch in self.batches)
+        if unseen:
+            found.append(
+                f"{unseen} times a particle left a body of a medium that it was not seen to enter: its surfaces leave a"
+                " gap, or rays ran along an edge"
+            )
         astray = sum(batch.astray for batch in self.batches)
         if astray:
             found.append(
