@@ -102,8 +102,10 @@ def test_a_size_keeps_its_deviations():
 
 
 def test_counts_decide_whether_there_was_a_score():
-    assert Estimate(np.zeros(32), RUN, "W", counts=7).reason == "every batch gave the same"
-    assert Estimate(np.zeros(32), RUN, "W", counts=0).reason == "no score"
+    """Where all that was counted is too faint for the digits of a sum, nothing has scored."""
+    assert Estimate(np.full(32, 1e-18), RUN, "W", counts=7).reason == "every batch gave the same"
+    assert Estimate(np.full(32, 1e-18), RUN, "W", counts=0).reason == "no score"
+    assert Estimate(np.zeros(32), RUN, "W", counts=7).reason == "no score"
 
 
 def test_an_estimate_tells_value_error_interval_and_score():
