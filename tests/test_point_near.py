@@ -73,6 +73,9 @@ def test_near_a_diffuse_emitter_the_number_of_births_is_known():
     lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))
     places = [(0.1, 0, 1e-5), (0.1, 0, -1e-5), (1 + 1e-5, 0, 0), (0.1, 0, 0.1)]
     above, *_, far, result = seen(lamp, places, particles=50_000)
+    weak = tp.Source(tp.Point(position=(0.5, 0, -1)), tp.Isotropic(power=1.0))
+    *_, lit = seen([lamp, weak], places, particles=50_000)
+    assert told(lit) and not any(told(lit, f"p{k}") for k in (1, 2, 3))
     (warning,) = told(result)
     assert "1e-05 m off sources[0], which only about 5e-06 histories" in warning
     assert above.value < 0.5 * 2 * math.pi
@@ -134,6 +137,16 @@ def test_as_far_off_as_it_says_or_with_as_many_particles_it_is_silent():
         assert bool(told(result)) == is_told
 
 
+def test_where_histories_are_split_each_weighs_less():
+    """Behind a shield, half a metre off a diffuse wall: one of a hundredth of the weight adds little."""
+    shield = filled(tp.Slab(center=(0, 0, 3), thickness=4.0), M(0.8, 0.4))
+    wall = tp.Surface(tp.Plane(center=(0, 0, 8)), tp.Diffuse(0.9), "wall")
+    splitting = tp.Splitting(start=(0, 0, 1), end=(0, 0, 5), gain=100)
+    for tracking, is_told in ((None, True), (tp.Tracking(splitting=splitting), False)):
+        *_, result = seen(LAMP, [(0, 0, 7.0)], [shield, wall], particles=20_000, tracking=tracking)
+        assert bool(told(result)) == is_told
+
+
 def test_what_sends_nothing_there_is_not_told():
     """Black walls, the black side of a wall, walls as dark as soot; thin fog; a room seen from its middle by 100 histories."""
     plane, near = tp.Plane(center=(0, 0, -1)), [(0.3, 0, -1 + 1e-5)]
@@ -148,6 +161,11 @@ def test_what_sends_nothing_there_is_not_told():
     )
     assert not told(result)
     *_, result = seen(LAMP, [(0.5, 0.5, 0)], [ROOM], particles=100)
+    assert not told(result)
+    pencil = tp.Source(tp.Point(position=(0, 0, 2)), tp.Beam((0, 0, -1), power=3.0))
+    *_, result = seen(
+        pencil, [(0, 1.2, 1.6)], [tp.Surface(tp.Disk(radius=1.0), tp.Diffuse(0.6))], particles=100
+    )
     assert not told(result)
     soot = tp.Surface(tp.Box(size=4.0), tp.Diffuse(1e-4), "soot")
     *_, result = seen(LAMP, [(0.3, 0, 1.9999)], [soot], medium=M(0.1, 0.1), particles=1000)

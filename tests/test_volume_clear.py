@@ -81,10 +81,11 @@ def test_what_absorbs_a_little_is_not_taken_for_nothing():
         expected = 1e-9 * reading.fluence_rate.value * reading.volumes
         np.testing.assert_allclose(reading.absorbed_power.value, expected, rtol=1e-6)
     speck = filled(tp.Sphere(center=(0.2, 0.1, 0.3), radius=1e-3), M(absorption=5.0), "speck")
-    around = tp.VolumeDetector("ball", "ball"), tp.VolumeDetector("box", "box")
+    half = tp.VolumeDetector(tp.Box(center=(-0.4, -0.2, 0.1), size=(0.3, 0.4, 0.51)), "half")
+    around = tp.VolumeDetector("ball", "ball"), tp.VolumeDetector("box", "box"), half
     result = read(around, [SCENE[1], SCENE[2], speck], medium=M(absorption=0.1))
     assert 0 < result["ball"].absorbed_power.value < 1e-4
-    assert result["box"].absorbed_power.value == 0
+    assert result["box"].absorbed_power.value == 0 and result["half"].absorbed_power.value > 1e-6
 
 
 def test_a_body_of_open_surfaces_or_of_facets_counts_wherever_it_may_lie():

@@ -59,7 +59,7 @@ class Tracking:
     """
 
     absorption: str = "weighted"
-    roulette: float = 1e-3
+    roulette: float = 1e-4
     forced: bool = False
     splitting: Splitting | None = None
 

@@ -12,7 +12,7 @@ from transport.command.console import INTERRUPTED, console, refusals, say, say_j
 from transport.command.effects import costs_of, effects_of, record_of_effects
 from transport.command.printout import draw_picture, print_effects, print_menu, print_run, text_of
 from transport.command.running import checked, is_complete, record_of
-from transport.command.settings import named_errors, named_values, number, whole_number
+from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
 from transport.command.tables import law_tables
 from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
 from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
@@ -93,6 +93,10 @@ def run(
     seconds: Annotated[
         str | None, typer.Option(metavar="S", help="Run each case for at most so long.")
     ] = None,
+    tracking: Annotated[
+        str | None,
+        typer.Option(metavar="analog", help="Through media: analog, weighted, forced, or roulette=1e-8."),
+    ] = None,
     seed: Seed = 0,
     threads: Threads = None,
     out: Annotated[
@@ -106,6 +110,7 @@ def run(
         "particles": whole_number("--particles", particles),
         "error": named_errors(error or ()),
         "seconds": None if seconds is None else number("--seconds", seconds),
+        "tracking": tracking_of(tracking),
         "seed": seed,
         "threads": threads,
     }

@@ -7,13 +7,11 @@ from types import ModuleType, SimpleNamespace
 
 from transport.command.console import UNBROKEN, console, say, say_labelled
 from transport.command.effects import Effects, costs_of
-from transport.command.running import is_complete, picture_of, total_cost, verdict_on
+from transport.command.running import is_complete, picture_of, total_cost, verdict_on, warnings_of
 from transport.command.tables import case_table, effects_lines, ledger_line, pass_table
 from transport.experiment import Outcome, experiment, experiment_names, name_of
-from transport.results.report import cost_lines
+from transport.results.report import cost_lines, tracking_lines
 from transport.scene import Scene
-
-FEW_CASES = 3  # that a warning names
 
 
 def print_menu(with_commands: bool = True) -> None:
@@ -57,30 +55,13 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
         say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
-    for line in cost_lines(SimpleNamespace(cost=total_cost(outcomes))):
+    tracking = dict.fromkeys(line for outcome in outcomes for line in tracking_lines(outcome.result))
+    for line in (*tracking, *cost_lines(SimpleNamespace(cost=total_cost(outcomes)))):
         label, _, text = line.partition(": ")
         say_labelled(label, text)
     for warning in warnings_of(outcomes):
         say_labelled("warning", warning, style="bold yellow")
     return outcomes
-
-
-def warnings_of(outcomes: list[Outcome]) -> list[str]:
-    """Each warning once, with the cases that it is about in front where there are several cases."""
-    cases: dict[str, list[str]] = {}
-    for outcome in outcomes:
-        for warning in outcome.warnings:
-            cases.setdefault(warning, []).append(outcome.title)
-    if len(outcomes) == 1:
-        return list(cases)
-    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
-
-
-def _whose(titles: list[str], cases: int) -> str:
-    """The cases that a warning is about: by name, or where they are many by number."""
-    if len(titles) == cases:
-        return "all cases"
-    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:

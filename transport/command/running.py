@@ -10,6 +10,8 @@ from transport.results import Cost
 from transport.results.estimates import Estimate
 from transport.validation import SceneError
 
+FEW_CASES = 3  # that a warning names
+
 EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # what a picture needs -> the extra that brings it
 INCOMPLETE = "incomplete: interrupted, so no verdict"
 
@@ -67,7 +69,7 @@ def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tup
 
 
 def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
-    """{sim, parameters, quantities, ledger, cost, verdict} for machines.
+    """{sim, parameters, quantities, ledger, cost, verdict, warnings} for machines.
 
     Where the experiment has several cases, parameters and the ledger's values and errors are lists with one entry a
     case, quantities have the case in front of their names, and the cost is that of all.
@@ -103,6 +105,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
+        "warnings": warnings_of(outcomes),
     }
 
 
@@ -112,3 +115,21 @@ def _numbers(estimate: Estimate) -> dict[str, object]:
 
 def _one_or_all(one: bool, values: list[object]) -> object:
     return values[0] if one else values
+
+
+def warnings_of(outcomes: list[Outcome]) -> list[str]:
+    """Each warning once, with the cases that it is about in front where there are several cases."""
+    cases: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        for warning in outcome.warnings:
+            cases.setdefault(warning, []).append(outcome.title)
+    if len(outcomes) == 1:
+        return list(cases)
+    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
+
+
+def _whose(titles: list[str], cases: int) -> str:
+    """The cases that a warning is about: by name, or where they are many by number."""
+    if len(titles) == cases:
+        return "all cases"
+    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"

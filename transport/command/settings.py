@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Callable, Iterable
 
+from transport.tracking import Tracking
 from transport.validation import SceneError
 
 
@@ -35,6 +36,14 @@ def number(option: str, text: str) -> float:
     if value - value != 0:
         raise SceneError(f"{option} must be a finite number such as 1e-3, got {text!r}")
     return value
+
+
+def tracking_of(text: str | None) -> Tracking | str | None:
+    """What `simulate` takes: "analog" or "weighted", or a Tracking from "forced" or "roulette=1e-8"."""
+    if text == "forced":
+        return Tracking(forced=True)
+    name, equals, value = (text or "").partition("=")
+    return Tracking(roulette=number("--tracking roulette=", value)) if equals and name == "roulette" else text
 
 
 def _named(option: str, texts: Iterable[str], read: Callable[[str], object]) -> dict:

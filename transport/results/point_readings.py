@@ -13,6 +13,7 @@ from transport.points import PointDetector
 from transport.results import near_walls
 from transport.results.estimates import Estimate
 from transport.results.quantified import Quantified
+from transport.results.shut_in import shut_in
 from transport.shapes import Point
 from transport.units import Unit
 
@@ -75,12 +76,12 @@ class PointReading(Quantified):
 
     @cached_property
     def warning(self) -> str | None:
-        """What to know before trusting it, where it lies too near a wall, or a few scores carry its error."""
-        particles = int(self._run.sizes.sum())
-        near = near_walls.warning_of(
-            self._plan, self.name, self.detector.position, self.fluence_rate, particles
-        )
-        if near or self.carriers >= FEW or not self.fluence_rate.relative_error > SMALL:
+        """What to know before trusting it: it is shut in, it lies too near a wall, or a few scores carry its error."""
+        position, fluence = self.detector.position, self.fluence_rate
+        if self.is_blind:
+            return shut_in(self._plan, f"point detector {self.name!r}", position)
+        near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
+        if near or self.carriers >= FEW or not fluence.relative_error > SMALL:
             return near
         return (
             f"the scores of point detector {self.name!r} differ so much that about {self.carriers:.2g} of them carry"

@@ -72,11 +72,11 @@ class Reading(Quantified):
         """What to know before trusting it, where a history that survives roulette would outweigh all that came."""
         if self.detector.events is not None and self.detector.events[1] == 0:
             return None
-        for side, quantity in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
+        for side, quantity in ((ARRIVALS, "flux_in of "), (DEPARTURES, "flux_out of ")):
             totals = self.sums.whole("weights", side).sum(axis=(1, 2))
             found = missing_survivors(self._plan, self.sums.batches, self.sums.run, totals)
-            if found is not None:
-                return doubt(self._plan, f"{quantity} of detector {self.name!r}", found)
+            if found is not None and (totals.any() or self.is_blind):
+                return doubt(self._plan, f"{quantity if totals.any() else ''}detector {self.name!r}", found)
         return None
 
     @cached_property

@@ -10,7 +10,7 @@ def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [
         _head(result),
-        *_tracking_lines(result),
+        *tracking_lines(result),
         "",
         "ledger",
         *(f"  {line}" for line in ledger_lines(result.ledger)),
@@ -72,7 +72,7 @@ def duration_text(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-def _tracking_lines(result) -> list[str]:
+def tracking_lines(result) -> list[str]:
     """How histories were followed through media; and what of it was asked for in vain."""
     plan = result.plan
     tracking = plan.tracking

@@ -8,36 +8,59 @@ of the light ones alone.  Such a run betrays itself: a single survivor would add
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
-from transport.results.estimates import Batches, Estimate
+from transport.results.replicates import Batches, Replicates
 
 MANY = 3.0  # standard errors that one more history may add
 
 
+@dataclass(frozen=True)
+class Doubt:
+    """Of the sum that is in most doubt: how many of its standard errors one survivor adds, and a roulette that would do.
+
+    place: its index among the sums, () of a single one;  others: how many more are in doubt.  ratio is infinite where
+    nothing has scored at all.
+    """
+
+    ratio: float
+    roulette: float
+    place: tuple[int, ...] = ()
+    others: int = 0
+
+
 def missing_survivors(
     plan: Plan, batches: list[Batch], run: Batches, sums: np.ndarray, most: float = 1.0
-) -> tuple[float, float] | None:
-    """How many standard errors a single survivor adds to a mean, and a roulette that leaves less than one in doubt.
+) -> Doubt | None:
+    """Whether survivors of roulette may be missing from sums of the batches, (B, *dims).
 
-    sums: of the batches, (B,);  most: what a history of the largest birth weight adds to them.  None where roulette
-    has not been played in a medium, where all that it could have ended weighs less than the error, or where the
-    heaviest survivor adds no more than MANY errors.
+    most: what a history of the largest birth weight adds to one of them.  None where roulette has not been played in a
+    medium, where all that it could have ended weighs less than the errors, or where the heaviest survivor adds no more
+    than MANY errors to any sum.  Where none has scored but roulette has ended histories, they are in doubt as well.
     """
     if not (plan.has_roulette_in_flight or plan.splits):
         return None
-    error = Estimate(sums / run.sizes, run, "1").error / most
-    if not 0 < error < math.inf:
-        return None
-    born = sum(batch.born for batch in batches) / run.sizes.sum()
-    tracking = plan.tracking
+    histories = run.sizes.sum()
+    born, tracking = sum(batch.born for batch in batches) / histories, plan.tracking
     heaviest = born / tracking.splitting.gain if plan.splits else born * tracking.survivors_weight
-    ratio = heaviest / run.sizes.sum() / error
-    is_in_doubt = ratio > MANY and (plan.splits or _played(batches, run, heaviest) > error)
-    return (ratio, error / born) if is_in_doubt else None
+    played = _played(batches, run, heaviest)
+    if not sums.any():
+        return Doubt(math.inf, heaviest / histories / born) if played > 0 and not plan.splits else None
+    means = sums / run.sizes.reshape(-1, *[1] * (sums.ndim - 1))
+    errors = Replicates.of_batches(means, run, exact=False, counts=None).error / most
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.where(
+            (errors > 0) & (plan.splits | (played > errors)), heaviest / histories / errors, 0.0
+        )
+    doubtful = int((ratios > MANY).sum())
+    if not doubtful:
+        return None
+    place = np.unravel_index(int(ratios.argmax()), ratios.shape)
+    return Doubt(float(ratios[place]), float(errors[place] / born), tuple(map(int, place)), doubtful - 1)
 
 
 def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
@@ -50,19 +73,25 @@ def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
     return max(abs(balance.sum()), (balance**2).sum() / heaviest) / run.sizes.sum()
 
 
-def doubt(plan: Plan, title: str, found: tuple[float, float] | None) -> str | None:
+def doubt(plan: Plan, title: str, found: Doubt | None) -> str | None:
     """What to know before trusting the figure called `title`, in words."""
     if found is None:
         return None
-    ratio, share = found
-    cure = f"lower it, as Tracking(roulette={_rounded(share)}), or use a Splitting"
-    what = f"survivor of the roulette (at {plan.tracking.roulette:g} of the birth weight)"
+    roulette = f"the roulette (at {plan.tracking.roulette:g} of the birth weight)"
+    cure = f"lower it, as Tracking(roulette={_rounded(found.roulette)}), or use a Splitting"
+    what = f"survivor of {roulette}"
+    if found.ratio == math.inf:
+        return (
+            f"nothing has come to {title}: {roulette} ends nearly all that is as light as what would; {cure}"
+        )
     if plan.splits:
         what = "history that is not thinned out further"
         cure = f"raise the gain of the Splitting, got {plan.tracking.splitting.gain:g}, to about 1 / transmission"
+    where = f", cell {found.place}" if found.place else ""
+    where += f" and {found.others} more" if found.others else ""
     return (
-        f"one {what} would add {ratio:.2g} standard errors to {title}, so that its mean and its error are not to be"
-        f" trusted: rare heavy ones may be missing; {cure}"
+        f"one {what} would add {found.ratio:.2g} standard errors to {title}{where}, so that its mean and its error are not"
+        f" to be trusted: rare heavy ones may be missing; {cure}"
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from transport.bodies.contents import may_absorb
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
+from transport.results.shut_in import shut_in
 from transport.results.survivors import doubt, missing_survivors
 from transport.shapes import Box, Sphere
 from transport.units import Unit
@@ -94,11 +95,18 @@ class VolumeReading(Quantified):
 
     @cached_property
     def warning(self) -> str | None:
-        """What to know before trusting it, where a history that survives roulette would outweigh all that came."""
+        """What to know before trusting it, where a history that survives roulette would outweigh all that came.
+
+        And why nothing came, where that is sure.
+        """
+        title = f"volume detector {self.name!r}"
+        why = shut_in(self._plan, title, self._volume.shape) if self.is_blind else None
+        if why:
+            return why
         shape, totals = self._volume.shape, self._sums.reshape(len(self._batches), -1).sum(axis=1)
         chord = 4 * shape.volume / shape.area / self._volume.unit  # the mean way through it
         found = missing_survivors(self._plan, self._batches, self._run, totals, chord)
-        return doubt(self._plan, f"the fluence rate in volume detector {self.name!r}", found)
+        return doubt(self._plan, f"the fluence rate in {title}", found)
 
     @property
     def is_blind(self) -> bool:
