@@ -79,8 +79,8 @@ def warning_of(plan: Plan, name: str, point: Vector, fluence: Estimate, particle
         clear = min(wall.distance * math.sqrt(2 * FEW / wall.expected), NEAR * wall.extent)
         cure = f"move the point to at least {clear:.2g} m off it, "
     return (
-        f"point detector {name!r} {where}, and one would add {added}: what is sent from there may be missing, and with"
-        f" it the error; {cure}use more particles, or count by a small VolumeDetector"
+        f"point detector {name!r} {where}, and one would add {added}: what is sent from there may be missing, and its"
+        f" error is not to be trusted; {cure}use more particles, or count by a small VolumeDetector"
     )
 
 

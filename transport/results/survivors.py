@@ -16,6 +16,7 @@ from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.replicates import Batches, Replicates
 
+NOISELESS = 1e-6  # relative error below which what is scored has not been through a medium by chance
 MANY = 3.0  # standard errors that one more history may add
 
 
@@ -51,11 +52,10 @@ def missing_survivors(
     if not sums.any():
         return Doubt(math.inf, heaviest / histories / born) if played > 0 and not plan.splits else None
     means = sums / run.sizes.reshape(-1, *[1] * (sums.ndim - 1))
-    errors = Replicates.of_batches(means, run, exact=False, counts=None).error / most
+    found = Replicates.of_batches(means, run, exact=False, counts=None)
+    errors, is_noisy = found.error / most, found.error > NOISELESS * found.value
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.where(
-            (errors > 0) & (plan.splits | (played > errors)), heaviest / histories / errors, 0.0
-        )
+        ratios = np.where(is_noisy & (plan.splits | (played > errors)), heaviest / histories / errors, 0.0)
     doubtful = int((ratios > MANY).sum())
     if not doubtful:
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -103,10 +104,16 @@ class VolumeReading(Quantified):
         why = shut_in(self._plan, title, self._volume.shape) if self.is_blind else None
         if why:
             return why
-        shape, totals = self._volume.shape, self._sums.reshape(len(self._batches), -1).sum(axis=1)
-        chord = 4 * shape.volume / shape.area / self._volume.unit  # the mean way through it
-        found = missing_survivors(self._plan, self._batches, self._run, totals, chord)
+        cells = self._sums.sum(axis=-1)
+        found = missing_survivors(self._plan, self._batches, self._run, cells, self._way_through_cell())
         return doubt(self._plan, f"the fluence rate in {title}", found)
+
+    def _way_through_cell(self) -> float:
+        """About the mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
+        shape, counts, unit = self._volume.shape, self._sums.shape[1:-1], self._volume.unit
+        if len(counts) == 3:
+            return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
+        return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
 
     @property
     def is_blind(self) -> bool:
