@@ -91,7 +91,7 @@ def _senders(
     born = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
     one = born / _importance(plan, point)
     reach = math.sqrt(one / least)
-    for title, piece, material in _walls(plan):
+    for title, piece, material in _walls(plan, point, reach):
         share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
         distance = _distance(piece, point, reach * math.sqrt(share))
         if distance is not None and not _is_dark(plan, share, fluence):
@@ -126,10 +126,12 @@ def _importance(plan: Plan, point: Vector) -> float:
     return splitting.gain ** min(max(float(along), 0.0), 1.0)
 
 
-def _walls(plan: Plan) -> Iterator[tuple[str, Shape, Material]]:
-    """All that reflects or lets through diffusely, piece by piece."""
+def _walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape, Material]]:
+    """All within reach that reflects or lets through diffusely, piece by piece."""
     for number, surface in enumerate(plan.scene.surfaces):
-        if any(isinstance(part, Diffuse) for part in simple_parts(surface.material)):
+        if not _is_beyond(surface.shape, point, reach) and any(
+            isinstance(part, Diffuse) for part in simple_parts(surface.material)
+        ):
             title = _title(plan, number)
             yield from ((title, piece, surface.material) for piece in pieces(surface.shape))
 
@@ -183,10 +185,15 @@ def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
 def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> float | None:
     """The distance [m], or `least` where it is nearer; None unless that is within reach and small against the shape."""
     reach = min(reach, NEAR * shape.extent)
-    if not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach:
+    if _is_beyond(shape, point, reach):
         return None
     distance = max(least_distance(shape, point), least)
     return distance if 0 < distance < reach else None
+
+
+def _is_beyond(shape: Shape, point: Vector, reach: float) -> bool:
+    """Whether a shape is surely farther away than that [m]."""
+    return not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach
 
 
 def _steepness(shape: Shape, point: Vector, distance: float) -> float:
