@@ -69,7 +69,7 @@ def test_walls_of_any_shape_are_told(name):
 
 
 def test_near_a_diffuse_emitter_the_number_of_births_is_known():
-    """1e-5 above a disk 3e-10 of all births lie so near; behind it, and beside it in its plane, nothing is missing."""
+    """1e-5 above a disk 1e-10 of all births lie so near; behind it, and beside it in its plane, nothing is missing."""
     lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))
     places = [(0.1, 0, 1e-5), (0.1, 0, -1e-5), (1 + 1e-5, 0, 0), (0.1, 0, 0.1)]
     above, *_, far, result = seen(lamp, places, particles=50_000)

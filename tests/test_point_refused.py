@@ -46,6 +46,18 @@ def test_points_on_surfaces_and_sources_are_refused():
     tp.Scene(disk, detectors=tp.PointDetector((3, 0, 0), "beside"))
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_points_on_a_pencil_beam_are_refused(scale):
+    """There the fluence rate is infinite: a code that goes on tells 1e72 of it.  Beside the beam, behind it, or in a wide one it is not."""
+    lamp = tp.Source(tp.Point(position=(0, 0, scale)), tp.Beam((0.6, 0, -0.8), power=1.0))
+    for way in (0.1, 1.0, 7.0):
+        refused("infinite", sources=lamp, place=(0.6 * way * scale, 0, (1 - 0.8 * way) * scale))
+    tp.Scene(lamp, detectors=tp.PointDetector((0.6 * scale, 1e-9 * scale, 0.2 * scale), "beside"))
+    tp.Scene(lamp, detectors=tp.PointDetector((-0.6 * scale, 0, 1.8 * scale), "behind"))
+    wide = tp.Source(tp.Disk(center=(0, 0, scale), radius=scale), tp.Beam((0, 0, -1), power=1.0))
+    tp.Scene(wide, detectors=tp.PointDetector((0, 0, 0), "in it"))
+
+
 def test_clocks_aims_gas_and_forced_flights_are_refused():
     refused("steady", duration=1.0)
     aim = tp.Disk(center=(0, 0, 3), radius=1.0)

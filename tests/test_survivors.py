@@ -128,3 +128,22 @@ def test_the_weight_that_roulette_was_played_for_is_told_from_its_balance():
             balance = heaviest * (played - random.poisson(played, 32))
             found = _played([_Batch(one) for one in balance], Run, heaviest) * 1000 / heaviest
             assert played / 3 < found < 3 * played
+
+
+def test_bins_are_doubted_where_their_total_is_not():
+    """Light that comes back far from where a pencil beam went in: the inner rings are right, the outer ones are not."""
+    fog = tp.Medium(absorption=1.0, scattering=1.0)
+    beam = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
+    ground = tp.Surface(tp.Plane(), tp.Transparent(), inside=fog)
+    rings = tp.Detector(tp.Disk(radius=12.0), "rings", positions=tp.Positions(u=12))
+    scene = tp.Scene(beam, ground, rings)
+    warning = run(scene, tp.Tracking(roulette=1e-2), 100_000)["rings"].warning
+    assert "to what leaves from detector 'rings', bin (" in warning and " more" in warning
+    near = tp.Scene(beam, ground, tp.Detector(tp.Disk(radius=3.0), "rings", positions=tp.Positions(u=3)))
+    assert run(near, None, 100_000)["rings"].warning is None
+
+
+def test_the_most_that_may_be_missing_is_said():
+    """Nearly all of what comes through never collides."""
+    warning = run(slab(8.0, 1e-4), tp.Tracking(roulette=1e-2))["bottom"].warning
+    assert "may be missing, worth 0.002 of its mean at most" in warning

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from transport.bodies.solids import magnitude
@@ -11,7 +12,7 @@ from transport.shapes import Point
 from transport.shapes.base import ROUNDING
 from transport.shapes.distances import least_distance
 from transport.validation import refuse, scene_object, settle_name, settle_vector, shown
-from transport.vectors import Vector
+from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.materials import Surface
@@ -46,8 +47,8 @@ class PointDetector:
     hundred-thousandth of its width all of that is missing, for no history comes so close to the foot.  The result warns
     where a single one there would matter; move the point away or take a VolumeDetector.  Behind what absorbs, where
     weights are small, that warning may be needless.  In a wide Beam through a scattering medium about the
-    point the variance grows as the logarithm of N.  Beams send nothing straight to a point: on the beam
-    itself only what has been scattered or reflected counts.  Mirrors, lenses, Dielectric and Glossy surfaces
+    point the variance grows as the logarithm of N.  Beams send nothing straight to a point: in a wide beam
+    only what has been scattered or reflected counts, on a pencil beam points are refused.  Mirrors, lenses, Dielectric and Glossy surfaces
     are refused, for no straight line leads through them; so are points on a Black or Diffuse surface, on what
     emits and in a point source (on a Transparent surface they may lie), sources with an `aim` and scenes with a
     duration.
@@ -110,9 +111,22 @@ def _check_source(scene: Scene, detector: PointDetector, source: Source) -> None
         refuse(
             detector, f"position must not be that of a point source, got {shown(detector.position)}; move it"
         )
+    if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
+        cure = "move it off, or count by a small VolumeDetector"
+        refuse(
+            detector,
+            f"position must not lie on a pencil beam, where the fluence rate is infinite, got {shown(detector.position)}; {cure}",
+        )
     if isinstance(emission, Lambertian) and _lies_on(detector, shape):
         cure = "move the point off it"
         refuse(detector, f"position must not lie on a source, got {shown(detector.position)}; {cure}")
+
+
+def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> bool:
+    way = [p - q for p, q in zip(detector.position, origin, strict=True)]
+    ahead = dot(way, direction)
+    aside = math.hypot(*(w - ahead * u for w, u in zip(way, direction, strict=True)))
+    return ahead >= 0 and aside <= CLOSE * sum(map(abs, (*origin, *detector.position)))
 
 
 def _lies_on(detector: PointDetector, shape) -> bool:

@@ -150,7 +150,7 @@ def _rows_of(path: str | PathLike) -> np.ndarray:
     """The numbers (n, 2) of a text file; SceneError with the line that is wrong."""
     title = "Tabulated.from_file"
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8-sig") as file:
             lines = [line.split("#")[0].replace(",", " ").replace(";", " ").split() for line in file]
     except (OSError, UnicodeDecodeError, TypeError) as error:
         raise SceneError(f"{title}: {shown(path)} cannot be read: {error}; name a text file") from None

@@ -77,6 +77,19 @@ class Reading(Quantified):
             found = missing_survivors(self._plan, self.sums.batches, self.sums.run, totals)
             if found is not None and (totals.any() or self.is_blind):
                 return doubt(self._plan, f"{quantity if totals.any() else ''}detector {self.name!r}", found)
+        return self._warning_of_bins()
+
+    def _warning_of_bins(self) -> str | None:
+        """The same of its bins of position and direction, where the totals are sound."""
+        if not (self.sums.place_axes or self.sums.direction_axes):
+            return None
+        for side, way in ((ARRIVALS, "arrives at"), (DEPARTURES, "leaves from")):
+            bins = self.sums.by_direction("weights", side).sum(axis=(1, 2))
+            found = (
+                missing_survivors(self._plan, self.sums.batches, self.sums.run, bins) if bins.any() else None
+            )
+            if found is not None:
+                return doubt(self._plan, f"what {way} detector {self.name!r}", found, "bin")
         return None
 
     @cached_property

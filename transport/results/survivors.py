@@ -24,12 +24,13 @@ MANY = 3.0  # standard errors that one more history may add
 class Doubt:
     """Of the sum that is in most doubt: how many of its standard errors one survivor adds, and a roulette that would do.
 
-    place: its index among the sums, () of a single one;  others: how many more are in doubt.  ratio is infinite where
-    nothing has scored at all.
+    share: of its mean that all weight for which roulette was played could be at most;  place: its index among the sums, ()
+    of a single one;  others: how many more are in doubt.  ratio is infinite where nothing has scored at all.
     """
 
     ratio: float
     roulette: float
+    share: float = math.inf
     place: tuple[int, ...] = ()
     others: int = 0
 
@@ -60,7 +61,10 @@ def missing_survivors(
     if not doubtful:
         return None
     place = np.unravel_index(int(ratios.argmax()), ratios.shape)
-    return Doubt(float(ratios[place]), float(errors[place] / born), tuple(map(int, place)), doubtful - 1)
+    share = played * most / float(found.value[place])
+    return Doubt(
+        float(ratios[place]), float(errors[place] / born), share, tuple(map(int, place)), doubtful - 1
+    )
 
 
 def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
@@ -73,8 +77,8 @@ def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
     return max(abs(balance.sum()), (balance**2).sum() / heaviest) / run.sizes.sum()
 
 
-def doubt(plan: Plan, title: str, found: Doubt | None) -> str | None:
-    """What to know before trusting the figure called `title`, in words."""
+def doubt(plan: Plan, title: str, found: Doubt | None, part: str = "cell") -> str | None:
+    """What to know before trusting the figure called `title`, in words; part: what a place among its sums is."""
     if found is None:
         return None
     roulette = f"the roulette (at {plan.tracking.roulette:g} of the birth weight)"
@@ -87,11 +91,13 @@ def doubt(plan: Plan, title: str, found: Doubt | None) -> str | None:
     if plan.splits:
         what = "history that is not thinned out further"
         cure = f"raise the gain of the Splitting, got {plan.tracking.splitting.gain:g}, to about 1 / transmission"
-    where = f", cell {found.place}" if found.place else ""
+    where = f", {part} {found.place}" if found.place else ""
+    missing = "rare heavy ones may be missing"
+    missing += f", worth {found.share:.1g} of its mean at most" if found.share < 0.1 else ""
     where += f" and {found.others} more" if found.others else ""
     return (
         f"one {what} would add {found.ratio:.2g} standard errors to {title}{where}, so that its mean and its error are not"
-        f" to be trusted: rare heavy ones may be missing; {cure}"
+        f" to be trusted: {missing}; {cure}"
     )
 
 
