@@ -54,7 +54,9 @@ def test_points_on_a_pencil_beam_are_refused(scale):
         refused("infinite", sources=lamp, place=(0.6 * way * scale, 0, (1 - 0.8 * way) * scale))
     tp.Scene(lamp, detectors=tp.PointDetector((0.6 * scale, 1e-9 * scale, 0.2 * scale), "beside"))
     tp.Scene(lamp, detectors=tp.PointDetector((-0.6 * scale, 0, 1.8 * scale), "behind"))
-    wide = tp.Source(tp.Disk(center=(0, 0, scale), radius=scale), tp.Beam((0, 0, -1), power=1.0))
+    wide = tp.Source(
+        tp.Disk(center=(0, 0, scale), normal=(0, 0, -1), radius=scale), tp.Beam((0, 0, -1), power=1.0)
+    )
     tp.Scene(wide, detectors=tp.PointDetector((0, 0, 0), "in it"))
 
 

@@ -92,6 +92,7 @@ SCALAR_PASSES = {
     "spread_lobe": "gathers from the cells of the lobe, for few lanes",
     "bend_by_lens": "gathers from the surfaces, for few lanes",
     "cross_boundary": "gathers from the layer's rows",
+    "lose_strays_of_many": "gathers from the bodies, where they are many",
     "know_bodies": "gathers from the media, where they are many",
     "choose_phase": "gathers from the media and searches among the parts of a mixture",
     "choose_segment_of_table": "gathers from the segments of a table",

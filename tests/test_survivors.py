@@ -73,7 +73,7 @@ def test_a_gain_too_small_is_warned_of_and_one_that_suits_is_not():
         assert (warning is not None) == is_small
         assert result["top"].warning is None
         if is_small:
-            assert f"raise the gain of the Splitting, got {gain:g}" in warning
+            assert f"raise its gain, got {gain:g}," in warning
 
 
 def test_nothing_is_said_where_no_roulette_is_played():
@@ -147,3 +147,37 @@ def test_the_most_that_may_be_missing_is_said():
     """Nearly all of what comes through never collides."""
     warning = run(slab(8.0, 1e-4), tp.Tracking(roulette=1e-2))["bottom"].warning
     assert "may be missing, worth 0.002 of its mean at most" in warning
+
+
+def voxels(tau, albedo):
+    """The same slab as voxels in a wide box."""
+    layers = np.ones((1, 1, 40)) * tau
+    grid = tp.Grid(
+        box=tp.Box(center=(0, 0, -0.5), size=(1e3, 1e3, 1)),
+        absorption=(1 - albedo) * layers,
+        scattering=albedo * layers,
+    )
+    beam = tp.Source(tp.Point(position=(0.1, 0.1, 1)), tp.Beam((0, 0, -1), power=1.0))
+    below = tp.Detector(tp.Plane(center=(0, 0, -1), normal=(0, 0, -1)), "bottom")
+    return tp.Scene(beam, tp.Surface(grid.box, tp.Transparent(), inside=grid), below)
+
+
+def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
+    assert (
+        "nothing has come to detector 'bottom': what flies through voxels"
+        in run(voxels(*DEEP))["bottom"].warning
+    )
+    assert run(voxels(3.0, 0.8))["bottom"].warning is None
+
+
+def test_splitting_goes_on_along_flights_through_voxels():
+    """A flight through 20 mean free paths without a collision is split on its way, as it is in a Medium."""
+    result = run(voxels(*DEEP), tp.Tracking(splitting=splitting(1e8)), 200_000)["bottom"]
+    assert_agrees(result.flux_out, ordinates.slab(*DEEP).transmitted, FALSE_ALARM)
+    assert result.warning is None and result.flux_out.relative_error < 0.03
+
+
+def test_a_splitting_the_wrong_way_round_is_warned_of():
+    back = tp.Splitting(start=(0, 0, -1), end=(0, 0, 0), gain=1e8)
+    warning = run(slab(*DEEP), tp.Tracking(splitting=back), 20_000)["bottom"].warning
+    assert "let the Splitting rise towards it" in warning

@@ -188,7 +188,7 @@ def test_only_what_flies_in_a_finite_body_goes_astray():
     changed = lanes["distance"]
     changed[5], changed[6] = 0.5, 1.5
     lanes["distance"] = changed
-    lanes.run(bodies.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bits=1)
+    lanes.run(bodies.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bit=1)
     kept = np.flatnonzero(lanes["weight"] == 0.5)
     assert kept.tolist() == [1, 2, 3, 5]
     strays = int(lanes.ledger[layout.LOST, 2])
@@ -216,3 +216,19 @@ def test_what_enters_by_a_gap_is_told_of_when_it_leaves():
     share, lost, warnings = followed(surfaces, (0, 0, -3), (0, 0, 0))
     assert lost == pytest.approx(1.0) and any("histories were lost" in warning for warning in warnings)
     assert followed(can(), (0, 0, 3), (0, 0, 0))[2] == []
+
+
+@pytest.mark.parametrize("balls", [0, 2, 9])
+def test_strays_of_a_body_are_told_by_its_own_box(balls):
+    """Rims of a can grazed from outside, with other bodies far off: nothing collides in the empty space between them."""
+    far = [filled(Sphere(center=(30.0 * (k + 1), 5.0, 0), radius=1.0), THIN) for k in range(balls)]
+    rng = np.random.default_rng(3)
+    for turn in rng.uniform(0, 2 * math.pi, 12):
+        rim = (math.cos(turn), math.sin(turn), 1.0)
+        origin = (
+            3 * math.cos(turn),
+            3 * math.sin(turn),
+            -1.0,
+        )  # over the rim from below: outside all the way
+        share, lost, _ = followed([*can(THIN), *far], origin, rim, THIN, particles=64)
+        assert share < 0.2 and (share == 0 or lost > 0.5)

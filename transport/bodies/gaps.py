@@ -103,7 +103,8 @@ def _refuse_gap(scene: Scene, body: Body, taken: Taken) -> None:
     turned = _turned(scene, body)
     if turned is None and (side := _missing(scene, body, taken)) is not None:
         _refuse_bare(scene, body, taken, *side)
-    line, k = np.argwhere(taken.is_gap & _ends_at(taken, turned))[0]
+    at_turned = taken.is_gap & _ends_at(taken, turned)
+    line, k = np.argwhere(at_turned if at_turned.any() else taken.is_gap)[0]
     here, there = (k - 1, k) if taken.is_in[line, k] else (k, k - 1)
     number, side = int(taken.surfaces[line, here]), taken.sides[line, here]
     word = "front" if (side > 0) == (here < k) else "back"

@@ -143,18 +143,23 @@ def is_whole(shape: Shape) -> bool:
 
 
 def _compound_bodies(scene: Scene) -> list[Body]:
-    """Those that open surfaces bound together; none of the surrounding medium but where another body holds it."""
+    """Those that open surfaces bound together; none of the surrounding medium but where another body holds it.
+
+    A side that names what a closed body about it holds anyway, as of a rod in a tank, bounds no body of its own.
+    """
+    solids = list(_solid_bodies(scene))
     faces: dict[AnyMedium, list[tuple[int, bool]]] = {}
     for number, surface in enumerate(scene.surfaces):
         if not is_whole(surface.shape):
             for medium, is_front in ((surface.front, True), (surface.back, False)):
-                if medium is not None:
+                about = [body for body in solids if medium is not None and body.medium == plain(medium)]
+                if medium is not None and not (about and _is_inside(scene, (number, is_front), about)):
                     faces.setdefault(plain(medium), []).append((number, is_front))
     around = faces.pop(surrounding_of(scene), [])
     bodies = [_body(medium, part) for medium, every in faces.items() for part in _parts(scene, every)]
     if not around:
         return bodies
-    others = [*_solid_bodies(scene), *bodies]
+    others = [*solids, *bodies]
     inner = [face for face in around if _is_inside(scene, face, others)]
     return bodies + [_body(surrounding_of(scene), part) for part in _parts(scene, inner)]
 

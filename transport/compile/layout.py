@@ -151,12 +151,12 @@ BESIDE = np.dtype(
 )  # of a birth on a body's boundary: its outward normal
 BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
 BOUNDED = np.dtype(
-    _floats("low_x low_y low_z high_x high_y high_z") + _integers("bits")
-)  # the bodies that are finite, and a box about them all
+    _floats("low_x low_y low_z high_x high_y high_z") + _integers("bit")
+)  # a finite body's bit, 0 for what has no end, and the box about it
 BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
 WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
-# Importance e^rise, rise = (x - c) · k between 0 and `most`.
-IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most"))
+# Importance e^rise, rise = (x - c) · k between 0 and `most`.  has_grids: 1 where what a flight goes through is not told by its free path.
+IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
 ROULETTE_LAW = np.dtype(
     _floats("threshold level")
 )  # shares of the birth weight: below which it is played, and what a survivor has

@@ -148,7 +148,13 @@ def importance_row(plan: Plan) -> np.ndarray:
     way, most = end - start, math.log(law.gain)
     length = float(np.linalg.norm(way))
     slope = dict(zip(("kx", "ky", "kz"), most * way / length / length, strict=True))
-    return layout.row(layout.IMPORTANCE, **layout.center_columns(tuple(start)), **slope, most=most)
+    return layout.row(
+        layout.IMPORTANCE,
+        **layout.center_columns(tuple(start)),
+        **slope,
+        most=most,
+        has_grids=len(plan.grids),
+    )
 
 
 HALF = 0.5  # where walls alone lessen weights

@@ -13,22 +13,24 @@ from transport.compile import layout
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-MARGIN = 2.0**-20  # of the size of the box about the bodies: what ends that far beyond it is outside
+MARGIN = 2.0**-20  # of the size of the box about a body: what ends that far beyond it is outside
 FAR = 1e3  # sizes of a body: surely outside of what its surfaces enclose
 
 
-def bounded_row(plan: Plan) -> np.ndarray | None:
-    """The finite bodies of a plan, and a box about them all; None where there are none."""
-    boxes = {number: _box_about(plan, body) for number, body in enumerate(plan.bodies)}
-    boxes = {number: box for number, box in boxes.items() if box is not None}
-    if not boxes:
-        return None
-    corners = np.concatenate([_in_scene_lengths(plan, box) for box in boxes.values()])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+def bounded_rows(plan: Plan) -> np.ndarray:
+    """Of the surroundings and of each body of a plan (layout.BOUNDED): the box about it, or 0 for what has no end."""
+    return np.array([layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))])
+
+
+def _row(plan: Plan, number: int) -> np.ndarray:
+    box = _box_about(plan, plan.bodies[number])
+    if box is None:
+        return layout.row(layout.BOUNDED)
+    low, high = (np.array(plan.space.place(corner)) for corner in box.tolist())
     margin = MARGIN * float((high - low).max())
     columns = {f"low_{axis}": value for axis, value in zip("xyz", low - margin, strict=True)}
     columns |= {f"high_{axis}": value for axis, value in zip("xyz", high + margin, strict=True)}
-    return layout.row(layout.BOUNDED, **columns, bits=sum(1 << number for number in boxes))
+    return layout.row(layout.BOUNDED, **columns, bit=1 << number)
 
 
 def _box_about(plan: Plan, body) -> np.ndarray | None:
@@ -43,7 +45,3 @@ def _box_about(plan: Plan, body) -> np.ndarray | None:
     )
     is_endless = bits_at(plan.scene, far, [plan.bodies.index(body)]).any()
     return None if is_endless else box
-
-
-def _in_scene_lengths(plan: Plan, corners: np.ndarray) -> np.ndarray:
-    return np.array([plan.space.place(corner) for corner in corners.tolist()])

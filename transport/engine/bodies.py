@@ -148,36 +148,64 @@ def escape_at_once(b, table, first, live):
     return live
 
 
-@lane_pass(BOUNDED)
-def lose_strays(b, table, first, live):
-    """What is in a finite body has a surface ahead.  What has none, or would collide beyond all of them, is lost, and counted.
-
-    So no ray that rounding took past a rim flies on as if it were in the body for ever.
-    """
-    low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
-    high_x, high_y, high_z, bits = table.high_x, table.high_y, table.high_z, table.bits
-    strays = 0
-    for k in range(first, live):
-        d = b.distance[k]
-        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
-        within = (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z)
-        is_stray = ((b.inside[k] & bits) != 0) & (b.hit[k] == 0) & (b.flies[k] != 0)
-        is_stray &= (not within) & (b.weight[k] != 0.0)
-        b.flies[k] = STRAY if is_stray else b.flies[k]
-        strays += 1 if is_stray else 0
-    if strays != 0:
-        for k in range(first, live):
-            if b.flies[k] == STRAY:
-                lose(b, b.weight[k])
-                b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
-    return live
-
-
 @device
 def innermost(inside):
     """One more than the number of the lowest bit; 0 where there is none."""
     lowest = inside & -inside
     return (bits_of(float64(lowest)) >> 52) - 1022 if lowest != 0 else 0
+
+
+@device
+def is_between(x, y, z, low_x, low_y, low_z, high_x, high_y, high_z):
+    """Whether a place lies in a box; what is no number does not."""
+    return (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z)
+
+
+@device
+def lose_marked(b, first, live):
+    """Lose those that are marked as strays."""
+    for k in range(first, live):
+        if b.flies[k] == STRAY:
+            lose(b, b.weight[k])
+            b.weight[k], b.distance[k], b.flies[k] = 0.0, 0.0, 0
+
+
+@lane_pass(BOUNDED)
+def lose_strays(b, table, first, live):
+    """What is in a finite body has a surface ahead.  What has none, or would collide beyond the body, is lost, and counted.
+
+    So no ray that rounding took past a rim flies on as if it were in the body for ever.
+    """
+    low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
+    high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
+    strays = 0
+    for k in range(first, live):
+        d = b.distance[k]
+        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
+        within = is_between(x, y, z, low_x, low_y, low_z, high_x, high_y, high_z)
+        is_stray = ((b.inside[k] & bit) != 0) & (b.hit[k] == 0) & (b.flies[k] != 0)
+        is_stray &= (not within) & (b.weight[k] != 0.0)
+        b.flies[k] = STRAY if is_stray else b.flies[k]
+        strays += 1 if is_stray else 0
+    if strays != 0:
+        lose_marked(b, first, live)
+    return live
+
+
+@lane_pass(ROWS)
+def lose_strays_of_many(b, table, first, live):
+    """The same where finite bodies are many: the row of the innermost one is fetched."""
+    rows, strays = view(table.rows, table.count, BOUNDED), 0
+    for k in range(first, live):
+        row, d = rows[uint64(innermost(b.inside[k]))], b.distance[k]
+        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
+        within = is_between(x, y, z, row.low_x, row.low_y, row.low_z, row.high_x, row.high_y, row.high_z)
+        is_stray = (row.bit != 0) & (b.hit[k] == 0) & (b.flies[k] != 0) & (not within) & (b.weight[k] != 0.0)
+        b.flies[k] = STRAY if is_stray else b.flies[k]
+        strays += 1 if is_stray else 0
+    if strays != 0:
+        lose_marked(b, first, live)
+    return live
 
 
 @lane_pass(BODY)

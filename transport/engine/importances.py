@@ -48,6 +48,7 @@ def begin_where_important(b, table, first, live):
 @lane_pass(IMPORTANCE)
 def cut_flight(b, table, first, live):
     """A flight in a medium ends at a station where importance has doubled on its way, if nothing ends it before."""
+    has_grids = table.has_grids != 0
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
         slope = b.ux[k] * kx + b.uy[k] * ky + b.uz[k] * kz
@@ -55,7 +56,7 @@ def cut_flight(b, table, first, live):
         doubled = max(rise, 0.0) + DOUBLE
         end = b.start[k] + ((doubled - rise) / slope + 2.0 * SLACK)
         cuts = (b.flies[k] != 0) & (slope > 0.0) & (doubled < most) & (end < b.distance[k])
-        cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0)
+        cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0) | has_grids
         b.distance[k] = end if cuts else b.distance[k]
         b.cut[k] = 1 if cuts else 0
     return live

@@ -7,7 +7,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.media import importance_row, roulette_row
-from transport.compile.strays import bounded_row
+from transport.compile.strays import bounded_rows
 from transport.engine import (
     bank,
     bodies,
@@ -68,9 +68,7 @@ def rounds_of(plan, moved):
     if plan.splits:
         yield step(importances.cut_flight, importance)
     yield from members_of(plan)
-    bounded = bounded_row(plan) if plan.has_bodies else None
-    if bounded is not None:
-        yield step(bodies.lose_strays, bounded)
+    yield from _strays(plan)
     if plan.forces:
         yield step(forcing.force_collision)
         yield step(bank.deposit_forced, moved)
@@ -106,6 +104,22 @@ def rounds_of(plan, moved):
             yield step(importances.weigh_by_importance, importance)
             yield step(bank.deposit, moved)
         yield step(surfaces.give_up)
+
+
+def _strays(plan):
+    """Those in a finite body that have no surface ahead: one body by one where they are few."""
+    if not plan.has_bodies:
+        return
+    rows = bounded_rows(plan)
+    finite = [row for row in rows if row["bit"] != 0]
+    if len(finite) > FEW_MEDIA:
+        plan.kept.append(rows)
+        yield step(bodies.lose_strays_of_many, rows_of(rows))
+        return
+    for row in finite:
+        yield step(
+            bodies.lose_strays, layout.row(layout.BOUNDED, **{name: row[name] for name in row.dtype.names})
+        )
 
 
 def members_of(plan):

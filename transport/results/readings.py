@@ -17,7 +17,7 @@ from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
-from transport.results.survivors import doubt, missing_survivors
+from transport.results.survivors import doubt_of_meter
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.shapes import Mesh
 from transport.units import Unit
@@ -70,27 +70,7 @@ class Reading(Quantified):
     @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it, where a history that survives roulette would outweigh all that came."""
-        if self.detector.events is not None and self.detector.events[1] == 0:
-            return None
-        for side, quantity in ((ARRIVALS, "flux_in of "), (DEPARTURES, "flux_out of ")):
-            totals = self.sums.whole("weights", side).sum(axis=(1, 2))
-            found = missing_survivors(self._plan, self.sums.batches, self.sums.run, totals)
-            if found is not None and (totals.any() or self.is_blind):
-                return doubt(self._plan, f"{quantity if totals.any() else ''}detector {self.name!r}", found)
-        return self._warning_of_bins()
-
-    def _warning_of_bins(self) -> str | None:
-        """The same of its bins of position and direction, where the totals are sound."""
-        if not (self.sums.place_axes or self.sums.direction_axes):
-            return None
-        for side, way in ((ARRIVALS, "arrives at"), (DEPARTURES, "leaves from")):
-            bins = self.sums.by_direction("weights", side).sum(axis=(1, 2))
-            found = (
-                missing_survivors(self._plan, self.sums.batches, self.sums.run, bins) if bins.any() else None
-            )
-            if found is not None:
-                return doubt(self._plan, f"what {way} detector {self.name!r}", found, "bin")
-        return None
+        return doubt_of_meter(self.sums, self.is_blind)
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:

@@ -12,9 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.compile.media import importance_row
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
+from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.replicates import Batches, Replicates
+from transport.vectors import Vector
 
 NOISELESS = 1e-6  # relative error below which what is scored has not been through a medium by chance
 MANY = 3.0  # standard errors that one more history may add
@@ -35,10 +38,35 @@ class Doubt:
     others: int = 0
 
 
+def doubt_of_meter(sums: MeterSums, is_blind: bool) -> str | None:
+    """What to know before trusting a detector's totals, and where these are sound its bins of position and direction."""
+    detector, plan = sums.detector, sums.plan
+    if detector.events is not None and detector.events[1] == 0:
+        return None
+    title, place = f"detector {detector.name!r}", sums.shape.middle
+
+    def found_in(values: np.ndarray) -> Doubt | None:
+        return missing_survivors(plan, sums.batches, sums.run, values, place)
+
+    for side, quantity in ((ARRIVALS, "flux_in of "), (DEPARTURES, "flux_out of ")):
+        totals = sums.whole("weights", side).sum(axis=(1, 2))
+        found = found_in(totals)
+        if found is not None and (totals.any() or is_blind):
+            return doubt(plan, f"{quantity if totals.any() else ''}{title}", found)
+    if not (sums.place_axes or sums.direction_axes):
+        return None
+    for side, way in ((ARRIVALS, "arrives at"), (DEPARTURES, "leaves from")):
+        bins = sums.by_direction("weights", side).sum(axis=(1, 2))
+        found = found_in(bins) if bins.any() else None
+        if found is not None:
+            return doubt(plan, f"what {way} {title}", found, "bin")
+    return None
+
+
 def missing_survivors(
-    plan: Plan, batches: list[Batch], run: Batches, sums: np.ndarray, most: float = 1.0
+    plan: Plan, batches: list[Batch], run: Batches, sums: np.ndarray, place: Vector, most: float = 1.0
 ) -> Doubt | None:
-    """Whether survivors of roulette may be missing from sums of the batches, (B, *dims).
+    """Whether survivors of roulette may be missing from sums of the batches, (B, *dims), that scored about a place [m].
 
     most: what a history of the largest birth weight adds to one of them.  None where roulette has not been played in a
     medium, where all that it could have ended weighs less than the errors, or where the heaviest survivor adds no more
@@ -47,16 +75,16 @@ def missing_survivors(
     if not (plan.has_roulette_in_flight or plan.splits):
         return None
     histories = run.sizes.sum()
-    born, tracking = sum(batch.born for batch in batches) / histories, plan.tracking
-    heaviest = born / tracking.splitting.gain if plan.splits else born * tracking.survivors_weight
-    played = _played(batches, run, heaviest)
+    born = sum(batch.born for batch in batches) / histories
+    heaviest = born * _heaviest_share(plan, place)
+    played = math.inf if plan.splits or plan.absorbs_by_share else _played(batches, run, heaviest)
     if not sums.any():
-        return Doubt(math.inf, heaviest / histories / born) if played > 0 and not plan.splits else None
+        return Doubt(math.inf, heaviest / histories / born) if played > 0 else None
     means = sums / run.sizes.reshape(-1, *[1] * (sums.ndim - 1))
     found = Replicates.of_batches(means, run, exact=False, counts=None)
     errors, is_noisy = found.error / most, found.error > NOISELESS * found.value
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.where(is_noisy & (plan.splits | (played > errors)), heaviest / histories / errors, 0.0)
+        ratios = np.where(is_noisy & (played > errors), heaviest / histories / errors, 0.0)
     doubtful = int((ratios > MANY).sum())
     if not doubtful:
         return None
@@ -65,6 +93,25 @@ def missing_survivors(
     return Doubt(
         float(ratios[place]), float(errors[place] / born), share, tuple(map(int, place)), doubtful - 1
     )
+
+
+def _heaviest_share(plan: Plan, place: Vector) -> float:
+    """What the heaviest history about a place may weigh, as a share of its birth weight.
+
+    Importance falls from there to where histories are born; in voxels that absorb nothing lessens what flies through.
+    """
+    if plan.splits:
+        row, there = importance_row(plan), np.array(plan.space.place(place))
+        births = [np.array(plan.space.place(emitter.shape.middle)) for emitter in plan.emitters]
+        rises = [_rise(row, at) - _rise(row, there) for at in births]
+        return min(1.0, math.exp(max(rises)))
+    return 1.0 if plan.absorbs_by_share else plan.tracking.survivors_weight
+
+
+def _rise(row: np.ndarray, place: np.ndarray) -> float:
+    """The logarithm of importance at a place [scene lengths]."""
+    rise = sum((place[k] - row[f"c{axis}"]) * row[f"k{axis}"] for k, axis in enumerate("xyz"))
+    return float(min(max(rise, 0.0), row["most"]))
 
 
 def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
@@ -81,16 +128,20 @@ def doubt(plan: Plan, title: str, found: Doubt | None, part: str = "cell") -> st
     """What to know before trusting the figure called `title`, in words; part: what a place among its sums is."""
     if found is None:
         return None
+    if plan.absorbs_by_share and not plan.splits:
+        return _doubt_in_voxels(title, found)
     roulette = f"the roulette (at {plan.tracking.roulette:g} of the birth weight)"
     cure = f"lower it, as Tracking(roulette={_rounded(found.roulette)}), or use a Splitting"
     what = f"survivor of {roulette}"
-    if found.ratio == math.inf:
-        return (
-            f"nothing has come to {title}: {roulette} ends nearly all that is as light as what would; {cure}"
-        )
+    why = f"{roulette} ends nearly all that is as light as what would"
     if plan.splits:
-        what = "history that is not thinned out further"
-        cure = f"raise the gain of the Splitting, got {plan.tracking.splitting.gain:g}, to about 1 / transmission"
+        what, why = "history that is not thinned out further", "the Splitting brings too little there"
+        gain = plan.tracking.splitting.gain
+        cure = (
+            f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
+        )
+    if found.ratio == math.inf:
+        return f"nothing has come to {title}: {why}; {cure}"
     where = f", {part} {found.place}" if found.place else ""
     missing = "rare heavy ones may be missing"
     missing += f", worth {found.share:.1g} of its mean at most" if found.share < 0.1 else ""
@@ -98,6 +149,16 @@ def doubt(plan: Plan, title: str, found: Doubt | None, part: str = "cell") -> st
     return (
         f"one {what} would add {found.ratio:.2g} standard errors to {title}{where}, so that its mean and its error are not"
         f" to be trusted: {missing}; {cure}"
+    )
+
+
+def _doubt_in_voxels(title: str, found: Doubt) -> str:
+    cure = "use more particles, or a Splitting"
+    if found.ratio == math.inf:
+        return f"nothing has come to {title}: what flies through voxels without a collision is rare; {cure}"
+    return (
+        f"one history that flies through voxels without a collision would add {found.ratio:.2g} standard errors to {title},"
+        f" so that its mean and its error are not to be trusted; {cure}"
     )
 
 

@@ -105,7 +105,9 @@ class VolumeReading(Quantified):
         if why:
             return why
         cells = self._sums.sum(axis=-1)
-        found = missing_survivors(self._plan, self._batches, self._run, cells, self._way_through_cell())
+        found = missing_survivors(
+            self._plan, self._batches, self._run, cells, self._volume.shape.middle, self._way_through_cell()
+        )
         return doubt(self._plan, f"the fluence rate in {title}", found)
 
     def _way_through_cell(self) -> float:
