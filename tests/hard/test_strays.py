@@ -23,7 +23,6 @@ from transport.simulate import simulate
 from transport.sources import Beam, Source
 
 FOG = Medium(absorption=1.0)
-THIN = Medium(absorption=0.5, scattering=0.5)
 
 
 def filled(shape, medium=FOG):
@@ -164,12 +163,6 @@ def test_at_rims_and_corners_it_is_right_or_lost(number):
         assert lost == 0 or any("lost" in warning for warning in warnings)
 
 
-def test_in_a_haze_strays_are_lost_where_they_would_collide():
-    """The rim of a can of what scatters, touched from outside: no collision lies beyond the box about the can."""
-    share, lost, _ = followed(can(THIN), (2, 0, 0), (0, 0, 2), particles=2000)
-    assert share + lost < 0.9 or lost > 0.2
-
-
 def test_endless_bodies_have_no_strays():
     """A half space, a slab, and all that lies outside of a ball: flights without a surface ahead are their due."""
     lamp = Source(Point(position=(0, 0, 2.0)), Beam((0, 0, 1), power=1.0))
@@ -220,15 +213,12 @@ def test_what_enters_by_a_gap_is_told_of_when_it_leaves():
 
 @pytest.mark.parametrize("balls", [0, 2, 9])
 def test_strays_of_a_body_are_told_by_its_own_box(balls):
-    """Rims of a can grazed from outside, with other bodies far off: nothing collides in the empty space between them."""
-    far = [filled(Sphere(center=(30.0 * (k + 1), 5.0, 0), radius=1.0), THIN) for k in range(balls)]
-    rng = np.random.default_rng(3)
-    for turn in rng.uniform(0, 2 * math.pi, 12):
-        rim = (math.cos(turn), math.sin(turn), 1.0)
-        origin = (
-            3 * math.cos(turn),
-            3 * math.sin(turn),
-            -1.0,
-        )  # over the rim from below: outside all the way
-        share, lost, _ = followed([*can(THIN), *far], origin, rim, THIN, particles=64)
-        assert share < 0.2 and (share == 0 or lost > 0.5)
+    """A ray that grazes the rim of a can, with other bodies far off: it does not collide in the empty space between them."""
+    haze = Medium(absorption=0.01, scattering=0.09)
+    far = [filled(Sphere(center=(50.0 + 9 * k, 60, 70), radius=1.0), haze) for k in range(balls)]
+    origin = np.array([3.1510952907115253, -0.41387957380853624, 0.10639802125006559])
+    way = np.array([-0.938251256781713, -0.17595350266540644, 0.29786732624997814])
+    share, lost, warnings = followed([*can(haze), *far], origin, origin + way, particles=2000)
+    assert share < 0.1  # 0.8 where one box is laid about all bodies
+    assert lost in (0.0, pytest.approx(1.0, abs=0.1))
+    assert lost == 0 or any("histories were lost" in warning for warning in warnings)
