@@ -8,7 +8,9 @@ from typer.testing import CliRunner
 
 from transport.command.cli import app
 
-DEEP = ("run", "slab", "--set", "tau=20", "--set", "albedo=0.2", "--set", "g=0", "--particles", "2e4")
+DEEP = ("run", "slab", "--set", "tau=20", "--set", "albedo=0.2", "--set", "g=0", "--set", "mu0=1", "--set", "incidence=beam",
+    "--set", "phase=henyey-greenstein", "--particles", "2e4",
+)  # fmt: skip
 
 
 def told(*arguments):
