@@ -45,9 +45,9 @@ def test_scores_that_stand_out_are_told():
 
 
 def test_a_score_of_any_size_is_counted():
-    """Within 1e-35 m of a lamp, and 600 mean free paths from a pencil beam in a fog."""
+    """Within 1e-35 m of a lamp of 2 W, and 600 mean free paths from a pencil beam in a fog."""
     huge, _ = seen(LAMP, [(1e-35, 0, 0)], particles=1000)
-    assert huge.value == pytest.approx(1e70 / (4 * math.pi))
+    assert huge.value == pytest.approx(2e70 / (4 * math.pi))
     pencil = tp.Source(tp.Point(position=(0, 0, -1)), tp.Beam((0, 0, 1), power=1.0))
     faint, _ = seen(pencil, [(0, 600, 0)], particles=1000, medium=FOG)
     assert 0 < faint.value < 1e-100

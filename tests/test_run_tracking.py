@@ -19,12 +19,19 @@ def told(*arguments):
     return answer.output
 
 
+def doubts(*arguments):
+    return [text for text in json.loads(told("--json", *arguments))["warnings"] if "survivor" in text]
+
+
 def test_a_warning_is_in_the_json_and_its_cure_is_an_option():
-    warnings = [text for text in json.loads(told("--json"))["warnings"] if "survivor" in text]
-    advised = [text.partition("Tracking(roulette=")[2].partition(")")[0] for text in warnings]
-    roulette = min(advised, key=float)
-    after = json.loads(told("--json", "--tracking", f"roulette={roulette}"))
-    assert not [text for text in after["warnings"] if "survivor" in text]
+    """Followed once for the totals, and once more for the bins of direction; then nothing is in doubt."""
+    found, advised = doubts(), []
+    while found and len(advised) < 3:
+        advised.append(
+            min((text.partition("Tracking(roulette=")[2].partition(")")[0] for text in found), key=float)
+        )
+        found = doubts("--tracking", f"roulette={advised[-1]}")
+    assert not found and 0 < len(advised) < 3, advised
 
 
 def test_the_report_says_which_tracking_was_taken():
