@@ -59,7 +59,7 @@ class Tracking:
     """
 
     absorption: str = "weighted"
-    roulette: float = 1e-4
+    roulette: float = 1e-2
     forced: bool = False
     splitting: Splitting | None = None
 

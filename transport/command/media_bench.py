@@ -55,15 +55,20 @@ def media_rows(repeats: int, share: int) -> list[dict]:
     for name, (scene, kind, law) in cases.items():
         photons = PHOTONS[kind] // share
         slow = max(2000, photons // 8)
-        engine, by_one = rates(
-            repeats, _photons(scene, photons), lambda slow=slow, law=law: run_fog(slow, 1, **law) and slow
+        analog, weighted, by_one = rates(
+            repeats,
+            _photons(scene, photons, "analog"),
+            _photons(scene, photons, "weighted"),
+            lambda slow=slow, law=law: run_fog(slow, 1, **law) and slow,
         )
         found += [
-            row(f"{name}, against one photon at a time", engine, "photons/s", engine / by_one),
+            row(f"{name}, against one photon at a time", analog, "photons/s", analog / by_one),
+            row(f"{name}, absorption by weight", weighted, "photons/s", weighted / by_one),
             row(f"{name}, one photon at a time", by_one, "photons/s"),
         ]
     return found
 
 
-def _photons(scene: Scene, photons: int) -> Callable[[], int]:
-    return lambda: simulate(scene, particles=photons, seed=1, threads=1, progress=False).cost.particles
+def _photons(scene: Scene, photons: int, tracking: str) -> Callable[[], int]:
+    options = {"seed": 1, "threads": 1, "progress": False, "tracking": tracking}
+    return lambda: simulate(scene, particles=photons, **options).cost.particles
