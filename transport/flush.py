@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.materials.surface import titled
 from transport.shapes import Box, Disk, FlatShape, Mesh, Rectangle, Shape, Triangle
 from transport.shapes.supports import rounding_of
 from transport.sheets import pieces
@@ -48,7 +49,7 @@ def check_flush(scene: Scene) -> None:
 def _users(scene: Scene) -> Iterator[tuple[str, Shape]]:
     """Shapes that rays meet or start on, with words for them."""
     for number, surface in enumerate(scene.surfaces):
-        yield f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]", surface.shape
+        yield titled(surface, number), surface.shape
     for number, source in enumerate(scene.sources):
         if isinstance(source.shape, FlatShape | Mesh | Box) and source.emission.has_side:
             yield f"sources[{number}]", source.shape

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from transport.bodies.solids import magnitude
 from transport.emissions import Beam, Isotropic, Lambertian
 from transport.materials import Black, Diffuse, Transparent, simple_parts
+from transport.materials.surface import titled
 from transport.shapes import Point
 from transport.shapes.base import ROUNDING
 from transport.shapes.distances import least_distance
@@ -82,7 +83,7 @@ def check_points(scene: Scene) -> None:
 def _check_surface(scene: Scene, detector: PointDetector, surface: Surface) -> None:
     if isinstance(surface.material, Transparent):
         return
-    title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{scene.surfaces.index(surface)}]"
+    title = titled(surface, scene.surfaces.index(surface))
     for part in simple_parts(surface.material):
         if not isinstance(part, SEEN_BY):
             must = "cannot see by surfaces that are not Black, Diffuse or Transparent throughout"

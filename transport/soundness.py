@@ -20,6 +20,7 @@ from transport.materials import (
     lets_through,
     simple_parts,
 )
+from transport.materials.surface import titled
 from transport.shapes import FlatShape, Mesh, Shape, Slab, Sphere
 from transport.shapes.distances import least_distance
 from transport.shapes.overlaps import overlap
@@ -164,4 +165,4 @@ def _support_of(shape: Shape) -> str:
 
 
 def _title(scene: Scene, surface: Surface) -> str:
-    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{scene.surfaces.index(surface)}]"
+    return titled(surface, scene.surfaces.index(surface))

@@ -14,7 +14,7 @@ from transport.validation import (
     shown,
     store,
 )
-from transport.vectors import Vector
+from transport.vectors import Vector, dot
 
 RAISED = 10.0  # times the share at which roulette is played: what a survivor weighs
 
@@ -42,6 +42,11 @@ class Splitting:
             cure = "write about 1 / transmission; exchange start and end to turn it round"
             refuse(self, f"gain must be above 1 and finite, got {shown(self.gain)}; {cure}")
         store(self, gain=gain)
+
+    def rise_at(self, place: Vector) -> float:
+        """The logarithm of importance at a place [m], from 0 to that of the gain."""
+        way, ahead = (tuple(p - q for p, q in zip(to, self.start, strict=True)) for to in (self.end, place))
+        return min(max(dot(ahead, way) / dot(way, way), 0.0), 1.0) * math.log(self.gain)
 
 
 @scene_object(kw_only=True)

@@ -18,7 +18,7 @@ from transport.bodies.listing import surrounding_of
 from transport.bodies.nesting import CLOSE
 from transport.emissions import Beam
 from transport.materials import Dielectric, Diffuse, Material, Mirror, Surface, Transparent, simple_parts
-from transport.materials.surface import AnyMedium
+from transport.materials.surface import AnyMedium, titled
 from transport.shapes import Box, Shape, Slab, Sphere
 from transport.validation import SceneError, shown
 from transport.vectors import dot
@@ -50,7 +50,7 @@ def check_trapped(scene: Scene) -> None:
         if company and not (isinstance(surface.shape, Slab) and all(map(_is_bounded, company))):
             continue
         for lamp, cure in _trapped_lamps(scene, surface.shape, sine, company):
-            title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+            title = titled(surface, number)
             raise SceneError(
                 f"Scene: total reflection keeps light of {lamp} in {title} for ever, got a critical angle"
                 f" of {math.degrees(math.asin(sine)):.4g} degrees and nothing that absorbs; let the material absorb"
@@ -72,7 +72,7 @@ def _trapped_lamps(
         others = [other for other in company if other is not surface]
         if _scatters(surface) and _lies_deep(surface.shape, shape) and not _is_hidden(surface.shape, others):
             number = scene.surfaces.index(surface)
-            title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+            title = titled(surface, number)
             yield f"what scatters at {title}", "let the slab end, as a Box"
 
 

@@ -27,11 +27,12 @@ def may_absorb(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None)
 
 
 def _media_within(scene: Scene, volume: Box | Sphere, hollow: Sphere | None) -> list[AnyMedium]:
-    """The media of which a part may lie in a volume."""
+    """The media of which a part may lie in a volume.
+
+    The innermost first: beyond a body that holds all of it there is nothing more.
+    """
     found = []
-    for body in bodies_of(
-        scene
-    ):  # the innermost first: beyond one that holds all of it there is nothing more
+    for body in bodies_of(scene):
         solid = solid_of(scene, body)
         if solid is None:
             if _boxes_meet(volume, box_of(scene, body)):

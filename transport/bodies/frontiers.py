@@ -18,7 +18,7 @@ from transport.bodies.lines import FACETS, LINES, crossed_in_turn, lines_through
 from transport.bodies.listing import bits_at, sides_of, surrounding_of
 from transport.bodies.regions import Body, solid_of
 from transport.materials import Dielectric, Surface, Transparent, lets_through, simple_parts
-from transport.materials.surface import AnyMedium
+from transport.materials.surface import AnyMedium, titled
 from transport.media.medium import plain
 from transport.shapes import Mesh
 from transport.validation import SceneError, shown
@@ -38,8 +38,7 @@ class Crossed(NamedTuple):
 
 def title_of(scene: Scene, number: int) -> str:
     """What a message calls a surface."""
-    name = scene.surfaces[number].name
-    return f"Surface {name!r}" if name else f"surfaces[{number}]"
+    return titled(scene.surfaces[number], number)
 
 
 def check_sides(scene: Scene, bodies: tuple[Body, ...]) -> None:

@@ -40,9 +40,7 @@ class Taken(NamedTuple):
     surfaces: np.ndarray  # (lines, most); -1 where there is none
     sides: np.ndarray  # +1 where a line goes along the normal, else -1
     places: np.ndarray  # [m]
-    is_in: (
-        np.ndarray
-    )  # (lines, most + 1): whether what lies behind the last one says that a line is in the body
+    is_in: np.ndarray  # (lines, most + 1): whether the last one crossed leaves a line in the body
     is_gap: np.ndarray  # (lines, most + 1): before each, and behind the last one
     is_double: np.ndarray  # (lines, most - 1): it and the next lie in one place and do not say the same
 
@@ -75,9 +73,8 @@ def _taken(scene: Scene, faces: Faces) -> Taken:
     group, code = np.divmod(keys, 2 * len(shapes))
     code[keys < 0] = 2 * len(shapes)
     held = np.array([[(number, is_front) in faces for is_front in (True, False)] for number in numbers])
-    before = np.append(held.reshape(-1), False)[
-        code
-    ]  # against the normal from the front, along it from the back
+    # A line against the normal comes from the front, one along it from the back.
+    before = np.append(held.reshape(-1), False)[code]
     behind = np.append(held[:, ::-1].reshape(-1), False)[code]
     outside = np.zeros((count, 1), bool)
     is_in, must = np.hstack([outside, behind]), np.hstack([before, outside])

@@ -21,6 +21,7 @@ import numpy as np
 
 from transport.bodies.lines import CLOSE, FACETS, LINES, along_lines, lines_through, size_of
 from transport.materials import Dielectric, Surface, lets_through, simple_parts
+from transport.materials.surface import titled
 from transport.shapes import Box, Mesh, Shape, Sphere
 from transport.shapes.crossings import crossings
 from transport.shapes.supports import rounding_of
@@ -89,7 +90,7 @@ def _boundary(surface: Surface, number: int) -> Boundary | None:
     glass = next((part for part in simple_parts(surface.material) if isinstance(part, Dielectric)), None)
     if glass is None and lets_through(surface.material):
         return None
-    title = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+    title = titled(surface, number)
     return Boundary(title, surface.shape, glass)
 
 

@@ -18,11 +18,8 @@ from transport.results.statistics import student_quantile
 FALSE_ALARM = 1e-3  # of a whole verification, over all seeds
 POWER = 0.95  # probability with which the smallest bias is caught
 ROUNDING = 1e-12  # relative difference that an estimate without spread may have
-YEAR, NAME, SUM = (
-    r"\b(1[5-9]|20)\d\d\b",
-    r"\b[A-ZÀ-Þ]\w\w",
-    r"[=+*^√∫]",
-)  # what a source has, and what it has not
+# What a source has, and what it has not.
+YEAR, NAME, SUM = r"\b(1[5-9]|20)\d\d\b", r"\b[A-ZÀ-Þ]\w\w", r"[=+*^√∫]"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 # What a flight spends on crossing a macro cell, twice where their table does not stay in the second cache, and on a tentative
-# collision [ns], as tests/bench/grid.py measures them.
+# collision [ns]: fitted by hand to the times of tests/bench/grid.py.
 CROSSING, TRYING, LARGE = 6.0, 14.0, 1 << 22
 
 

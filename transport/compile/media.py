@@ -34,7 +34,7 @@ ANALOG, WEIGHTED = "analog", "weighted"
 
 
 def default_tracking(scene: Scene) -> Tracking:
-    """How absorption is treated where the user does not say: by weights (the README's table of efficiencies)."""
+    """How absorption is treated where the user does not say: by weights (python -m tests.bench.tracking)."""
     return Tracking(absorption=WEIGHTED if scene.duration is None else ANALOG)
 
 

@@ -17,9 +17,9 @@ MARGIN = 2.0**-20  # of the size of the box about a body: what ends that far bey
 FAR = 1e3  # sizes of a body: surely outside of what its surfaces enclose
 
 
-def bounded_rows(plan: Plan) -> np.ndarray:
+def bounded_rows(plan: Plan) -> list[np.ndarray]:
     """Of the surroundings and of each body of a plan (layout.BOUNDED): the box about it, or 0 for what has no end."""
-    return np.array([layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))])
+    return [layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))]
 
 
 def _row(plan: Plan, number: int) -> np.ndarray:

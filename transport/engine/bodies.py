@@ -156,9 +156,10 @@ def innermost(inside):
 
 
 @device
-def is_between(x, y, z, low_x, low_y, low_z, high_x, high_y, high_z):
-    """Whether a place lies in a box; what is no number does not."""
-    return (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z)
+def ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z):
+    """Whether a flight ends outside of a box; one without an end does."""
+    x, y, z = x + way * ux, y + way * uy, z + way * uz
+    return not ((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z))
 
 
 @device
@@ -180,11 +181,10 @@ def lose_strays(b, table, first, live):
     high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
     strays = 0
     for k in range(first, live):
-        d = b.distance[k]
-        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
-        within = is_between(x, y, z, low_x, low_y, low_z, high_x, high_y, high_z)
-        is_stray = ((b.inside[k] & bit) != 0) & (b.hit[k] == 0) & (b.flies[k] != 0)
-        is_stray &= (not within) & (b.weight[k] != 0.0)
+        x, y, z, ux, uy, uz, way = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
+        is_stray = ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z)
+        is_stray &= (b.inside[k] & bit) != 0
+        is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
         b.flies[k] = STRAY if is_stray else b.flies[k]
         strays += 1 if is_stray else 0
     if strays != 0:
@@ -197,10 +197,14 @@ def lose_strays_of_many(b, table, first, live):
     """The same where finite bodies are many: the row of the innermost one is fetched."""
     rows, strays = view(table.rows, table.count, BOUNDED), 0
     for k in range(first, live):
-        row, d = rows[uint64(innermost(b.inside[k]))], b.distance[k]
-        x, y, z = b.x[k] + d * b.ux[k], b.y[k] + d * b.uy[k], b.z[k] + d * b.uz[k]
-        within = is_between(x, y, z, row.low_x, row.low_y, row.low_z, row.high_x, row.high_y, row.high_z)
-        is_stray = (row.bit != 0) & (b.hit[k] == 0) & (b.flies[k] != 0) & (not within) & (b.weight[k] != 0.0)
+        row = rows[uint64(innermost(b.inside[k]))]
+        low_x, low_y, low_z = row.low_x, row.low_y, row.low_z
+        x, y, z, ux, uy, uz, way = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k], b.distance[k]
+        is_stray = ends_beyond(
+            x, y, z, ux, uy, uz, way, low_x, low_y, low_z, row.high_x, row.high_y, row.high_z
+        )
+        is_stray &= row.bit != 0
+        is_stray &= (b.hit[k] == 0) & (b.flies[k] != 0) & (b.weight[k] != 0.0)
         b.flies[k] = STRAY if is_stray else b.flies[k]
         strays += 1 if is_stray else 0
     if strays != 0:

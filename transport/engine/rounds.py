@@ -113,13 +113,11 @@ def _strays(plan):
     rows = bounded_rows(plan)
     finite = [row for row in rows if row["bit"] != 0]
     if len(finite) > FEW_MEDIA:
-        plan.kept.append(rows)
-        yield step(bodies.lose_strays_of_many, rows_of(rows))
+        plan.kept.append(np.array(rows, layout.BOUNDED))
+        yield step(bodies.lose_strays_of_many, rows_of(plan.kept[-1]))
         return
     for row in finite:
-        yield step(
-            bodies.lose_strays, layout.row(layout.BOUNDED, **{name: row[name] for name in row.dtype.names})
-        )
+        yield step(bodies.lose_strays, row)
 
 
 def members_of(plan):

@@ -67,3 +67,8 @@ def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
         must = "a medium such as Medium(absorption=...) or Vacuum()"
         refuse(subject, f"{name} must be {must}, got {shown(value)}")
     return value
+
+
+def titled(surface: Surface, number: int) -> str:
+    """What a message calls the surface of that number in its scene."""
+    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"

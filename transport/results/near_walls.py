@@ -19,6 +19,7 @@ import numpy as np
 from transport.bodies.listing import body_bits_around, nested, surrounding_of
 from transport.emissions import Beam, Lambertian
 from transport.materials import Diffuse, TwoSided, simple_parts
+from transport.materials.surface import titled
 from transport.shapes import FlatShape, Mesh, Shape, Sphere
 from transport.shapes.distances import least_distance
 from transport.sheets import pieces
@@ -118,12 +119,7 @@ def _senders(
 
 def _importance(plan: Plan, point: Vector) -> float:
     """By how much histories there have been split: what one weighs is as much less."""
-    if not plan.splits:
-        return 1.0
-    splitting = plan.tracking.splitting
-    start, end = np.array(splitting.start), np.array(splitting.end)
-    along = (np.array(point) - start) @ (end - start) / ((end - start) @ (end - start))
-    return splitting.gain ** min(max(float(along), 0.0), 1.0)
+    return math.exp(plan.tracking.splitting.rise_at(point)) if plan.splits else 1.0
 
 
 def _walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape, Material]]:
@@ -132,13 +128,8 @@ def _walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape
         if not _is_beyond(surface.shape, point, reach) and any(
             isinstance(part, Diffuse) for part in simple_parts(surface.material)
         ):
-            title = _title(plan, number)
+            title = titled(surface, number)
             yield from ((title, piece, surface.material) for piece in pieces(surface.shape))
-
-
-def _title(plan: Plan, number: int) -> str:
-    name = plan.scene.surfaces[number].name
-    return f"Surface {name!r}" if name else f"surfaces[{number}]"
 
 
 def _scatterers(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, Medium | Grid]]:
@@ -151,7 +142,7 @@ def _scatterers(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, 
     if about < 0 and np.any(surrounding_of(plan.scene).scattering):
         yield "a medium that scatters", None, surrounding_of(plan.scene)
     for number, body in enumerate(bodies):
-        faces = [(plan.scene.surfaces[k].shape, _title(plan, k)) for k in body.surfaces]
+        faces = [(plan.scene.surfaces[k].shape, titled(plan.scene.surfaces[k], k)) for k in body.surfaces]
         extent = max(shape.extent for shape, _ in faces)
         if number == about and _free_path(body.medium)[0] < NEAR * extent:
             yield f"what scatters inside {faces[0][1]}", None, body.medium
@@ -174,10 +165,8 @@ def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
     sources = plan.scene.sources
     for emitter in plan.emitters:
         if isinstance(emitter.source.emission, Lambertian):
-            shape, number = (
-                emitter.source.shape,
-                next(k for k, s in enumerate(sources) if s is emitter.source),
-            )
+            shape = emitter.source.shape
+            number = next(k for k, source in enumerate(sources) if source is emitter.source)
             title = f"the source on {shape!r}" if isinstance(shape, str) else f"sources[{number}]"
             yield title, emitter
 

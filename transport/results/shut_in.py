@@ -8,6 +8,7 @@ import numpy as np
 
 from transport.bodies.solids import holds, is_within
 from transport.materials import lets_through
+from transport.materials.surface import titled
 from transport.shapes import Box, Mesh, Shape, Sphere
 from transport.shapes.distances import least_distance
 from transport.vectors import Vector
@@ -26,7 +27,7 @@ def shut_in(plan: Plan, title: str, place: Box | Sphere | Vector) -> str | None:
             and _holds(shape, place)
             and all(_is_outside(shape, emitter.shape) for emitter in plan.emitters)
         ):
-            name = f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"
+            name = titled(surface, number)
             return (
                 f"{title} counted nothing: {name} shuts it in, lets nothing through, and no source is in there; make it"
                 " Transparent(), or move the detector or a source"

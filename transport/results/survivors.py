@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.compile.media import importance_row
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
@@ -88,11 +87,9 @@ def missing_survivors(
     doubtful = int((ratios > MANY).sum())
     if not doubtful:
         return None
-    place = np.unravel_index(int(ratios.argmax()), ratios.shape)
-    share = played * most / float(found.value[place])
-    return Doubt(
-        float(ratios[place]), float(errors[place] / born), share, tuple(map(int, place)), doubtful - 1
-    )
+    worst = tuple(int(k) for k in np.unravel_index(ratios.argmax(), ratios.shape))
+    share = played * most / float(found.value[worst])
+    return Doubt(float(ratios[worst]), float(errors[worst] / born), share, worst, doubtful - 1)
 
 
 def _heaviest_share(plan: Plan, place: Vector) -> float:
@@ -101,17 +98,10 @@ def _heaviest_share(plan: Plan, place: Vector) -> float:
     Importance falls from there to where histories are born; in voxels that absorb nothing lessens what flies through.
     """
     if plan.splits:
-        row, there = importance_row(plan), np.array(plan.space.place(place))
-        births = [np.array(plan.space.place(emitter.shape.middle)) for emitter in plan.emitters]
-        rises = [_rise(row, at) - _rise(row, there) for at in births]
-        return min(1.0, math.exp(max(rises)))
+        rise_at = plan.tracking.splitting.rise_at
+        births = max(rise_at(emitter.shape.middle) for emitter in plan.emitters)
+        return min(1.0, math.exp(births - rise_at(place)))
     return 1.0 if plan.absorbs_by_share else plan.tracking.survivors_weight
-
-
-def _rise(row: np.ndarray, place: np.ndarray) -> float:
-    """The logarithm of importance at a place [scene lengths]."""
-    rise = sum((place[k] - row[f"c{axis}"]) * row[f"k{axis}"] for k, axis in enumerate("xyz"))
-    return float(min(max(rise, 0.0), row["most"]))
 
 
 def _played(batches: list[Batch], run: Batches, heaviest: float) -> float:
@@ -143,9 +133,9 @@ def doubt(plan: Plan, title: str, found: Doubt | None, part: str = "cell") -> st
     if found.ratio == math.inf:
         return f"nothing has come to {title}: {why}; {cure}"
     where = f", {part} {found.place}" if found.place else ""
+    where += f" and {found.others} more" if found.others else ""
     missing = "rare heavy ones may be missing"
     missing += f", worth {found.share:.1g} of its mean at most" if found.share < 0.1 else ""
-    where += f" and {found.others} more" if found.others else ""
     return (
         f"one {what} would add {found.ratio:.2g} standard errors to {title}{where}, so that its mean and its error are not"
         f" to be trusted: {missing}; {cure}"
