@@ -1,0 +1,26 @@
+"""What several test files are given."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    """Call the command line in a folder of its own, with experiment files written there: call("run", "disk.py")."""
+    from typer.testing import CliRunner
+
+    from transport.command import cli
+
+    monkeypatch.chdir(tmp_path)
+    for name, more in {
+        "disk": PICTURE,
+        "disks": CASES + PICTURE,
+        "unlike": UNLIKE_UNITS,
+        "wrong": PI_FORGOTTEN,
+        "endless": "\nparticles = 10**11\n",
+    }.items():
+        Path(f"{name}.py").write_text(EXPERIMENT + more, encoding="utf-8")
+    return lambda *arguments: CliRunner().invoke(cli.app, list(map(str, arguments)))
