@@ -47,6 +47,9 @@ BUILT = {
     "water in black walls": lambda: tp.Scene(LAMP, filled(corner(3), M(index=1.33), tp.Black())),
     "haze all round": lambda: tp.Scene(LAMP, medium=M(0.1, 1)),
     "haze in white walls": lambda: tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=3), tp.Diffuse(1)), medium=M(1)),
+    "rod that names the water of its tank": lambda: tp.Scene(
+        AFAR, [filled(tp.Box(size=6), M(1)), *(tp.Surface(part.shape, T, inside=M(2), outside=M(1)) for part in can(M(2)))]
+    ),
     "layer of planes": lambda: tp.Scene(AFAR, [tp.Surface(tp.Plane(center=(0, 0, 1)), T, back=M(1)), tp.Surface(tp.Plane(), T, front=M(1), back=V)]),
     "gap between half spaces": lambda: tp.Scene(
         AFAR, [tp.Surface(tp.Plane(center=(0, 0, -1)), T, back=M(1)), tp.Surface(tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), T, back=M(1))]

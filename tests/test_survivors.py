@@ -111,6 +111,38 @@ def test_weights_of_an_aimed_lamp_are_those_of_its_histories():
     assert result["bottom"].warning is None
 
 
+def test_what_arrives_before_any_collision_has_no_survivors():
+    """A lamp aimed at a disk on the slab: its flux has an error of 1e-12 only, from the aim."""
+    lid = tp.Disk(center=(0, 0, 0), radius=0.02)
+    disk = tp.Disk(center=(0, 0, 1000), normal=(0, 0, -1), radius=0.01)
+    lamp = tp.Source(disk, tp.Lambertian(power=1.0), aim=lid)
+    meter = tp.Detector(tp.Disk(center=(0, 0, 1e-3), radius=0.03), "lid")
+    result = run(tp.Scene(lamp, slab(8.0, 0.8).surfaces, meter))
+    assert 0 < result["lid"].flux_in.relative_error < 1e-6
+    assert result["lid"].warning is None
+
+
+def test_what_never_comes_is_doubted_too():
+    """Through 60 mean free paths of albedo 0.9 (6e-15) nothing comes in a short run."""
+    result = run(slab(60.0, 0.9), None, 20_000)
+    assert result["bottom"].flux_out.reason == "no score"
+    assert "nothing has come to detector 'bottom': the roulette (at 0.01 of" in result["bottom"].warning
+    assert result["top"].warning is None
+    assert (
+        "raise its gain, got 10"
+        in run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000)["bottom"].warning
+    )
+
+
+def test_the_cells_of_a_volume_are_doubted_one_by_one():
+    """Fluence with depth: the lit cells are right, the deepest are not."""
+    scene = slab(20.0, 0.5)
+    box = tp.Box(center=(0, 0, -0.5), size=(1e3, 1e3, 1))
+    scene = tp.Scene(scene.sources, scene.surfaces, tp.VolumeDetector(box, "depth", cells=(1, 1, 20)))
+    assert "'depth', cell (0, 0, " in run(scene, tp.Tracking(roulette=1e-2), 100_000)["depth"].warning
+    assert run(scene, tp.Tracking(roulette=1e-14), 100_000)["depth"].warning is None
+
+
 class _Batch:
     def __init__(self, roulette):
         self.ledger = {"roulette": roulette}
@@ -167,6 +199,7 @@ def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
         "nothing has come to detector 'bottom': what flies through voxels"
         in run(voxels(*DEEP))["bottom"].warning
     )
+    assert "one history that flies through voxels" in run(voxels(10.0, 0.2), None, 20_000)["bottom"].warning
     assert run(voxels(3.0, 0.8))["bottom"].warning is None
 
 
