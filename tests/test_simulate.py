@@ -102,7 +102,7 @@ def test_ctrl_c_within_the_first_batch_stops_at_once():
         ({"particles": 10, "batches": 1}, "batches must be"),
         ({"particles": 10, "seed": -1}, "seed must be"),
         ({"particles": 10, "threads": 0}, "threads must be"),
-        ({"particles": 10, "estimator": "sobol"}, "estimator must be 'analog'"),
+        ({"particles": 10, "estimator": "sobol"}, "estimator must be one of 'analog'"),
         ({"seconds": 0}, "seconds must be"),
         ({"seconds": float("nan")}, "seconds must be"),
         ({"error": 0.01}, "error must be like"),

@@ -27,6 +27,7 @@ from transport.compile.plan import Plan
 from transport.compile.points import fill_points
 from transport.compile.space import space_of
 from transport.compile.volumes import fill_volumes
+from transport.methods import ANALOG, Method
 from transport.scene import Scene
 from transport.scene_speeds import scene_speeds
 from transport.shapes import Mesh, Revolved, Shape, Sphere
@@ -39,11 +40,11 @@ MOST_MARKS = 62  # bits of a history
 
 
 @lru_cache(maxsize=32)
-def compile_scene(scene: Scene, tracking: Tracking | None = None) -> Plan:
-    """The plan of a scene; tracking: how absorption is treated, None for what suits the scene."""
+def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method = ANALOG) -> Plan:
+    """The plan of a scene; tracking: how absorption is treated, None for what suits the scene; method: how to estimate."""
     sheets = sheets_of(scene)
     space = space_of(scene)
-    plan = Plan(scene, space, tracking or default_tracking(scene))
+    plan = Plan(scene, space, tracking or default_tracking(scene), method)
     fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
     plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
