@@ -48,3 +48,26 @@ def print_table(path: str) -> None:
         for row in outcome.rows:
             print(f"  {row.name:42s} {row.estimate!s:46s} exact {row.exact:<12.6g} z {row.z:+.2f}")
     print(f"\n{module.verdict(outcomes)}")
+
+
+def furthest(outcomes: list[Outcome]) -> str:
+    """How far off the worst of all readings is, in words for a verdict."""
+    rows = [row for outcome in outcomes for row in outcome.rows]
+    scores = [abs(row.z) for row in rows if np.isfinite(row.z)]
+    if not scores:
+        return "no reading has an error bar"
+    if len(rows) == 1:
+        return f"{scores[0]:.1f} standard errors off"
+    return f"the furthest of {len(rows)} readings is {max(scores):.1f} standard errors off"
+
+
+def draw_rows(outcomes: list[Outcome], path: str, title: str) -> None:
+    """Every reading of every case beside its exact value."""
+    from viz import comparison
+
+    table = {
+        "\n".join(filter(None, (row.name, o.title))): (row.estimate, row.exact)
+        for o in outcomes
+        for row in o.rows
+    }
+    comparison(table, path, title=title, note=provenance(outcomes))

@@ -82,7 +82,7 @@ def test_without_media_no_pass_of_media_is_named():
 
 def test_what_only_absorbs_draws_no_path_and_no_direction():
     """Weights fall along straight flights; no lane waits; no free path, collision, roulette or angle."""
-    known = BORDERS | {"score", "attenuate", "account_absorbed_in", "fly_straight"}
+    known = BORDERS | {"score_and_size", "attenuate", "account_absorbed_in", "fly_straight"}
     assert_adds(passes(SMOKE), passes(), known, WAS_VACUUM)
     assert program_of(compile_scene(room(SMOKE))).inner == 0
     assert_adds(passes(SOOT), passes(SMOKE), {"attenuate_in_grid"}, {"attenuate", "account_absorbed_in"})
@@ -99,7 +99,8 @@ def test_what_only_scatters_absorbs_nothing_and_plays_no_roulette_in_flight():
     known = BORDERS | FLIGHTS | {"score", "scatter_isotropically"}
     assert_adds(passes(WHITE), passes(), known, WAS_VACUUM)
     assert passes(WHITE, ANALOG) == passes(WHITE)
-    assert_adds(passes(FOG), passes(WHITE), {"attenuate", "account_absorbed_in", "play_roulette_in_flight"})
+    added = {"attenuate", "account_absorbed_in", "play_roulette_in_flight", "score_and_size"}
+    assert_adds(passes(FOG), passes(WHITE), added, {"score"})
     assert_adds(passes(FOG, ANALOG), passes(WHITE), {"absorb_by_chance", "account_absorbed_in"})
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import media_scenes
+from tests import expected_scenes, media_scenes
 from transport import engine
 from transport.compile import compile_scene
 from transport.detectors import Detector, Directions, Positions
@@ -35,6 +35,7 @@ from transport.materials import (
     ThinLens,
     TwoSided,
 )  # fmt: skip
+from transport.methods import ANALOG, Method
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene
@@ -312,13 +313,20 @@ SCENES = {
         room, furnace, gas, flash, vessel, burst, glow, beams, aims, turned_shapes, flat_shapes, optics, meshed
     )
 } | media_scenes.MEDIA  # fmt: skip
+TOLD = {
+    f"expected {name}": expected_scenes.SCENES[name]
+    for name in ("room", "balls", "half_mirrors", "fog", "disks")
+}
+METHODS = dict.fromkeys(TOLD, Method("expected"))  # of those that are not analog
+SCENES |= TOLD
 
 
 def sums_of(names):
     """What these scenes count, as lists; their passes by name."""
     results, passes = {}, set()
     for name in names:
-        machine = machine_of(program_of(compile_scene(SCENES[name](), media_scenes.TRACKINGS.get(name))))
+        asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
+        machine = machine_of(program_of(compile_scene(SCENES[name](), *asked)))
         raw = run_batch(machine, seed=12345678901, batch=1, histories=HISTORIES)
         passes |= {lane_pass.name for lane_pass in machine.program.passes}
         results[name] = {

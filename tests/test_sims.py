@@ -18,14 +18,17 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "cloud", "diffuse_box", "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
+    "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",
+    "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra", "phase_space",
     "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun", "throughput", "tube", "two_elements",
     "view_factors", "wall_distance",
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
-FEWER = {"dogleg": 2_000_000, "milk": 500_000}  # whose histories are long
+FEWER = {  # whose histories are long, or which estimate in ways that need few
+    "cost_fog": 3_000_000, "cost_glint": 300_000, "cost_speck": 300_000, "dogleg": 2_000_000, "milk": 500_000,
+}  # fmt: skip
 MOST_DRAWN = 8  # of a sim's cases alone
 
 
@@ -108,6 +111,12 @@ def test_parameters_may_be_set_for_all_cases(name):
     module = experiment(name)
     settings = {
         "cloud": {"zenith": 0.5},
+        "cost_caustic": {"index": 1.8, "radiance": 3.0},
+        "cost_disks": {"radius": 0.1, "meter": 1e-3, "distance": 1e-3, "radiance": 5.0},
+        "cost_enclosure": {"meter": 0.3, "lamp": 0.3, "radius": 1e-3},
+        "cost_fog": {"tau": 3.0, "distance": 1.1, "lamp": 0.5, "radius": 1e-6},
+        "cost_glint": {"share": 1e-3, "meter": 0.2},
+        "cost_speck": {"share": 1e-3, "distance": 2.0, "size": 0.5},
         "dogleg": {"built": "voxels"},
         "diffuse_box": {"exitance": 5.0},
         "directions": {"power": 3.0, "size": 1e-6},

@@ -1,7 +1,10 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
+from transport.cameras import Camera, EnvironmentMap
+from transport.cost import CostOfAccuracy, cost_of_accuracy
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
+from transport.discretisation import bins_against_noise
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.exchange import etendue, view_factor
 from transport.materials import (
@@ -66,13 +69,13 @@ from transport.volumes import VolumeDetector
 __version__ = "0.1.0"
 
 __all__ = [
-    "Beam", "Black", "Box", "BoxPulse", "Cloud", "Cone", "Cylinder", "Detector", "Dielectric", "Diffuse",
-    "Directions", "Disk", "Effusive", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
+    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Cone", "CostOfAccuracy", "Cylinder", "Detector", "Dielectric", "Diffuse",
+    "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
     "Grid", "HenyeyGreenstein", "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian",
     "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
     "PointDetector", "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
     "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Transparent",
-    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "cm", "deg",
+    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "bins_against_noise", "cm", "cost_of_accuracy", "deg",
     "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us",
     "view_factor",
 ]  # fmt: skip

@@ -3,6 +3,7 @@
     law: str                                  the law in a line, with its source
     question: str                             what is asked, in a sentence
     particles: int                            histories of a case by default
+    run: dict                                 how to estimate by default, WAYS of `simulate`: {"estimator": "aimed"}
     cases() -> list of dict                   the parameter sets of its table; missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}
@@ -34,6 +35,7 @@ from transport.units import UnitError
 from transport.validation import SceneError, shown, suggestion
 
 PARTICLES = 1_000_000  # histories of a case where neither the experiment nor the user says how many
+WAYS = ("estimator", "sampling", "batches", "tracking")  # of `simulate`, that an experiment may choose
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,10 @@ def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[s
 
 
 def run_experiment(module: ModuleType, settings: dict[str, object] | None = None, **limits) -> list[Outcome]:
-    """Run each case of an experiment.  limits: as for `simulate`; `particles` is the module's own where none is given."""
+    """Run each case of an experiment.
+
+    limits: as for `simulate`; particles and the way to estimate are the module's own where they are not given.
+    """
     return list(outcomes_of(module, settings or {}, limits))
 
 
@@ -164,8 +169,8 @@ def outcomes_of(
 ) -> Iterator[Outcome]:
     """Each case of the experiment as soon as it is done; after Ctrl-C the last one is incomplete, the rest is left out.
 
-    limits: as for `simulate`; where none is given, as many particles as the module says.  A case that does not have
-    a quantity whose error is asked for runs without it, with a warning.
+    limits: as for `simulate`; where none is given, as many particles as the module says, in its way.  A case that does
+    not have a quantity whose error is asked for runs without it, with a warning.
     """
     ready = []
     for parameters in cases_of(module, settings):
@@ -202,10 +207,23 @@ def _errors_for(
 
 
 def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
-    """The limits, with the module's own number of particles where there is none."""
-    if any(limits.get(name) is not None for name in ("particles", "error", "seconds")):
+    """The limits, with the module's own way to estimate, and its number of particles, where there is none."""
+    limits = ways_of(module) | {name: value for name, value in limits.items() if value is not None}
+    if any(name in limits for name in ("particles", "error", "seconds")):
         return limits
     return limits | {"particles": getattr(module, "particles", PARTICLES)}
+
+
+def ways_of(module: ModuleType) -> dict[str, object]:
+    """How an experiment is estimated where the user does not say: its `run`.  Raises SceneError where that says more."""
+    ways = getattr(module, "run", {})
+    if not isinstance(ways, Mapping):
+        example = "{'estimator': 'backward'}"
+        raise SceneError(f"{name_of(module)}: run must be settings such as {example}, got {shown(ways)}")
+    for name in ways:
+        if name not in WAYS:
+            raise SceneError(f"{name_of(module)}: run has no setting {name!r}; {suggestion(str(name), WAYS)}")
+    return dict(ways)
 
 
 def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:

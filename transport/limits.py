@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.cameras import Instrument
 from transport.detectors import Detector
+from transport.methods import ANALOG, Method
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
+from transport.results.backward_readings import IMAGE_QUANTITIES
 from transport.results.phase_readings import OF_PHASE_MOMENTS, PHASE_QUANTITIES
 from transport.results.point_readings import POINT_QUANTITIES
 from transport.results.readings import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
@@ -19,6 +22,9 @@ from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches
+MANY_FOR_ERROR = (
+    256  # batches, and up to twice as many: they know an error to 1 / sqrt(2 × 256) = 4 % or better
+)
 HOPELESS = 10**7  # particles without a score, after which a run for an error ends
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
@@ -31,9 +37,10 @@ class Limits:
     error: Mapping[str, float]
     seconds: float | None
     batches: int
+    is_free: bool = False  # whether the number of batches was left open
 
 
-def checked_limits(scene, particles, error, seconds, batches) -> Limits:
+def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:
     """The limits of a run, as `simulate` takes them.  Raises SceneError where none is given or one cannot be kept."""
     error = {} if error is None else error
     if not isinstance(error, Mapping):
@@ -46,6 +53,9 @@ def checked_limits(scene, particles, error, seconds, batches) -> Limits:
         particles = checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
     if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
         raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
+    is_free = batches is None
+    if is_free:
+        batches = _usual_batches(method, error)
     batches = checked_whole("batches", batches, 2, 4096)
     if error and batches < FEWEST_FOR_ERROR:
         raise SceneError(
@@ -56,7 +66,14 @@ def checked_limits(scene, particles, error, seconds, batches) -> Limits:
         _check_quantity(scene, name)
         if not (_is_number(target) and 0 < target < 1):
             raise SceneError(f"simulate: error of {name!r} must be relative, within (0, 1), got {target!r}")
-    return Limits(particles, dict(error), seconds, batches)
+    return Limits(particles, dict(error), seconds, batches, is_free)
+
+
+def _usual_batches(method: Method, error: Mapping[str, float]) -> int:
+    """How many batches, where nothing is said: for an error so many that it is well known."""
+    if not error:
+        return method.usual_batches
+    return MANY_FOR_ERROR if method.sampling == "random" else FEWEST_FOR_ERROR
 
 
 def _check_quantity(scene: Scene, name: str) -> None:
@@ -74,12 +91,13 @@ def _check_quantity(scene: Scene, name: str) -> None:
     known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
     known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
     known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
+    known = IMAGE_QUANTITIES if isinstance(asked, Instrument) else known
     if quantity not in known:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
     of_moments = {Detector: OF_MOMENTS, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
     if quantity in of_moments and not asked.moments:
         raise SceneError(f"simulate: error of {name!r} needs moments; write moments=True")
-    if isinstance(asked, PhaseSpace):
+    if isinstance(asked, PhaseSpace | Instrument):
         return
     if quantity in BY_DIRECTION and asked.directions is None:
         raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...; add them")

@@ -1,11 +1,20 @@
 """A progress bar with the time left, where there is a terminal; silence where output is piped."""
 
+from __future__ import annotations
+
 import math
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
+from transport.price_table import duration, percent
+
+if TYPE_CHECKING:
+    from transport.stopping import Standing
+
+BAR = 16  # characters
 PATIENCE = 0.5  # [s] before the first bar is shown: short work needs none
 
 
@@ -15,8 +24,9 @@ class Progress:
     def compiling(self, done: int, of: int, name: str) -> None:
         """Before the pass `name` is compiled or loaded."""
 
-    def running(self, particles: int, share: float) -> None:
-        """While batches run: particles so far, and the share of the run that is done (nan: not known)."""
+    def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
+        """While batches run: particles so far, seconds since the run began and in all (inf: not known), and the quantity
+        that is furthest from the error asked for."""
 
 
 class Bar(Progress):
@@ -29,8 +39,8 @@ class Bar(Progress):
     def compiling(self, done: int, of: int, name: str) -> None:
         self._show("compile", f"compiling {name} (the first time only)", done / of)
 
-    def running(self, particles: int, share: float) -> None:
-        self._show("run", f"{particles:,} particles".replace(",", " "), share)
+    def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
+        self._show("run", running_text(particles, elapsed, end, worst), elapsed / end if end > 0 else 1.0)
 
     def _show(self, stage: str, text: str, share: float) -> None:
         if self.bar is None:
@@ -40,7 +50,7 @@ class Bar(Progress):
         if stage != self.stage:
             self.bar.reset(self.task)
             self.stage = stage
-        known = not math.isnan(share)
+        known = share > 0
         self.bar.update(
             self.task,
             description=text,
@@ -50,10 +60,10 @@ class Bar(Progress):
 
     def _start(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, TaskProgressColumn, TextColumn
         from rich.progress import Progress as Rich
 
-        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+        columns = TextColumn("{task.description}"), BarColumn(BAR), TaskProgressColumn()
         console = Console(stderr=True, force_terminal=self.is_forced or None)
         self.bar = Rich(*columns, console=console, transient=True)
         self.bar.start()
@@ -62,6 +72,17 @@ class Bar(Progress):
     def close(self) -> None:
         if self.bar is not None:
             self.bar.stop()
+
+
+def running_text(particles: int, elapsed: float, end: float, worst: Standing | None) -> str:
+    """What is going on: "12 000 000 particles, meter.flux_in 0.31 % of 0.1 % asked, about 12 s to go"."""
+    parts = [f"{particles:,} particles".replace(",", " ")]
+    if worst is not None:
+        reached = f"{100 * worst.relative:.2g} %" if worst.relative < math.inf else "unknown"
+        parts.append(f"{worst.name} {reached} of {percent(worst.target)} asked")
+    if end < math.inf:
+        parts.append(f"about {duration(max(0.0, end - elapsed))} to go")
+    return ", ".join(parts)
 
 
 @contextmanager

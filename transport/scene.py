@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from transport.bodies.filling import glows, names_media
 from transport.bodies.listing import AnyMedium, medium_at
+from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.detectors import Detector
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
@@ -26,7 +27,8 @@ from transport.validation import (
 from transport.vectors import Vector
 from transport.volumes import VolumeDetector
 
-Looking = Detector | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
+Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
 
 
 @scene_object
@@ -50,7 +52,7 @@ class Scene:
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
         _settle_parts(self, "surfaces", Surface)
-        _settle_parts(self, "detectors", Detector, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
+        _settle_parts(self, "detectors", *LOOKING)
         if self.duration is not None:
             settle_positive(self, "duration")
         self._check_medium()
@@ -94,6 +96,11 @@ class Scene:
     def points(self) -> tuple[PointDetector, ...]:
         """The detectors made as PointDetector."""
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
+
+    @property
+    def instruments(self) -> tuple[Instrument, ...]:
+        """The detectors that only backward histories see: each Camera and EnvironmentMap."""
+        return tuple(part for part in self.detectors if isinstance(part, Instrument))
 
     @property
     def visited(self) -> tuple[str, ...]:

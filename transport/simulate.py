@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
+from transport.aimed import aimed_scene
+from transport.choosing import AUTO, OTHER_NUMBERS, Choice, choose
 from transport.compile import compile_scene
 from transport.limits import checked_limits, checked_threads, checked_whole
-from transport.methods import Method, checked_method
+from transport.methods import ANALOG, Method, checked_method
 from transport.progress import Progress, progress_on
 from transport.results import Cost, Result
 from transport.running import Run
@@ -24,18 +26,25 @@ def simulate(
     batches: int | None = None,
     threads: int | None = None,
     estimator: str | None = None,
-    sampling: str = "random",
+    sampling: str | None = None,
     tracking: Tracking | str | None = None,
     progress: bool | None = None,
 ) -> Result:
     """Run a scene and return what its detectors counted, every number with its standard error.
 
-    particles: histories to emit, exactly as many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
+    particles: histories to emit, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
+    are powers of two: up to twice as many, result.particles says how many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
     seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
     done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
     tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
     says which, and what of it had nothing to do).
-    estimator, sampling: see transport.methods; None for what suits the scene.  batches: None for 32, or fewer with "sobol".
+    estimator, sampling: see transport.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
+    pilots; this depends on measured times, so the report names it, and the run repeats bitwise under that name.
+    batches: independent replicates, from whose spread errors are told; None for 32, for 256 to 512 with `error` (fewer where
+    sums are large), and for fewer with "sobol" and "stratified".  These take `error` and `seconds` in rounds, each twice as
+    large as the one before, of which the last complete one is the result.
+    A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals
+    cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.stopping).
     threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """
@@ -43,10 +52,12 @@ def simulate(
         raise SceneError(
             f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
         )
-    method = checked_method(scene, estimator, sampling)
-    limits = checked_limits(
-        scene, particles, error, seconds, method.usual_batches if batches is None else batches
-    )
+    choice = None
+    if estimator == AUTO:
+        choice = _choice(scene, (particles, error, seconds), sampling, tracking, seed)
+        estimator, sampling = choice.method.estimator, choice.method.sampling
+    method = checked_method(scene, estimator, "random" if sampling is None else sampling)
+    limits = checked_limits(scene, particles, error, seconds, batches, method)
     seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
     tracking = checked_tracking(scene, tracking)
     with progress_on(progress) as bar:
@@ -61,12 +72,29 @@ def simulate(
     cost = Cost(
         seconds=done - ready,
         preparation=ready - begun,
-        particles=sum(batch.histories for batch in run.batches),
-        crossings=sum(batch.crossings for batch in run.batches),
-        collisions=sum(batch.collisions for batch in run.batches),
+        particles=run.particles,
+        crossings=run.crossings,
+        collisions=run.collisions,
         threads=threads,
+        slopes=run.slopes,
+        forecast=run.forecast,
     )
-    return Result(machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking)
+    return Result(
+        machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking, choice
+    )
+
+
+def _choice(scene: Scene, limits: tuple, sampling: str | None, tracking, seed: int) -> Choice:
+    """The cheapest way, by pilots that have random numbers of their own; limits: checked before anything runs."""
+    error = checked_limits(scene, *limits, ANALOG.usual_batches).error
+    pilots = {"seed": checked_whole("seed", seed, 0, 2**64 - 1) ^ OTHER_NUMBERS, "threads": 1}
+    pilot = partial(simulate, scene, tracking=checked_tracking(scene, tracking), progress=False, **pilots)
+    return choose(
+        scene,
+        error,
+        sampling,
+        lambda method, particles: pilot(particles, estimator=method.estimator, sampling=method.sampling),
+    )
 
 
 def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
@@ -100,6 +128,7 @@ def _tracking_cure(tracking: object) -> str:
 def _program(scene: Scene, tracking: Tracking | None, method: Method):
     from transport.engine.program import program_of
 
+    scene = aimed_scene(scene) if method.estimator == "aimed" else scene
     return program_of(compile_scene(scene, tracking, method))
 
 

@@ -9,13 +9,24 @@ from typer.core import TyperGroup
 
 from transport import __version__
 from transport.command.console import INTERRUPTED, console, refusals, say, say_json
+from transport.command.costs import costs_of_case, draw_costs
 from transport.command.effects import costs_of, effects_of, record_of_effects
-from transport.command.printout import draw_picture, print_effects, print_menu, print_run, text_of
+from transport.command.printout import (
+    draw_picture,
+    print_costs,
+    print_effects,
+    print_menu,
+    print_run,
+    tell_picture,
+    text_of,
+)
 from transport.command.running import checked, is_complete, record_of
 from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
 from transport.command.tables import law_tables
 from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
+from transport.cost import SECONDS
 from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
+from transport.methods import ESTIMATORS, SAMPLINGS
 from transport.validation import SceneError, suggestion
 
 
@@ -97,6 +108,10 @@ def run(
         str | None,
         typer.Option(metavar="analog", help="Through media: analog, weighted, forced, or roulette=1e-8."),
     ] = None,
+    estimator: Annotated[
+        str | None, typer.Option(metavar="auto", help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest.")
+    ] = None,
+    sampling: Annotated[str | None, typer.Option(metavar="sobol", help=f"{', '.join(SAMPLINGS)}.")] = None,
     seed: Seed = 0,
     threads: Threads = None,
     out: Annotated[
@@ -111,6 +126,8 @@ def run(
         "error": named_errors(error or ()),
         "seconds": None if seconds is None else number("--seconds", seconds),
         "tracking": tracking_of(tracking),
+        "estimator": estimator,
+        "sampling": sampling,
         "seed": seed,
         "threads": threads,
     }
@@ -179,6 +196,36 @@ def verify(
         raise typer.Exit(INTERRUPTED)
     if failed:
         raise typer.Exit(1)
+
+
+@app.command()
+def cost(
+    sim: Sim,
+    set_: Set = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What is priced; the first with an exact value if not said."),
+    ] = None,
+    seconds: Annotated[
+        str, typer.Option(metavar="S", help="For all ways together, besides compilation.")
+    ] = f"{SECONDS:g}",
+    seed: Seed = 0,
+    threads: Annotated[int, typer.Option(help="Of each run.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where the diagram goes; out/ if not said.")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
+    json: Json = False,
+) -> None:
+    """Measure what accuracy costs in time: every way to estimate a quantity, error against seconds."""
+    module, settings = checked(experiment(sim)), named_values(set_ or ())
+    costs = costs_of_case(module, settings, quantity, number("--seconds", seconds), seed, threads)
+    if json:
+        say_json(costs.record)
+    else:
+        print_costs(costs)
+    if not no_picture and (not json or out is not None):
+        tell_picture(*draw_costs(costs, Path("out") if out is None else out), quiet=json)
 
 
 @app.command()

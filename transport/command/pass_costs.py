@@ -4,7 +4,8 @@ import itertools
 import math
 import statistics
 import time
-from collections import defaultdict, deque
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -35,28 +36,64 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
 
 
+def lanes_a_history(scene: Scene) -> dict[str, float]:
+    """How many lanes come to each pass of the scene's program for each history, by its name; calls are added up.
+
+    Counted over steps with full bundles, once as many histories end as are born.
+    """
+    from transport.engine.bundle import LANES
+    from transport.engine.driver import Sums, machine_of
+    from transport.engine.program import program_of
+
+    plan = compile_scene(scene)
+    program, lanes, ready = machine_of(program_of(plan)).program, Counter(), 0
+
+    def count(key, first, live, before, after):
+        lanes[key[0]] += max(0, live - first)
+
+    for turn, born in enumerate(_turns(program, Sums(plan, MOST_STEPS * LANES), count)):
+        if turn == WARM_UP:
+            ready = born
+            lanes.clear()
+    return {name: number / max(1, born - ready) for name, number in lanes.items()}
+
+
 def _visits(program, sums) -> dict[tuple, deque]:
     """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
+    visits = defaultdict(lambda: deque(maxlen=STATES))
+
+    def keep(key, first, live, before, after):
+        seen = visits[key]
+        if first < live:
+            seen.append((first, live, before, after.copy()))
+
+    for turn, _ in enumerate(_turns(program, sums, keep)):
+        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
+            break
+    return visits
+
+
+def _turns(program, sums, tell: Callable) -> Iterator[int]:
+    """Real steps of one bundle, filled up from one emitter after another; yields the histories born until then.
+
+    tell: called with each pass's (name, entry, table), its lanes, and the bundle before and after it.
+    """
     from transport.command.yardstick import replay
     from transport.engine.bundle import LANES, empty_bundle
-
-    def key(lane_pass, table):
-        return lane_pass.name, lane_pass.entry, table.ctypes.data
 
     bundle, nothing = empty_bundle(), np.zeros(0, np.int64)
     sums.enter(bundle)
     words = bundle.view(np.int64)
-    visits = {key(*step): deque(maxlen=STATES) for part in (*program.births, program.steps) for step in part}
 
     def visit(step, first, live):
-        (name, entry, place), before = key(*step), words.copy()
+        lane_pass, table = step
+        entry, place, before = lane_pass.entry, table.ctypes.data, words.copy()
         left = replay(entry, place, bundle["address"], np.array([[first, live]]), words[None], nothing, 1)
-        if first < live:
-            visits[name, entry, place].append((first, live, before, words.copy()))
+        tell((lane_pass.name, entry, place), first, live, before, words)
         return left
 
     emitters, live, history = itertools.cycle(program.births), 0, 0
-    for turn in range(MOST_STEPS):
+    for _ in range(MOST_STEPS):
         if live < LANES:
             bundle["next_history"] = history
             for step in next(emitters):
@@ -64,9 +101,7 @@ def _visits(program, sums) -> dict[tuple, deque]:
         live, history = LANES, history + LANES - live
         for step in program.steps:
             live = visit(step, 0, live)
-        if turn >= WARM_UP and all(len(seen) == STATES for seen in visits.values()):
-            break
-    return visits
+        yield history
 
 
 def _cost(entry: int, table: int, visits: deque) -> float:

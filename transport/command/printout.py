@@ -6,11 +6,21 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 from transport.command.console import UNBROKEN, console, say, say_labelled
+from transport.command.costs import Costs
 from transport.command.effects import Effects, costs_of
 from transport.command.running import is_complete, picture_of, total_cost, verdict_on, warnings_of
-from transport.command.tables import case_table, effects_lines, ledger_line, pass_table
+from transport.command.tables import (
+    bins_table,
+    case_table,
+    cost_table,
+    effect_table,
+    effects_lines,
+    ledger_line,
+    pass_table,
+)
 from transport.experiment import Outcome, experiment, experiment_names, name_of
-from transport.results.report import cost_lines, tracking_lines
+from transport.price_table import price_notes
+from transport.results.report import cost_lines, method_lines, tracking_lines
 from transport.scene import Scene
 
 
@@ -34,7 +44,9 @@ def print_menu(with_commands: bool = True) -> None:
     if with_commands:
         example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
         say("")
-        say(f"transport run {example}     and: list, verify, effects SIM, bench; --help tells their options")
+        say(
+            f"transport run {example}     and: list, verify, cost SIM, effects SIM, bench; --help tells their options"
+        )
 
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
@@ -55,8 +67,10 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     is_whole = is_complete(outcomes)
     if verdict := verdict_on(module, outcomes):
         say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
-    tracking = dict.fromkeys(line for outcome in outcomes for line in tracking_lines(outcome.result))
-    for line in (*tracking, *cost_lines(SimpleNamespace(cost=total_cost(outcomes)))):
+    told = dict.fromkeys(
+        line for o in outcomes for line in (*method_lines(o.result), *tracking_lines(o.result))
+    )
+    for line in (*told, *cost_lines(SimpleNamespace(cost=total_cost(outcomes)))):
         label, _, text = line.partition(": ")
         say_labelled(label, text)
     for warning in warnings_of(outcomes):
@@ -66,7 +80,11 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
     """Draw the experiment's figures and print their paths unless quiet, or say on standard error why there is none."""
-    paths, why = picture_of(module, outcomes, folder)
+    tell_picture(*picture_of(module, outcomes, folder), quiet)
+
+
+def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
+    """Print the paths of figures unless quiet, or on standard error why there are none."""
     if not paths:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
@@ -83,6 +101,21 @@ def print_effects(told: Effects, scene: Scene) -> None:
         say(pass_table(births, costs))
     say("\nevery step", style="bold")
     say(pass_table(told.steps, costs))
+
+
+def print_costs(costs: Costs) -> None:
+    """Prices, what bins lose to blur and to noise, and what each effect costs."""
+    title = ", ".join(f"{name}={value}" for name, value in costs.parameters.items())
+    say(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
+    cost = costs.cost
+    value = f"{cost.truth:.7g} {cost.unit}" if isinstance(cost.truth, float) else f"{len(cost.truth)} bins"
+    say_labelled("quantity", f"{cost.quantity}, {value}, {cost.truth_is}")
+    say("", cost_table(cost))
+    for line in price_notes(cost):
+        say_labelled("note", line)
+    if costs.bins is not None:
+        say("", bins_table(costs.bins))
+    say("", effect_table(costs.effects))
 
 
 def text_of(module: ModuleType, name: str) -> str:

@@ -1,6 +1,8 @@
 """An experiment from the command line: what it needs, its verdict, its picture, and all of it as data."""
 
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -52,20 +54,23 @@ def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tup
     """Draw the experiment's figures into the folder: their paths, or none and the reason why."""
     if not hasattr(module, "draw"):
         return [], "the experiment draws none"
-    path = folder / f"{name_of(module)}.png"
+    with blamed(module):
+        return drawn(partial(module.draw, outcomes), folder / f"{name_of(module)}.png")
+
+
+def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
+    """Call draw(path), which returns the paths where there are several: the figures' paths, or none and the reason why."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        drawn = module.draw(outcomes, path)
-        paths = list(drawn) if isinstance(drawn, list | tuple) and drawn else [path]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made = draw(path)
+        return list(made) if isinstance(made, list | tuple) and made else [path], ""
     except OSError as error:
         return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
     except Exception as error:
         wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
         if wanted in EXTRAS:
             return [], f"{wanted} is not installed; pip install 'transport[{EXTRAS[wanted]}]'"
-        with blamed(module):
-            raise
-    return paths, ""
+        raise
 
 
 def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:

@@ -1,7 +1,7 @@
 """Tables of the command line: what was measured beside what is exact, laws judged, and what a scene calls for."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from rich import box
@@ -9,9 +9,13 @@ from rich.table import Table
 from rich.text import Text
 
 from transport.command.console import UNBROKEN
+from transport.command.effect_costs import EffectCost
 from transport.command.effects import Effects
 from transport.command.verify import Law, score_of
+from transport.cost import CostOfAccuracy
+from transport.discretisation import BinsAgainstNoise
 from transport.experiment import Outcome
+from transport.price_table import price_heads, price_rows
 from transport.results import Result
 from transport.results.estimates import Estimate
 from transport.results.notation import measured
@@ -49,6 +53,37 @@ def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
         title = name if times == 1 else f"{name} × {times}"
         table.add_row(str(number), title, *([_cost_cell(costs.get(name))] if costs else []))
         number += times
+    return table
+
+
+def cost_table(cost: CostOfAccuracy) -> Table:
+    """What each way to a number costs, with its slope."""
+    table = _table(*price_heads(cost))
+    for row in price_rows(cost):
+        table.add_row(*row)
+    return table
+
+
+def bins_table(bins: BinsAgainstNoise) -> Table:
+    """Noise, blur and both together by the number of bins; the best of each column of both is marked."""
+    more = 100 * bins.particles
+    table = _table(
+        f"bins along {bins.dim}>", "noise>", "blur>", f"both, {bins.particles:.2g} particles>", f"{more:.2g}>"
+    )
+    columns = zip(bins.bins, bins.noise, bins.blur, bins.total(), bins.total(100), strict=True)
+    for number, noise, blur, *totals in columns:
+        best = (bins.best(), bins.best(100))
+        cells = [f"{100 * t:.2g} %{' ★' if number == b else '  '}" for t, b in zip(totals, best, strict=True)]
+        table.add_row(str(number), f"{100 * noise:.2g} %", f"{100 * blur:.2g} %", *cells)
+    return table
+
+
+def effect_table(effects: Sequence[EffectCost]) -> Table:
+    """Nanoseconds a history of each effect, its share, and what leaving it out would save."""
+    table = _table("effect", "ns a history>", "share>", "left out, saves>")
+    for effect in effects:
+        saved = f"{100 * effect.share:.0f} %" if effect.can_go else "–"
+        table.add_row(effect.name, f"{effect.ns:.3g}", f"{100 * effect.share:.0f} %", saved)
     return table
 
 

@@ -7,10 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.adjoint import turn_back, turned_scene
 from transport.compile.beyond import empty_sides
 from transport.compile.coats import coat_rows, nothing
 from transport.compile.contacts import contacts_of
 from transport.compile.emitters import emitters_of
+from transport.compile.expected import fill_expected
 from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
 from transport.compile.media import default_tracking, fill_media
@@ -25,6 +27,7 @@ from transport.compile.pieces import (
 )
 from transport.compile.plan import Plan
 from transport.compile.points import fill_points
+from transport.compile.sizes import fill_sizes
 from transport.compile.space import space_of
 from transport.compile.volumes import fill_volumes
 from transport.methods import ANALOG, Method
@@ -42,6 +45,16 @@ MOST_MARKS = 62  # bits of a history
 @lru_cache(maxsize=32)
 def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method = ANALOG) -> Plan:
     """The plan of a scene; tracking: how absorption is treated, None for what suits the scene; method: how to estimate."""
+    if method.estimator != "backward":
+        return _plan_of(scene, tracking, method)
+    turned, lamps = turned_scene(scene)
+    plan = _plan_of(turned, tracking, method)
+    turn_back(plan, scene, lamps)
+    return plan
+
+
+def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
+    """The plan of a scene as it is."""
     sheets = sheets_of(scene)
     space = space_of(scene)
     plan = Plan(scene, space, tracking or default_tracking(scene), method)
@@ -62,11 +75,13 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
     _number_rows(plan)
     _fill_members(plan, sheets)
+    fill_expected(plan)
     _fill_moments(plan)
     fill_phase_spaces(plan)
     fill_snapshots(plan)
     fill_volumes(plan)
     fill_points(plan)
+    fill_sizes(plan)
     return plan
 
 
@@ -196,6 +211,7 @@ def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.
     for detector in member.detectors:
         yield layer_row(plan, member, detector, len(meters))
         meters.append(meter_row(plan, member, detector))
+        plan.meter_names.append(detector.name)
     if member.mark in plan.marks and member.mark not in [detector.name for detector in member.detectors]:
         yield layout.row(layout.LAYER, mark=plan.marks[member.mark])
     if member.bodies[0] != member.bodies[1]:

@@ -33,7 +33,7 @@ from transport.shapes import (
     Sphere,
     Triangle,
 )
-from transport.shapes.distances import least_distance
+from transport.shapes.distances import least_distance, least_height
 from transport.sheets import pieces
 from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.validation import refuse, shown
@@ -66,6 +66,7 @@ class Emitter:
     medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
     inside: np.ndarray | None  # the bodies that it emits into, where the scene has any
     beside: list[np.ndarray]  # boundaries of bodies on which it lies
+    cells: tuple[Step, ...] = ()  # of a detector that histories start at: how they are dealt to its cells
 
     @property
     def bound(self) -> float:
@@ -87,7 +88,7 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
             amount = source.amount(shape, scene.duration) * share
             moment, speed = velocities.moment_of(source, scene.duration), velocities.speed_of(plan, source)
             facing = _facing(source, piece)
-            medium, (inside, beside) = _medium(scene, source, piece), _inside(plan, source, piece)
+            medium, (inside, beside) = medium_row(scene, source, piece), _inside(plan, source, piece)
             emitters.append(
                 Emitter(
                     source,
@@ -109,7 +110,7 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
     return emitters
 
 
-def _medium(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
+def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
     """A row of the index that a source emits into: that of a boundary's side, or the one around a place of it."""
     glass = {
         surface.shape: part
@@ -288,18 +289,20 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     is_curved = isinstance(aim, Revolved | Mesh)
     if is_curved:  # a sphere itself, of others the ball that holds them
         radius = aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else BEYOND)
-        weight = _seen(source, peak * 2.0 * math.pi * _one_minus_cosine(radius, distance))
+        weight = _seen(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
     whole = (
         replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
     )  # directions go to its hole as well
     area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
+    if isinstance(aim, FlatShape):
+        gap = max(gap, least_height(shape, aim) / space.size)
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
     far = weight < CLOSE
     weight = _seen(source, weight if far else CLOSE)
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
-    row = layout.row(layout.TARGET, **(values | _aim_columns(aim, space)))
+    row = layout.row(layout.TARGET, **(values | aim_columns(aim, space)))
     if isinstance(aim, Box):
         return weight, (("aim_at_box", row),)
     return weight, ((f"pick_on_{type(aim).__name__.lower()}", row), ("aim_at_picked", row))
@@ -314,7 +317,7 @@ def _seen(source: Source, weight: float) -> float:
     return weight
 
 
-def _aim_columns(aim: Shape, space: Space) -> dict[str, float]:
+def aim_columns(aim: Shape, space: Space) -> dict[str, float]:
     size = space.size
     if isinstance(aim, Box):
         return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
@@ -326,7 +329,7 @@ def _aim_columns(aim: Shape, space: Space) -> dict[str, float]:
     return frame | {"inner2": (aim.inner_radius / size) ** 2, "outer2": (aim.radius / size) ** 2}
 
 
-def _one_minus_cosine(radius: float, distance: float) -> float:
+def one_minus_cosine(radius: float, distance: float) -> float:
     """1 − cos of the half angle of a sphere seen from a distance of its centre, without cancellation; 2 inside it."""
     if distance <= radius:
         return 2.0

@@ -137,10 +137,20 @@ def _axis(name: str) -> list[tuple[str, str]]:
 
 METER = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed turn_low")
-    + _integers("mu_kind turn_kind place via least most outside")
+    + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")
     + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
+# by_cell: first of its rows by the cell of birth, of a source that is run backwards;  of_rays: that of what rays bring it
+
+# A detector that histories start at: its cells from `first` on, of mu, turn, u and v (the shape's own), and what their edges are of:
+# squared cosines (and squared sines at sine_edges), cosines to +z, or columns of pixels; turns, or their rows; lengths, squared radii
+# or cosines.  births: row of the histories of cell 0;  spread: 1 - cos of a cone about `axis`;  side: of its normal, handed: of e_u.
+SENSOR = np.dtype(
+    _floats(FRAME + " axis_x axis_y axis_z side handed radius spread")
+    + _integers("first cells part births sine_edges")
+    + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
+)
 
 # Media by body: row 0 is what surrounds all bodies, row 1 + k the medium of body k.  mfp, sigma_a, survival as in the bundle;
 # phase: number of its phase function (the first of a mixture's), from 1.
@@ -200,9 +210,29 @@ POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("firs
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
 # Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the least normal numbers.
 POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
+# A detector whose crossings are expected: its shape about c (n: its normal; half_w: a ball's radius), its area;  sharing: above 0 where
+# what arrives close by is left to flights (engine/expecting.py);  scale: a power of two by which its scores are made large;
+# peak: the greatest density of a direction after events of this kind [sr^-1], isotropic and lambertian: of births;  first: where its
+# expected rows begin, number: its own among their draws, sheet: a flat one's, from which it is not seen;  legs: crossings of one ray.
+EXPECTATION = np.dtype(
+    _floats(
+        FRAME
+        + " half_u half_v half_w inner2 outer2 ax ay az bx by bz area peak sharing scale isotropic lambertian"
+    )
+    + _integers("first number sheet legs")
+)
+# What of a meter's crossings by flights rays have told.  how: 1 all, else all but the share peak area/(r^2 + peak area), r
+# from the event to the crossing (2) or to the centre of a ball (3);  passing: 1 where what acts counts as it comes.
+HELD = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
+TOLD = np.dtype(_floats("peak"))
 WORD = np.dtype(
     _integers("source target")
 )  # of two bundles: a word of the one is moved into a word of the other; -1: 0
+
+# How often scores of each size come (compile/sizes.py): cells of a detector's side, SIZE_PARTS an octave from 2^SIZE_OCTAVE on.
+# numbers: by row of a meter, where its cells begin;  cells: how many there are in all.
+SIZE_CELLS, SIZE_PARTS, SIZE_OCTAVE = 224, 4, -50
+SIZES = np.dtype(_integers("numbers count cells"))
 
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")

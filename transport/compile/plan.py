@@ -60,6 +60,18 @@ class Plan:
     volume_rows: int = 0  # of their sums, behind those of phase space
     points: list = field(default_factory=list)  # a compile.points.PointPlan for each point detector
     point_rows: int = 0  # of their sums, behind those of the volumes
+    expectations: list = field(
+        default_factory=list
+    )  # a compile.expected.Expectation for each detector that events tell what they send it
+    expected_layers: list[np.ndarray] = field(default_factory=list)  # as `layers`, of rays to these detectors
+    meter_names: list[str] = field(default_factory=list)  # of the detectors of the rows of `meters`
+    size_numbers: np.ndarray | None = None  # by row of a meter, where its cells of sizes begin, if it has any
+    size_blocks: dict[tuple[str, int], list[int]] = field(
+        default_factory=dict
+    )  # where those of a detector and side (0: arrivals) begin; where it expects, then those of what events tell it
+    size_cells: int = 0
+    turned: object = None  # a compile.adjoint.Turned, where it is of a scene that is run backwards
+    cell_rows: int = 0  # of sums by cell of birth, behind all others
     has_media: bool = False
     bodies: tuple = ()  # of scene.bodies, innermost first
     distinct_media: tuple = ()
@@ -73,6 +85,11 @@ class Plan:
     )  # layout.GRID of bodies of voxels where flights collide
     thinning_grids: list[np.ndarray] = field(default_factory=list)  # and of those that only lessen weights
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
+
+    @property
+    def expects(self) -> bool:
+        """Whether events tell detectors what they send there."""
+        return self.method.estimator in ("expected", "backward")
 
     @property
     def has_clock(self) -> bool:
@@ -259,11 +276,12 @@ class Plan:
 
     @property
     def rows(self) -> int:
-        """Rows of sums: the meters' arrivals, their departures, phase space, volumes, points."""
+        """Rows of sums: the meters' arrivals, their departures, both as expected, phase space, volumes, points."""
         return (
-            2 * self.half
+            2 * self.half * (2 if self.expects else 1)
             + self.volume_rows
             + self.point_rows
+            + self.cell_rows
             + sum(1 + int(row["a_cells"] * max(1, row["b_cells"])) for row in self.phase_spaces)
         )
 

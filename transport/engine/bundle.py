@@ -18,6 +18,7 @@ PITCH = (
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
     "tallies",  # address of the batch's detector sums
+    "sizes",  # address of its counts of scores by size
     "moments",  # address of its rows of four limbs: sums of velocities
     "records",  # address of the sample taken at snapshots ...
     "recorded",  # ... how many there are ...
@@ -72,6 +73,14 @@ CARRIED = (
     ("ahead", "f8"),  # of forced first collisions: what it has to do (forcing.py)
     ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
     ("reflections", "i8"),  # where a detector asks for `events`
+    ("cell", "i8"),  # of a detector's bins, in which it was born, where histories run backwards
+    (
+        "told",
+        "f8",
+    ),  # the greatest density of its direction [sr^-1], where detectors know of it already; else 0 ...
+    ("ex", "f8"),  # ... and where it took that direction
+    ("ey", "f8"),
+    ("ez", "f8"),
 )
 
 # What one step computes and the next forgets.
@@ -170,6 +179,10 @@ SCRATCH = (
         "leg",
         "i8",
     ),  # one more than the number of that, of a ray that is to be scattered once more on its way; else 0
+    ("onset", "f8"),  # where on a ray to a point of a detector, told from there, it begins ...
+    ("p0", "f8"),  # ... and the numbers that choose the point
+    ("p1", "f8"),
+    ("kept", "f8"),  # a lane's weight, while a detector counts less of it
     ("listed", "i8"),  # lanes picked out by a pass
     ("movers", "i8"),
 )

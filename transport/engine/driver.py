@@ -35,6 +35,7 @@ class RawSums:
     meters: np.ndarray  # (rows, 4) int64; phase space behind the meters
     ledger: np.ndarray  # (rows, 4) int64
     moments: np.ndarray  # (rows, 4) int64: four limbs of velocity sums
+    sizes: np.ndarray  # (cells,) int64: how often scores of each size came
     records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
     stride: int
     seed: int
@@ -49,6 +50,7 @@ class Sums:
         self.tallies = np.zeros((plan.rows, 4), np.int64)
         self.ledger = np.zeros((ABSORBED + len(plan.surfaces) + plan.media_rows, 4), np.int64)
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
+        self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // wanted)
         self.bank = np.zeros((ROOM, FIELDS) if plan.splits or plan.forces else (1, 1), np.int64)
@@ -56,7 +58,7 @@ class Sums:
 
     def enter(self, bundle: np.ndarray) -> None:
         """Tell a bundle where to count."""
-        for name in ("tallies", "ledger", "moments", "records", "bank"):
+        for name in ("tallies", "ledger", "moments", "sizes", "records", "bank"):
             bundle[name] = getattr(self, name).ctypes.data
         bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
 
@@ -261,6 +263,8 @@ def run_batch(
     lanes, handle = _handled(bundle)
     shadows = empty_bundle() if machine.program.sight else bundle
     sums.enter(shadows)
+    for name in ("seed_low", "seed_high", "batch"):
+        shadows[name] = bundle[name]
     bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
     sight = (*_handled(shadows), *machine.sight)
     drive(lanes, handle, machine.flow, machine.births, sight, machine.copies, histories)
@@ -281,6 +285,7 @@ def run_batch(
         sums.tallies,
         sums.ledger,
         sums.moments,
+        sums.sizes,
         records,
         sums.stride,
         seed,

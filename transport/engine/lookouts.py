@@ -115,6 +115,11 @@ def _moves(plan) -> np.ndarray:
         moves.append(("footing", "footing"))
     if _has_detours(plan):
         moves.append(("leg", "leg"))
+    return word_moves(plan, moves)
+
+
+def word_moves(plan, moves) -> np.ndarray:
+    """Rows of layout.WORD, kept alive by the plan: which field of a lane goes into which of a ray; None: 0."""
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
     rows = np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
     plan.kept.append(rows)

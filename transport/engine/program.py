@@ -9,12 +9,14 @@ from transport.compile import layout
 from transport.compile.media import box_rows, importance_row, roulette_row
 from transport.compile.pieces import name_of
 from transport.compile.plan import Plan
+from transport.compile.sizes import size_row
 from transport.engine import (
     aims,
     bank,
     birthplaces,
     births,
     bodies,
+    expecting,
     flights,
     forcing,
     hierarchies,
@@ -29,19 +31,29 @@ from transport.engine import (
     refinements,
     rims,
     roulette,
+    sizes,
     speeds,
     surfaces,
 )
 from transport.engine.bundle import CARRIED
+from transport.engine.expectations import (
+    expected_of_births,
+    expected_of_walls,
+    expected_sight,
+    expects_on,
+    given_back,
+    held_back,
+)
 from transport.engine.lookouts import casts_of_births, casts_of_walls, sight_of
 from transport.engine.passes import Pass
 from transport.engine.registry import Step, layer_of, named, rows_of, step
 from transport.engine.rounds import known_media, members_of, ready_to_fly, rounds_of
+from transport.engine.sampled import sampled_steps
 
 BEYOND = layout.NOTHING_BEFORE | layout.NOTHING_BEHIND
 METERS = (1 << layout.METERS_A_SHEET) - 1
 # Times and speeds lie in blocks, so they come first.
-REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place")
+REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place", "cell")
 
 
 @dataclass
@@ -97,15 +109,28 @@ def program_of(plan: Plan) -> Program:
     ]
     if plan.points:
         program.sight = list(sight_of(plan, known_media(plan), members_of(plan), _through(plan)))
+    if plan.expectations:
+        crossing = _expected_crossing(plan)
+        program.sight = list(expected_sight(plan, known_media(plan), members_of(plan), crossing))
     program.withdrawal = [step(bank.withdraw, program.moved)] if plan.splits or plan.forces else []
+    if plan.method.sampling != "random":
+        _sample(program, plan.method.sampling)
     numbers = program.carried_numbers
     program.moved["fields"], program.moved["count"] = numbers.ctypes.data, len(numbers)
     return program
 
 
+def _sample(program, sampling):
+    """Every draw as a sampling makes it."""
+    program.births = [sampled_steps(steps, sampling) for steps in program.births]
+    for part in ("steps", "sight", "withdrawal"):
+        setattr(program, part, sampled_steps(getattr(program, part), sampling))
+
+
 def _births(plan, emitter):
     yield step(births.begin, emitter.birth)
-    yield named(emitter.place)
+    for each in (*emitter.cells, emitter.place):
+        yield named(each)
     yield named(emitter.law)
     yield from _moment_and_speed(plan, emitter)
     if emitter.target is not None:
@@ -133,11 +158,12 @@ def _births(plan, emitter):
     if plan.counts_reflections:
         yield step(births.begin_reflections)
     yield from casts_of_births(plan, emitter)
+    yield from expected_of_births(plan, emitter)
     sheet = emitter.birth["sheet"]
     metered = [
         (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
     ]
-    if metered and emitter.place[0] != "born_at_point":
+    if metered and emitter.place[0] != "born_at_point" and plan.turned is None:
         yield from _birth_counted(plan, emitter, metered)
 
 
@@ -163,7 +189,7 @@ def _birth_counted(plan, emitter, metered):
         else:
             yield named((f"born_over_{name_of(shape)}", row))
     yield from _stand(plan)
-    yield from _metering(plan, meters.bin_departures)
+    yield from _metering(plan, meters.bin_departures, is_born=True)
     yield from _visits(plan)
     if emitter.target is not None:
         yield step(birthplaces.return_to_target)
@@ -189,6 +215,40 @@ def _through(plan):
             yield step(landings.tell_leaving, rows_of(plan.sheets))
         yield from _boundaries(plan)
         yield step(flights.resume_ray)
+
+
+def _expected_crossing(plan):
+    """Steps of an expected ray from arriving at a surface to leaving it, through what lets it pass."""
+    passes = any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
+    if passes:
+        yield step(flights.remember_ray)
+    yield step(flights.move)
+    yield from _stand(plan)
+    if passes and (plan.sheets["outward"] != 0).any():
+        yield step(landings.tell_leaving, rows_of(plan.sheets))
+    for layer in range(len(plan.layers)):
+        yield from _expected_metering(plan, layer)
+    yield from _visits(plan)
+    yield step(expecting.end_expected)
+    yield from _boundaries(plan)
+    if passes:
+        yield step(flights.resume_ray)
+
+
+def _expected_metering(plan, layer):
+    """Count what rays bring to the meters of a layer that they were cast to, on both sides of what lets them pass."""
+    if not expects_on(plan, layer):
+        return
+    table = layer_of(plan, layer, plan.expected_layers[layer])
+    yield step(meters.look_up_meter, table)
+    yield step(expecting.look_at_target_alone)
+    for binning in (meters.bin_arrivals, meters.bin_departures) if plan.acts else (meters.bin_crossings,):
+        if binning is meters.bin_departures:
+            yield step(expecting.look_through)
+        yield step(binning, table)
+        yield from _refined(plan, table)
+        yield _scored(plan)
+    yield step(expecting.pass_target, table)
 
 
 def _landing(plan):
@@ -249,6 +309,7 @@ def _crossing(plan, moved):
     yield from _visits(plan)
     yield from _boundaries(plan)
     yield from casts_of_walls(plan)
+    yield from expected_of_walls(plan)
     yield from _onwards(plan)
     if plan.has_roulette:
         yield step(roulette.play_roulette, roulette_row(plan))
@@ -296,27 +357,45 @@ def _new_directions(plan):
         yield step(optics.bend_by_lens, rows_of(plan.optics))
 
 
-def _metering(plan, binning, is_known=False):
-    """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already."""
+def _metering(plan, binning, is_known=False, is_born=False):
+    """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already.
+
+    is_born: they leave their birthplace.
+    """
     for layer, rows in enumerate(plan.layers):
         table = layer_of(plan, layer)
         if not (rows["look"] != 0).any():
             continue
         if not is_known:
             yield step(meters.look_up_meter, table)
+        if not is_born:
+            yield from held_back(plan, layer, passing=binning is meters.bin_departures)
         yield step(binning, table)
-        asked = plan.axes | plan.filters
-        if asked:
-            yield step(refinements.know_meter, table)
-        for what in sorted(plan.filters):
-            yield named((f"require_{what}", table))
-        for axis in REFINEMENTS:
-            if axis in plan.axes:
-                yield named((f"refine_by_{axis}", table))
+        yield from _refined(plan, table)
         is_dense = bool((rows[1:]["look"] != 0).all())
-        yield step(meters.score_all if is_dense and plan.acts else meters.score)
+        yield _scored(plan, is_dense and plan.acts)
         if plan.moments is not None:
             yield step(meters.score_moments, plan.moments)
+        if not is_born:
+            yield from given_back(plan, layer)
+
+
+def _scored(plan, is_dense=False):
+    """Enter the scores into their rows, and count their sizes where these differ."""
+    if plan.size_cells:
+        return step(sizes.score_all_and_size if is_dense else sizes.score_and_size, size_row(plan))
+    return step(meters.score_all if is_dense else meters.score)
+
+
+def _refined(plan, table):
+    """The finer bins of a layer's meters, and what they ask of a history."""
+    if plan.axes | plan.filters:
+        yield step(refinements.know_meter, table)
+    for what in sorted(plan.filters):
+        yield named((f"require_{what}", table))
+    for axis in REFINEMENTS:
+        if axis in plan.axes:
+            yield named((f"refine_by_{axis}", table))
 
 
 def _visits(plan):

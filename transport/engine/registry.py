@@ -15,6 +15,7 @@ from transport.engine import (
     collisions,
     densities,
     detours,
+    expecting,
     flats,
     flights,
     forcing,
@@ -30,7 +31,9 @@ from transport.engine import (
     refinements,
     rims,
     roulette,
+    sensors,
     shadows,
+    sizes,
     snapshots,
     speeds,
     surfaces,
@@ -41,8 +44,8 @@ from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
-    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, roulette, shadows, snapshots, speeds, surfaces, volume_cells, volumes,
+    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, expecting, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
+    refinements, rims, roulette, sensors, shadows, sizes, snapshots, speeds, surfaces, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)
@@ -64,11 +67,13 @@ def rows_of(array: np.ndarray) -> np.ndarray:
     return layout.row(layout.ROWS, rows=array.ctypes.data, count=len(array))
 
 
-def layer_of(plan: Plan, layer: int) -> np.ndarray:
+def layer_of(plan: Plan, layer: int, rows: np.ndarray | None = None) -> np.ndarray:
+    """The table of a layer's meters; rows: others than those that flights look at."""
+    rows = plan.layers[layer] if rows is None else rows
     return layout.row(
         layout.LAYERS,
-        rows=plan.layers[layer].ctypes.data,
-        count=len(plan.layers[layer]),
+        rows=rows.ctypes.data,
+        count=len(rows),
         layer=layer,
         half=plan.half,
         meters=plan.meters.ctypes.data,

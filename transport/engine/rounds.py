@@ -23,6 +23,7 @@ from transport.engine import (
     surfaces,
     volume_steps,
 )
+from transport.engine.expectations import expected_of_collisions
 from transport.engine.lookouts import casts_of_flights, detours_of_collisions
 from transport.engine.registry import named, rows_of, step
 
@@ -183,6 +184,7 @@ def _scattering(plan):
         yield step(collisions.choose_phase, layout.row(layout.TWO_ROWS, **both))
     if plan.counts_reflections:
         yield step(collisions.count_scatterings)
+    yield from expected_of_collisions(plan)
     for name, law in plan.phase_laws:
         if name == "scatter_by_table":
             yield step(collisions.choose_segment_of_table, law)

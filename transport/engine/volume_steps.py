@@ -1,7 +1,7 @@
 """The steps of volume detectors, in a flight: ways before absorption on them, collisions before what they do."""
 
 from transport.compile import layout
-from transport.engine import volume_cells, volumes
+from transport.engine import sensors, volume_cells, volumes
 from transport.engine.registry import step
 
 
@@ -18,7 +18,10 @@ def ways(plan):
         yield from _directions(volume)
         for row in volume.grids:
             yield step(volume_cells.walk_through_grid, row)
-        if volume.has_cells:
+        if plan.turned is not None:
+            by_cell = sensors.score_way_by_cell_in_media if volume.absorbs else sensors.score_way_by_cell
+            yield step(by_cell, volume.row)
+        elif volume.has_cells:
             yield step(volume_cells.walk_through_cells, volume.row)
         else:
             yield step(volumes.score_way_in_media if volume.absorbs else volumes.score_way, volume.row)

@@ -1,4 +1,4 @@
-"""Bit casts between float64 and int64, with plain twins for NUMBA_DISABLE_JIT=1."""
+"""Bit casts between float64 and int64, and bits in reverse order, with plain twins for NUMBA_DISABLE_JIT=1."""
 
 import numpy as np
 from llvmlite import ir
@@ -12,6 +12,10 @@ def _bits_of_plain(x):
 
 def _float_of_plain(bits):
     return float(np.int64(bits).view(np.float64))
+
+
+def _reversed_plain(word):
+    return np.uint64(int(f"{int(word):064b}"[::-1], 2))
 
 
 @intrinsic
@@ -30,5 +34,16 @@ def _float_of(typing_context, bits):
     return types.float64(types.int64), codegen
 
 
+@intrinsic
+def _reversed(typing_context, word):
+    """A shuffle of bytes where the CPU has one: it vectorises."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitreverse(args[0])
+
+    return types.uint64(types.uint64), codegen
+
+
 bits_of = _bits_of_plain if config.DISABLE_JIT else _bits_of
 float_of = _float_of_plain if config.DISABLE_JIT else _float_of
+reversed_bits = _reversed_plain if config.DISABLE_JIT else _reversed

@@ -14,6 +14,7 @@ from transport.physics.device import device
 EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = (
     range(14)
 )
+EXPECT = 14  # of points on detectors; the detector's number in the upper bits of the event
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)
@@ -26,7 +27,13 @@ WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
 @device
 def philox(c0, c1, c2, c3, key0, key1):
     """Four random 32-bit words, held in uint64, for a counter and a key of 32-bit words held in uint64."""
-    for _ in range(10):
+    return philox_rounds(c0, c1, c2, c3, key0, key1, 10)
+
+
+@device
+def philox_rounds(c0, c1, c2, c3, key0, key1, rounds):
+    """The same with fewer rounds, where a hash will do."""
+    for _ in range(rounds):
         p0 = MULTIPLIER_0 * c0
         p1 = MULTIPLIER_1 * c2
         c0, c1, c2, c3 = (p1 >> HALF) ^ c1 ^ key0, p1 & LOW32, (p0 >> HALF) ^ c3 ^ key1, p0 & LOW32

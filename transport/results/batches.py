@@ -35,6 +35,7 @@ class Batch:
     collisions: int
     moments: np.ndarray  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
+    sizes: np.ndarray  # (cells,) how often scores of each size came (compile/sizes.py)
 
     def merged(self, other: "Batch", most_records: int) -> "Batch":
         """Both as one batch; of more records than that every second history is kept."""
@@ -53,6 +54,7 @@ class Batch:
             self.collisions + other.collisions,
             self.moments + other.moments,
             merged_records(self.records, other.records, most_records),
+            self.sizes + other.sizes,
         )
 
 
@@ -89,4 +91,5 @@ def batch_of(plan: Plan, raw) -> Batch:
         raw.collisions,
         raw.moments @ LIMBS,
         records_of(raw.records, raw.stride, raw.seed),
+        raw.sizes,
     )

@@ -94,11 +94,24 @@ class MeterSums:
     def blocks(self, kind: str, side: int) -> np.ndarray:
         """The detector's rows, (B, time, speed, block): the first row of a block fell outside its other bins."""
         first = self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half
+        sums = self._rows(kind, first)
+        if self._scale is not None:
+            expected = self._rows(kind, first + 2 * self.plan.half)
+            sums = sums + (expected if kind == "counts" else expected / self._scale)
+        return sums
+
+    def _rows(self, kind: str, first: int) -> np.ndarray:
         outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
         rows = slice(first, first + math.prod(outer) * block)
         return np.array([self._column(batch, kind)[rows] for batch in self.batches]).reshape(
             -1, *outer, block
         )
+
+    @cached_property
+    def _scale(self) -> float | None:
+        """By how much the sums of what events told it are too large; None where none did."""
+        name = self.detector.name
+        return next((each.scale for each in self.plan.expectations if each.detector.name == name), None)
 
     def _column(self, batch, kind: str) -> np.ndarray:
         if kind in MOMENTS:

@@ -13,7 +13,9 @@ from transport.points import PointDetector
 from transport.results import near_walls
 from transport.results.estimates import Estimate
 from transport.results.quantified import Quantified
+from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
+from transport.results.sizes import scores_of_point
 from transport.shapes import Point
 from transport.units import Unit
 
@@ -61,18 +63,14 @@ class PointReading(Quantified):
         return not self._counts.any()
 
     @cached_property
-    def carriers(self) -> float:
-        """About how many scores s carry the error, (sum of s^2)^2 / sum of s^4, told from their rows.
+    def scores(self) -> Scores:
+        """How many scores of each size came."""
+        return scores_of_point(self._weights.sum(axis=0), self._counts.sum(axis=0))
 
-        One over the squared relative error of the error itself, for many scores; infinite without any.
-        """
-        counts, sums = self._counts.sum(axis=0), self._weights.sum(axis=0)
-        if not counts.any():
-            return math.inf
-        among = counts > 0
-        sizes = sums[among] / counts[among]
-        squares = (sizes / sizes.max()) ** 2
-        return float((counts[among] * squares).sum() ** 2 / (counts[among] * squares**2).sum())
+    @property
+    def carriers(self) -> float:
+        """About how many scores carry the error; infinite without any."""
+        return math.inf if self.is_blind else self.scores.carriers
 
     @cached_property
     def warning(self) -> str | None:

@@ -67,6 +67,10 @@ class Reading(Quantified):
         """Whether nothing was counted at all."""
         return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
 
+    def is_sure(self, side: int) -> bool:
+        """Whether what arrives (0) or leaves (1) is the same for every history by construction."""
+        return self._is_exact_out and side == DEPARTURES
+
     @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it, where a history that survives roulette would outweigh all that came."""

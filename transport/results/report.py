@@ -1,8 +1,12 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
+from transport.cameras import Camera, Instrument
+from transport.expected import counted_as_they_come
+from transport.methods import ANALOG
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.estimates import Estimate
+from transport.results.prices import price_lines
 from transport.volumes import VolumeDetector
 
 
@@ -10,6 +14,7 @@ def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [
         _head(result),
+        *method_lines(result),
         *tracking_lines(result),
         "",
         "ledger",
@@ -20,8 +25,10 @@ def report_of(result) -> str:
         lines += ["", _title(detector, reading)]
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
+        lines += [f"  {line}" for line in price_lines(result, detector.name)]
     lines += ["", *cost_lines(result)]
-    lines += [f"warning: {warning}" for warning in result.warnings]
+    warnings = result.warnings
+    lines += [f"warning: {warning}" for warning in warnings] or ["error bars: nothing speaks against them"]
     return "\n".join(lines)
 
 
@@ -35,6 +42,8 @@ def _title(detector, reading) -> str:
             return f"volume detector {name!r}"
         case PointDetector(name=name):
             return f"point detector {name!r}"
+        case Instrument(name=name):
+            return f"{'camera' if isinstance(detector, Camera) else 'environment map'} {name!r}"
     return f"detector {detector.name!r}, {detector.side}"
 
 
@@ -60,8 +69,17 @@ def cost_lines(result) -> list[str]:
     return [
         f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
         f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
+        *_foretold(cost),
         f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
     ]
+
+
+def _foretold(cost) -> list[str]:
+    """What a pilot of the run said that it would take."""
+    if cost.forecast is None:
+        return []
+    after, seconds = duration_text(cost.forecast.after), duration_text(cost.forecast.seconds)
+    return [f"foretold after {after}: {seconds}, {cost.forecast.particles:.3g} particles"]
 
 
 def duration_text(seconds: float) -> str:
@@ -70,6 +88,19 @@ def duration_text(seconds: float) -> str:
         if seconds >= 2 * length:
             return f"{seconds / length:.3g} {unit}"
     return f"{seconds:.3g} s"
+
+
+def method_lines(result) -> list[str]:
+    """How the numbers were estimated, where not by random analog histories; and why so, where that was chosen."""
+    method = result.plan.method
+    told = [f"estimator: {method.title}{_as_they_come(result)}"] if method != ANALOG else []
+    return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+
+
+def _as_they_come(result) -> str:
+    """The detectors that no event tells what to expect, where events tell others."""
+    names = counted_as_they_come(result.scene) if result.plan.expects and result.plan.turned is None else []
+    return f" ({', '.join(map(repr, names))} counted as they come)" if names else ""
 
 
 def tracking_lines(result) -> list[str]:

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,17 +12,25 @@ from transport.compile.plan import Plan
 from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
+from transport.results.backward_readings import backward_reading
 from transport.results.batches import Batch
 from transport.results.estimates import Batches, Estimate
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
+from transport.results.prices import BY_CHANCE, price_of
+from transport.results.quality import Quality
 from transport.results.readings import QUANTITIES, Reading
 from transport.results.statistics import rounding_of
+from transport.results.trust import doubts_of, quality_in
 from transport.results.volume_readings import VolumeReading
 from transport.tracking import Tracking
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
+
+if TYPE_CHECKING:
+    from transport.choosing import Choice
+    from transport.outlook import Forecast
 
 FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
 
@@ -30,7 +39,12 @@ __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run cost.  seconds: wall clock, without `preparation` (compiling or loading passes)."""
+    """What a run cost.
+
+    seconds: wall clock, without `preparation` (compiling or loading passes);  particles, crossings, collisions: all that were
+    followed, with those of rounds that a later one has replaced;  slopes: of the errors asked for against time, where that has
+    been measured;  forecast: what a pilot of the run foretold, where it came to that.
+    """
 
     seconds: float
     preparation: float
@@ -38,6 +52,8 @@ class Cost:
     crossings: int
     threads: int
     collisions: int = 0
+    slopes: Mapping[str, float] = field(default_factory=dict)
+    forecast: "Forecast | None" = None
 
     @property
     def particles_per_second(self) -> float:
@@ -45,8 +61,8 @@ class Cost:
 
     @property
     def next_digit(self) -> float:
-        """Seconds for a tenth of the error: a hundred times the particles."""
-        return 100 * self.seconds
+        """Seconds for a tenth of the error: a hundred times the particles, or fewer where the slope is steeper."""
+        return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=BY_CHANCE))
 
 
 class Result:
@@ -61,16 +77,17 @@ class Result:
         is_complete: bool,
         warnings: list[str],
         asked: Tracking | None = None,
+        choice: "Choice | None" = None,
     ):
-        """asked: the tracking that was said; None where that was left to the scene."""
+        """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did."""
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
-            plan.scene,
+            plan.scene if plan.turned is None else plan.turned.scene,
             plan,
             seed,
             cost,
             is_complete,
         )
-        self.batches, self.asked = batches, asked
+        self.batches, self.asked, self.choice = batches, asked, choice
         self.run = Batches(np.array([batch.histories for batch in batches]))
         self._readings: dict[str, Reading] = {}
         self._warnings = list(warnings)
@@ -84,6 +101,8 @@ class Result:
         return self._readings[name]
 
     def _read(self, detector: Detector | PhaseSpace | Snapshot) -> Reading | PhaseReading | SnapshotReading:
+        if self.plan.turned is not None:
+            return backward_reading(self, detector)
         if isinstance(detector, PhaseSpace):
             return PhaseReading(self, detector)
         if isinstance(detector, Snapshot):
@@ -108,6 +127,10 @@ class Result:
         if quantity not in known:
             raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
         return getattr(self[detector], quantity)
+
+    def quality(self, name: str) -> Quality:
+        """How far the error bar of the Estimate called "detector.quantity" is to be trusted."""
+        return quality_in(self, name)
 
     @property
     def particles(self) -> int:
@@ -140,7 +163,8 @@ class Result:
                 " what lies next to one another the same index"
             )
         carried = sum(batch.born for batch in self.batches)
-        is_aimed = any(emitter.target is not None for emitter in self.plan.emitters)
+        is_forward = self.plan.turned is None
+        is_aimed = is_forward and any(emitter.target is not None for emitter in self.plan.emitters)
         if is_aimed and carried == 0:
             found.append("nothing is emitted towards the aim: it lies behind its source")
         elif is_aimed and carried < FEW:
@@ -148,14 +172,15 @@ class Result:
                 f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
                 " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
             )
-        looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points)
+        looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
+        found += doubts_of(self)
         for meter in self.scene.meters:
             if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
                 found.append(
                     f"detector {meter.name!r} counted nothing on the outside of its shape; side='inside' looks inwards"
                 )
-        aims = [source for source in self.scene.sources if source.aim is not None]
+        aims = [source for source in self.scene.sources if source.aim is not None and is_forward]
         for detector in self.scene.meters if aims else ():
             looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]
             if any(source.aim not in looked_at for source in aims):
@@ -174,6 +199,15 @@ class Result:
         return [
             meter for meter in self.scene.meters if meter is detector or meter.name in (detector.via or ())
         ]
+
+    def price(self, name: str, error: float) -> float:
+        """Seconds that a run takes, in all, to this relative error of "detector.quantity" [s].
+
+        Going by what this run cost; of an array to that error in its worst bin; nan where no error is known.
+        """
+        if self.cost is None or not 0 < error < math.inf:
+            raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
+        return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, BY_CHANCE))
 
     def report(self) -> str:
         """The ledger, each detector, the cost and what the next digit costs, as text."""
@@ -207,7 +241,7 @@ def _may_kill(plan: Plan) -> bool:
 class Ledger(Mapping):
     """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
 
-    In watts or particles per second; with a clock in joules, or particles.  `roulette` is what was killed less what was gained, of expectation
+    In watts or particles per second; with a clock in joules, or particles; of a run backwards shares of its histories.  `roulette` is what was killed less what was gained, of expectation
     zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface and of each medium that absorbs.
     """
 
@@ -216,6 +250,7 @@ class Ledger(Mapping):
         scene = plan.scene
         is_gas = scene.measured_in == "particles"
         unit = Unit.parse("s^-1" if is_gas else "W") * Unit.parse("s") ** plan.has_clock
+        unit = unit if plan.turned is None else Unit()
         scale = plan.unit
 
         def entry(values: list[float], exact: bool = False) -> Estimate:

@@ -40,6 +40,18 @@ def standard_error(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return scale * np.sqrt(squares / (len(values) - 1))
 
 
+def skewness_of_mean(deviations: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Skewness of the distribution of `weighted_mean`, from deviations of the batches from it, shape (*dims); 0 without any.
+
+    sum_b w_b^3 d_b^3 / (sum_b w_b^2 d_b^2)^(3/2): that of one history over the root of their number.
+    """
+    parts = _weights(deviations, sizes) * deviations
+    scale = np.abs(parts).max(axis=0)
+    parts = parts / np.where(scale > 0, scale, 1.0)
+    squares = (parts**2).sum(axis=0)
+    return (parts**3).sum(axis=0) / np.where(squares > 0, squares, 1.0) ** 1.5
+
+
 def merge(first: Partial, second: Partial) -> Partial:
     """Count, mean and sum of squared deviations of two samples together (Chan, Golub & LeVeque 1983)."""
     (count_a, mean_a, squares_a), (count_b, mean_b, squares_b) = first, second

@@ -1,6 +1,7 @@
 """The least distance between a point and a shape, with no more than rounding lost: it bounds the weights of an aim."""
 
 import math
+from itertools import product
 
 import numpy as np
 
@@ -40,6 +41,16 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
                 0.0 if filled and shape.is_closed and shape.holds(point) else _distance_to_mesh(shape, point)
             )
     return math.hypot(*offset)
+
+
+def least_height(shape: Shape, plane: FlatShape) -> float:
+    """The least height [m] of a shape's bounds over the plane of another; 0 where they lie on both sides."""
+    if shape.is_infinite:
+        return 0.0
+    corners = product(*zip(*shape.bounds, strict=True))
+    ways = ([p - q for p, q in zip(corner, plane.middle, strict=True)] for corner in corners)
+    heights = [dot(way, plane.normal) for way in ways]
+    return max(0.0, min(heights), -max(heights))
 
 
 def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tuple[float, float]:

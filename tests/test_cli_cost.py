@@ -1,0 +1,102 @@
+"""`transport cost`: prices, bins and effects of an experiment, as tables, a diagram and JSON."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.own_experiments import EXPERIMENT
+from transport.command import costs, effect_costs
+from transport.command.effect_costs import EffectCost
+
+UNAIMED = (
+    EXPERIMENT.replace(", aim=meter", "")
+    .replace("radius=1e-4", "radius=0.2")
+    .replace('name="meter")', 'name="meter", positions=tp.Positions(u=8))')
+)
+MEASURE = "\ndef measure(result):\n    return {'emitted': result.ledger['emitted'], 'flux': result['meter'].flux_in}\n"
+EFFECTS = [EffectCost("births", 3.0, 0.75, False, ("begin",)), EffectCost("media", 1.0, 0.25, True, ("fly",))]
+
+
+@pytest.fixture
+def few_ways(monkeypatch):
+    """Two ways, and effects that need no measuring."""
+    monkeypatch.setattr(costs, "effect_costs", lambda scene: EFFECTS)
+    ways = {"analog": {}, "aimed": {"estimator": "aimed"}}
+    monkeypatch.setattr("transport.cost.ways_for", lambda scene: ways)
+    Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
+
+
+def test_cost_prints_prices_bins_effects_and_the_diagram(call, few_ways):
+    answer = call("cost", "open.py", "--seconds", "1", "--out", "figures")
+    assert answer.exit_code == 0, answer.output
+    for words in (
+        "flux",
+        "best estimate",
+        "0.01 %",
+        "slope",
+        "aimed",
+        "bins along u",
+        "blur",
+        "left out, saves",
+    ):
+        assert words in answer.output, words
+    assert any(
+        line.split()[:1] == ["media"] and line.rstrip().endswith("25 %")
+        for line in answer.output.splitlines()
+    )
+    assert Path("figures/cost_open.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_cost_as_json(call, few_ways):
+    answer = call("cost", "open.py", "--seconds", "0.5", "--json", "--set", "distance=1.0")
+    record = json.loads(answer.output)
+    assert record["sim"] == "open" and record["parameters"] == {"distance": 1.0}
+    assert [way["name"] for way in record["ways"]] == ["analog", "aimed"]
+    assert {"error", "seconds", "is_extrapolated"} == set(record["ways"][0]["prices"][0])
+    assert record["bins"]["bins"] == [1, 2, 4, 8] and record["bins"]["best"] in record["bins"]["bins"]
+    assert [effect["name"] for effect in record["effects"]] == ["births", "media"]
+    assert not Path("out").exists()
+
+
+def test_an_unknown_quantity_is_refused(call, few_ways):
+    answer = call("cost", "open.py", "--quantity", "fluxx")
+    assert answer.exit_code == 2 and "no quantity 'fluxx'" in answer.output
+
+
+def test_an_effect_costs_its_passes_for_each_history():
+    told = effect_costs.grouped(
+        {"begin": 2.0, "fly": 1.0, "new": 0.5, "never": float("nan")},
+        {"begin": 1.0, "fly": 4.0, "new": 4.0},
+        {"begin": "births", "fly": "collisions", "never": "optics"},
+    )
+    assert {effect.name: effect.ns for effect in told} == {
+        "births": 2.0,
+        "media": 4.0,
+        "other": 2.0,
+        "surfaces": 0.0,
+    }
+    assert told[0].name == "media" and told[0].share == 0.5
+    assert [effect.can_go for effect in told if effect.name in ("births", "media")] == [True, False]
+
+
+def test_every_file_of_passes_belongs_to_one_effect():
+    from transport.engine.registry import FAMILIES
+
+    files = [file for members in effect_costs.EFFECTS.values() for file in members]
+    assert len(set(files)) == len(files)
+    known = {family.__name__.rpartition(".")[2] for family in FAMILIES}
+    assert known - set(files) <= {"expecting", "sensors"}  # of estimators that an analog program has not
+    assert set(files) <= known
+
+
+def test_lanes_a_history_of_a_scene_are_counted(call):
+    """A disk that aims at its meter: each history is born once and flies once, and then it is gone."""
+    from transport.experiment import experiment
+
+    scene = experiment("disk.py").scene()
+    told = {effect.name: effect for effect in costs.effect_costs(scene)}
+    lanes = effect_costs.lanes_a_history(scene)
+    assert lanes["begin"] == 1.0
+    assert 0.9 < lanes["move"] < 2.1
+    assert told["births"].ns > 0 and abs(sum(effect.share for effect in told.values()) - 1) < 1e-9

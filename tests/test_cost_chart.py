@@ -1,0 +1,88 @@
+"""The diagram of costs: labels apart and inside the figure, claimed errors open, what is not known left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from transport.cost import CostOfAccuracy
+from transport.discretisation import BinsAgainstNoise
+from transport.slopes import Pace, line_through
+from transport.ways import Point, Way
+from viz.costs import _apart, cost_diagram
+
+pytestmark = pytest.mark.filterwarnings("error")
+NAMES = [f"{e}{s}" for e in ("analog", "aimed", "expected") for s in ("", ", stratified", ", sobol")] + [
+    "backward"
+]
+
+
+def stand_in_way(name, error, slope):
+    particles = 4096 * 4 ** np.arange(6)
+    seconds, true = 1e-3 + 1e-8 * particles, error * particles**slope
+    points = tuple(
+        Point(int(n), 8, float(s), float(s), float(t), float(t) / 4, 1.1 * float(t))
+        for n, s, t in zip(particles, seconds, true, strict=True)
+    )
+    line = line_through(1e-8 * particles, true, np.full(6, 8))
+    return Way(name, points, line, line, Pace(1e-3, 1e-8), 0.1, 0.5)
+
+
+def stand_in_cost(names=NAMES, blind=()):
+    ways = [
+        stand_in_way(name, 0.5 / (1 + k), -1.0 if "sobol" in name else -0.5) for k, name in enumerate(names)
+    ]
+    unknown = [Point(4096, 8, 1e-3, 1e-3, float("nan"), float("nan"), float("nan"))]
+    ways += [Way(name, tuple(unknown), None, None, Pace(1e-3, 1e-8), 0.1, float("nan")) for name in blind]
+    targets = (1e-2, 1e-3, 1e-4)
+    return CostOfAccuracy("flux", "W", 1.0, "exact", tuple(ways), targets, {}, "a machine", 1)
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    written, savefig = [], Figure.savefig
+    monkeypatch.setattr(
+        Figure, "savefig", lambda figure, path: written.append(figure) or savefig(figure, path)
+    )
+    return written
+
+
+def texts(figure):
+    return [text for axes in figure.axes for text in axes.texts]
+
+
+def test_every_way_is_labelled_inside_the_figure_and_no_label_hides_another(tmp_path, figures):
+    path = cost_diagram(stand_in_cost(), tmp_path / "cost.png", title="what accuracy costs")
+    assert imread(path).std() > 0.05
+    (figure,) = figures
+    labels = [text for text in texts(figure) if text.get_text().split("  ")[0] in NAMES]
+    assert len(labels) == len(NAMES)
+    _, height = figure.canvas.get_width_height()
+    boxes = [text.get_window_extent(figure.canvas.get_renderer()) for text in labels]
+    assert all(0 <= box.y0 and box.y1 <= height for box in boxes)
+    heights = sorted(label.xyann[1] for label in labels)
+    assert min(np.diff(heights)) > 0.05
+    assert any("N^{-1/2}" in text.get_text() for text in texts(figure))
+    assert sum("% in" in text.get_text() for text in texts(figure)) == 3
+    assert any("a machine, 1 thread" in text.get_text() for text in figure.texts)
+
+
+def test_labels_move_no_more_than_they_must():
+    assert np.allclose(_apart(np.array([0.1, 0.5, 0.9])), [0.1, 0.5, 0.9])
+    close = _apart(np.array([0.49, 0.5, 0.51]))
+    assert np.isclose(close.mean(), 0.5) and min(np.diff(close)) > 0.05
+    many = _apart(np.full(30, 0.99))
+    assert many.min() >= 0 and many.max() <= 1 + 1e-12 and min(np.diff(many)) > 0.03
+
+
+def test_ways_of_unknown_error_are_left_out_and_bins_have_a_panel_of_their_own(tmp_path, figures):
+    bins = BinsAgainstNoise("u", 10**6, (1, 2, 4, 8), (0.001, 0.002, 0.004, 0.008), (0.1, 0.03, 0.01, 0.0))
+    cost_diagram(stand_in_cost(["analog"], blind=["backward"]), tmp_path / "bins.png", bins)
+    (figure,) = figures
+    assert len(figure.axes) == 2
+    assert not any(text.get_text().startswith("backward") for text in texts(figure))
+    assert "bins along u" in figure.axes[1].get_xlabel()
+    with pytest.raises(ValueError, match="at least one way"):
+        cost_diagram(stand_in_cost([], blind=["analog"]), tmp_path / "none.png")

@@ -1,0 +1,250 @@
+"""The quality of an error bar: its numbers are right, and it tells when rare large scores are missing."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.compile.compiler import compile_scene
+from transport.compile.sizes import EDGES
+from transport.results.estimates import Batches, Estimate
+from transport.results.meter_sums import ARRIVALS, DEPARTURES
+from transport.results.quality import FEW, quality_of
+from transport.results.scores import Scores
+from transport.results.sizes import scores_of_meter
+from transport.results.trends import outlier_of, trend_of
+
+SEEDS = 200
+MID = 0.5 * (EDGES[1:] + EDGES[:-1])
+
+
+def aimed(distance: float = 0.01, radius: float = 0.001) -> tp.Scene:
+    """A disk that glows, aimed at a small one close above its middle: few births are near, and they bring most."""
+    meter = tp.Disk(center=(0, 0, distance), radius=radius, normal=(0, 0, -1))
+    source = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0), aim=meter)
+    return tp.Scene([source], (), [tp.Detector(meter, "meter")])
+
+
+def exact(distance: float, radius: float) -> float:
+    """What falls on it [W m^-2]: pi times the view factor of coaxial disks (Walton 1986)."""
+    x = 1 + (distance**2 + 1) / radius**2
+    return math.pi * 2 / radius**2 / (x + math.sqrt(x * x - 4 / radius**2))
+
+
+def run(scene: tp.Scene, particles: int, seed: int = 1, **options):
+    return tp.simulate(scene, particles=particles, seed=seed, progress=False, **{"threads": 1} | options)
+
+
+def counted(values: np.ndarray) -> Scores:
+    """Draws as a count by size."""
+    edges = np.ldexp(1.0, np.arange(-60, 61))[:, None] * (1 + np.arange(4) / 4)
+    edges = edges.ravel()
+    counts = np.histogram(values[values > 0], edges)[0]
+    return Scores(edges[:-1], edges[1:], 0.5 * (edges[1:] + edges[:-1]), counts)
+
+
+def quality_of_draws(values: np.ndarray):
+    """Of one draw a history, in 32 batches."""
+    run = Batches(np.full(32, len(values) // 32))
+    estimate = Estimate(values.reshape(32, -1).mean(axis=1), run, "1")
+    return estimate, quality_of(estimate, counted(values), len(values), seconds=1.0)
+
+
+def pareto(index: float, rng, shape: tuple[int, ...]) -> np.ndarray:
+    return rng.random(shape) ** (-1 / index)
+
+
+# ---- the count ----
+
+
+def sizes_of(result, side: int = ARRIVALS) -> Scores:
+    return scores_of_meter(result["meter"].sums, side)
+
+
+def test_every_score_is_counted_with_its_size_on_its_side():
+    """Each once; the edges of the cells enclose the weight that came; what leaves is counted by itself."""
+    result = run(aimed(0.1, 0.01), 100_000)
+    arrived, left = sizes_of(result), sizes_of(result, DEPARTURES)
+    weights = sum(batch.weights.sum() for batch in result.batches)
+    assert arrived.number == 100_000 == round(result["meter"].counts.value) and left.number == 0
+    assert arrived.counts @ arrived.low < weights < arrived.counts @ arrived.high
+    assert arrived.high[np.flatnonzero(arrived.counts)[-1]] <= 1.0  # as heavy as the heaviest birth at most
+
+
+def test_walls_of_fog_are_counted_side_by_side():
+    """Where nearly every lane scores as well."""
+    fog = tp.Medium(absorption=0.2)
+    walls = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "walls", inside=fog)
+    meter = tp.Detector("walls", "meter", side="back", directions=tp.Directions(mu=4))
+    lamp = tp.Source("walls", tp.Lambertian(exitance=1.0), side="back")
+    result = run(tp.Scene([lamp], [walls], [meter]), 20_000)
+    for side in (ARRIVALS, DEPARTURES):
+        scores, sums = sizes_of(result, side), result["meter"].sums
+        assert scores.number == sums.whole("counts", side).sum() > 20_000
+        weights = sums.whole("weights", side).sum()
+        assert scores.counts @ scores.low < weights < scores.counts @ scores.high
+
+
+def test_the_count_is_the_same_for_any_number_of_threads_and_survives_merging():
+    one, two = (sizes_of(run(aimed(), 20_000, threads=threads)) for threads in (1, 2))
+    np.testing.assert_array_equal(one.counts, two.counts)
+    merged = tp.simulate(aimed(), error={"meter.flux_in": 1e-9}, particles=70_000, threads=1, progress=False)
+    assert sizes_of(merged).number == merged.particles == 70_000
+
+
+def test_where_scores_are_alike_nothing_is_counted():
+    """Neither beside a plain source nor in a grey box: how many there are tells all."""
+    plain = tp.Scene([tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))], (), aimed().detectors)
+    assert compile_scene(plain).size_cells == 0 < compile_scene(aimed()).size_cells
+    result = run(plain, 100_000)
+    assert sizes_of(result).number == round(result["meter"].counts.value)
+
+
+# ---- its numbers ----
+
+
+def test_moments_are_those_of_the_scores():
+    """VOV as its definition has it, with histories that score nothing."""
+    rng = np.random.default_rng(3)
+    values = np.where(rng.random(32_000) < 0.3, MID[rng.integers(150, 200, 32_000)], 0.0)
+    deviations = values - values.mean()
+    vov = (deviations**4).sum() / (deviations**2).sum() ** 2 - 1 / len(values)
+    scores = counted(values)
+    assert scores.vov(len(values)) == pytest.approx(vov, rel=1e-9)
+    assert scores.carriers == pytest.approx((values**2).sum() ** 2 / (values**4).sum(), rel=1e-9)
+    top = values.max()
+    assert scores.variance(len(values)) * top**2 == pytest.approx((deviations**2).sum(), rel=1e-9)
+
+
+@pytest.mark.parametrize("index", [0.5, 1.5, 3.0])
+def test_the_tail_of_paretos_law_is_told(index):
+    """Within 4.5 standard errors, index / sqrt(scores of the tail): 1 in 150 000."""
+    scores = counted(pareto(index, np.random.default_rng(4), (50_000,)))
+    assert abs(scores.tail_index / index - 1) < 4.5 / math.sqrt(scores.tail_scores)
+    assert scores.slope == pytest.approx(1 + scores.tail_index)
+
+
+def test_equal_scores_have_no_tail_and_no_more_to_come():
+    scores = counted(np.ones(1000))
+    assert scores.slope == 10.0 and scores.unseen < 1e-6 and scores.carriers == pytest.approx(1000)
+
+
+def test_nothing_larger_comes_than_can():
+    """Aimed, nothing is heavier than the heaviest birth."""
+    scores = counted(pareto(1.2, np.random.default_rng(5), (2000,)))
+    top = scores.high[np.flatnonzero(scores.counts)[-1]]
+    assert scores.unseen > 0 == dataclasses.replace(scores, most=top / 2).unseen
+    assert 0 < dataclasses.replace(scores, most=4 * top).unseen < scores.unseen
+
+
+def test_a_history_that_scores_often_counts_once():
+    """Ten equal scores of each of 100 histories are 100 carriers, within the spread of the variance: 4.5 sigma."""
+    rng = np.random.default_rng(6)
+    values = 10.0 * (rng.random(32_000) < 100 / 32_000)
+    estimate, _ = quality_of_draws(values)
+    scores = Scores(*np.ones((3, 1)), np.array([int(values.sum())]))
+    found = quality_of(estimate, scores, len(values)).carriers
+    assert found == pytest.approx(np.count_nonzero(values), rel=4.5 * math.sqrt(2 / 31))
+
+
+# ---- batches ----
+
+
+def test_batches_with_a_trend_are_told_and_others_are_not():
+    """Of 2000 rows without one p is below 1e-3 in 2 on average, and in 12 once in 1e6."""
+    rng = np.random.default_rng(7)
+    rows = rng.normal(size=(2000, 32))
+    assert sum(trend_of(row) < 1e-3 for row in rows) <= 12
+    drifting, widening = np.linspace(0, 10, 32), np.repeat([0.01, 1.0], 16)
+    assert all(trend_of(row + drifting) < 1e-6 for row in rows[:50])
+    assert np.median([trend_of(row * widening) for row in rows[:50]]) < 1e-3
+    assert math.isnan(trend_of(np.ones(32))) and math.isnan(trend_of(rows[0, :8]))
+
+
+def test_a_batch_that_stands_alone_is_told():
+    rng = np.random.default_rng(8)
+    rows = rng.normal(size=(1000, 32))
+    assert sum(outlier_of(row) < 1e-3 for row in rows) <= 8
+    rows[:, 3] += 50
+    assert max(outlier_of(row) for row in rows) < 1e-8
+
+
+# ---- whether it flags what it must, and nothing else ----
+
+
+def test_a_heavy_tail_is_flagged_where_the_answer_is_off_and_a_light_one_hardly_ever():
+    """Of 3200 scores: of the runs beyond three errors at least 95 % are flagged, of those of light tails at most 2 %."""
+    rng = np.random.default_rng(9)
+    for index, rate in ((1.2, 0.3), (1.5, 0.03)):
+        found = [quality_of_draws(pareto(index, rng, (3200,))) for _ in range(2 * SEEDS)]
+        off = [quality for estimate, quality in found if abs(estimate.z(index / (index - 1))) > 3]
+        assert len(off) > rate * len(found)
+        assert sum(not quality.is_sound for quality in off) >= 0.95 * len(off)
+    for draw in (rng.exponential, rng.random, lambda size: (rng.random(size) < 0.1) * 1.0):
+        flagged = sum(not quality_of_draws(draw(size=3200))[1].is_sound for _ in range(SEEDS))
+        assert flagged <= 0.02 * SEEDS
+
+
+def test_the_trap_of_an_aim_is_flagged_before_the_mean_is_right():
+    """Births near the target are missed: far too little, with an error far too small.  Every such run says so."""
+    truth, off, flagged, lowest = exact(0.01, 0.001), 0, 0, 1.0
+    for seed in range(SEEDS):
+        result = run(aimed(), 3000, seed)
+        found = result["meter"].irradiance
+        if abs(found.z(truth)) > 3:
+            off, lowest = off + 1, min(lowest, found.value / truth)
+            flagged += not result.quality("meter.irradiance").is_sound
+    assert off > 0.2 * SEEDS and lowest < 0.25
+    assert flagged >= 0.95 * off
+
+
+def test_a_sound_aim_is_not_flagged():
+    flagged = [run(aimed(0.1, 0.01), 10_000, seed).quality("meter.flux_in").is_sound for seed in range(100)]
+    assert flagged.count(False) <= 2
+
+
+# ---- what a user sees ----
+
+
+def test_a_result_tells_its_doubts_in_words():
+    result = run(aimed(), 3000)
+    told = [warning for warning in result.warnings if "error of flux_in of detector 'meter'" in warning]
+    assert len(told) == 1 and "scores" in told[0] and "use more particles" in told[0]
+    assert told[0] in result.report()
+    quality = result.quality("meter.flux_in")
+    assert quality.doubts and quality.doubts[0] in told[0] and quality.doubts[0] in str(quality)
+
+
+def test_a_sound_result_says_that_nothing_speaks_against_it():
+    result = run(aimed(1.0, 0.5), 20_000)
+    quality = result.quality("meter.irradiance")
+    assert quality.is_sound and "sound" in str(quality) and result.warnings == []
+    assert "error bars: nothing speaks against them" in result.report()
+    merit = 1 / (result["meter"].irradiance.relative_error ** 2 * result.cost.seconds)
+    assert quality.figure_of_merit == pytest.approx(merit)
+    assert quality.vov < 0.1 and quality.tail_slope > 3 and quality.carriers > FEW
+
+
+def test_too_few_scores_are_told():
+    meter = tp.Disk(center=(0, 0, 50.0), radius=1.0, normal=(0, 0, -1))
+    lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0))
+    result = run(tp.Scene([lamp], (), [tp.Detector(meter, "meter")]), 5000)
+    scores = round(result["meter"].counts.value)
+    assert 0 < scores < FEW
+    assert f"only {scores} score" in result.warnings[0]
+
+
+def test_an_array_has_no_quality_of_its_own():
+    meter = tp.Detector(aimed().detectors[0].shape, "meter", directions=tp.Directions(mu=4))
+    scene = tp.Scene(aimed().sources, (), [meter])
+    with pytest.raises(tp.SceneError, match=r"'meter\.radiance' has bins"):
+        run(scene, 1000).quality("meter.radiance")
+
+
+def test_what_is_exact_is_not_doubted():
+    disk = tp.Disk(radius=1.0)
+    scene = tp.Scene([tp.Source(disk, tp.Lambertian(radiance=1.0))], (), [tp.Detector(disk, "meter")])
+    quality = run(scene, 1000).quality("meter.flux_out")
+    assert quality.is_sound and quality.relative_error == 0

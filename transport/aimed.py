@@ -1,0 +1,81 @@
+"""The estimator "aimed": every source emits only towards the one detector, with the exact weight: direct light alone.
+
+What leaves a source in other directions is not followed, so that nothing may turn it back to the detector.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.bodies.filling import glows
+from transport.detectors import Detector
+from transport.materials import Black, Diffuse, Material, Mirror, Transparent, simple_parts
+from transport.materials.surface import titled
+from transport.validation import SceneError, shown
+
+if TYPE_CHECKING:
+    from transport.scene import Scene
+
+
+def why_not(scene: Scene) -> str | None:
+    """Why a scene does not allow it, with what is in the way and the cure; None where it does."""
+    return _detectors(scene) or _sources(scene) or _matter(scene) or _refused(scene)
+
+
+def aimed_scene(scene: Scene) -> Scene:
+    """The same scene with every source aimed at its one detector.  Raises SceneError where a source cannot be."""
+    (detector,) = scene.detectors
+    aim = scene.shape_of(detector)
+    return replace(scene, sources=tuple(replace(source, aim=aim) for source in scene.sources))
+
+
+def _detectors(scene: Scene) -> str | None:
+    if len(scene.detectors) == 1 and isinstance(scene.detectors[0], Detector):
+        return None
+    names = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "none"
+    return f"it needs one Detector to aim at, got {names}; leave the others out, or aim sources yourself"
+
+
+def _sources(scene: Scene) -> str | None:
+    if glows(scene):
+        return "a medium emits, and cannot be aimed; leave its emission out"
+    (detector,) = scene.detectors
+    shape = scene.shape_of(detector)
+    for number, source in enumerate(scene.sources):
+        if source.aim is not None:
+            return f"sources[{number}] has an aim already, {shown(source.aim)}; leave it out"
+        if scene.shape_of(source) == shape:
+            return f"sources[{number}] lies on the shape of detector {detector.name!r}; put it elsewhere"
+    return None
+
+
+def _matter(scene: Scene) -> str | None:
+    """What may turn light from another direction to the detector."""
+    for number, surface in enumerate(scene.surfaces):
+        for part in simple_parts(surface.material):
+            if _turns(part):
+                return f"{titled(surface, number)} turns light, being {shown(part)}; make it Black()"
+    media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
+    for medium in media:
+        if medium is not None and np.max(medium.scattering) > 0:
+            return f"a medium scatters, {shown(medium)}; leave its scattering out"
+    return None
+
+
+def _turns(part: Material) -> bool:
+    """Whether light that meets a material may go on in another direction."""
+    if isinstance(part, Mirror):
+        return part.reflectance > 0
+    return not (isinstance(part, (Black, Transparent)) or part == Diffuse(0.0))
+
+
+def _refused(scene: Scene) -> str | None:
+    """Why a source cannot be aimed at that shape."""
+    try:
+        aimed_scene(scene)
+    except SceneError as refusal:
+        return str(refusal)
+    return None

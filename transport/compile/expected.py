@@ -1,0 +1,200 @@
+"""Expected crossings as rows: of each detector its shape, what births, walls and collisions send it, what flights still count.
+
+Their sums lie behind those of the flights' crossings, scaled so that the largest is about 1: a detector that fills
+1e-20 of the directions keeps all digits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.bodies.listing import body_bits_around
+from transport.compile import layout
+from transport.compile.emitters import CLOSE, FAINTEST, aim_columns, one_minus_cosine
+from transport.compile.points import scatters_anywhere
+from transport.detectors import Detector
+from transport.emissions import Isotropic, Lambertian
+from transport.expected import expects
+from transport.materials import Diffuse, Mixture, simple_parts
+from transport.shapes import Disk, FlatShape, Shape, Sphere
+from transport.shapes.distances import least_distance, least_height
+from transport.shapes.supports import are_on_one_support
+from transport.validation import refuse, shown
+
+if TYPE_CHECKING:
+    from transport.compile.emitters import Emitter
+    from transport.compile.plan import Plan
+
+LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]
+BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
+ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # of layout.HELD
+
+Row = np.ndarray
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """A detector that is told what to expect: rows of layout.EXPECTATION by what tells it."""
+
+    detector: Detector
+    births: list[Row | None]  # by emitter; None of those that no ray tells of
+    walls: Row | None
+    collisions: Row | None
+    held: dict[str, float]  # columns of layout.HELD
+    layer: int  # of its sheet, among the meters there
+    scale: float  # by which its rows are too large
+
+
+def fill_expected(plan: Plan) -> None:
+    """An Expectation for each detector that points are drawn on."""
+    if not plan.expects:
+        return
+    scene = plan.scene
+    for detector in scene.meters:
+        if expects(scene, detector):
+            plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
+    by_name = {each.detector.name: each for each in plan.expectations}
+    plan.expected_layers = [_expected_layer(plan, layer, by_name) for layer in plan.layers]
+
+
+def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectation]) -> np.ndarray:
+    """How rays find their detector on a sheet: as flights do, with sums of its own; the other meters are not there."""
+    copy = layer.copy()
+    for row in copy:
+        if row["look"] != 0:
+            is_told = plan.meter_names[row["meter"]] in by_name
+            row["look"] = row["look"] + 2 * plan.half if is_told else 0
+    return copy
+
+
+def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
+    shape = plan.scene.shape_of(detector)
+    births = {k: kind for k, emitter in enumerate(plan.emitters) if (kind := _birth(emitter, shape))}
+    walls, collisions = _walls(plan, shape), _collisions(plan, shape)
+    kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
+    is_pure = all(peak * _angle(shape, gap) <= CLOSE for peak, gap in kinds)
+    bound = max((_bound(shape, is_pure, *kind) for kind in kinds), default=1.0)
+    if not bound > FAINTEST:
+        refuse(detector, f"must be seen under more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+    scale = math.ldexp(1.0, -math.frexp(bound)[1])
+    layer, sheet = _place(plan, detector)
+    values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
+
+    def row(kind: tuple[float, float] | None, **more: float) -> Row | None:
+        if kind is None:
+            return None
+        shares = {"peak": kind[0], "sharing": 0.0 if is_pure else kind[0]}
+        return layout.row(layout.EXPECTATION, **values, **shares, **more)
+
+    by_emitter = [
+        row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
+    ]
+    held = _held(shape, values, is_pure, sheet)
+    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale)
+
+
+def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
+    """Greatest density of a direction, and how near births come to the detector [m]."""
+    law = _law(emitter)
+    if not law:
+        return None
+    is_filled = isinstance(emitter.source.emission, Isotropic)
+    return max(law.values()), _gap(emitter.shape, shape, is_filled)
+
+
+def _law(emitter: Emitter) -> dict[str, float]:
+    """The density of directions at birth, where a ray can tell of it."""
+    match emitter.source.emission:
+        case Lambertian():
+            return {"lambertian": LAMBERTIAN}
+        case Isotropic():
+            return {"isotropic": NEUTRAL}
+    return {}
+
+
+def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
+    """The same of what diffuse walls send; none sends anything to a flat detector on itself."""
+    scene = plan.scene
+    walls = [s.shape for s in scene.surfaces if any(isinstance(p, Diffuse) for p in simple_parts(s.material))]
+    if not walls:
+        return None
+    facing = [s for s in walls if not (isinstance(shape, FlatShape) and are_on_one_support(s, shape))]
+    return LAMBERTIAN, min((_gap(wall, shape) for wall in facing), default=math.inf)
+
+
+def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
+    """The same of collisions in media that scatter."""
+    if not scatters_anywhere(plan):
+        return None
+    return max(map(peak_of, plan.phase_numbers)), _nearest_collision(plan, shape)
+
+
+def peak_of(phase) -> float:
+    """The greatest density of a phase function [sr^-1]; of a mixture at most the sum of its parts'."""
+    if isinstance(phase, Mixture):
+        return sum(share * peak_of(part) for part, share in phase.parts)
+    values = getattr(phase, "values", None)
+    return float(np.max(phase.density(np.array([-1.0, 1.0])) if values is None else values))
+
+
+def _nearest_collision(plan: Plan, shape: Shape) -> float:
+    """How near the detector collisions can be [m]: 0 where it lies in what scatters."""
+    rows = np.flatnonzero(plan.media["phase"] != 0).tolist()
+    bits = int(body_bits_around(plan.scene, np.array([shape.middle]))[0])
+    if 0 in rows or any(bits >> (row - 1) & 1 for row in rows):
+        return 0.0
+    bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
+    return min(_gap(plan.scene.surfaces[number].shape, shape) for number in bounds)
+
+
+def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:
+    """A bound of the distance between where events are and a detector [m]; 0 where it may be less than that."""
+    if isinstance(shape, Sphere):
+        return max(0.0, least_distance(place, shape.center, filled=is_filled) - shape.radius)
+    reach = shape.radius if isinstance(shape, Disk) else shape.extent
+    apart = least_distance(place, shape.middle, filled=is_filled) - reach
+    return max(apart, least_height(place, shape))
+
+
+def _angle(shape: Shape, gap: float) -> float:
+    """A bound of the solid angle of a detector from so far away [sr]; of a flat one area/r^2."""
+    if isinstance(shape, Sphere):
+        return 2 * math.pi * one_minus_cosine(shape.radius, shape.radius + gap) if gap > 0 else 4 * math.pi
+    return shape.area / gap**2 if gap > 0 else math.inf
+
+
+def _bound(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
+    """The most that a ray of weight 1 can bring."""
+    bound = peak * _angle(shape, gap)
+    return bound if is_pure else min(bound, BALL if isinstance(shape, Sphere) else 1.0)
+
+
+def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
+    size = plan.space.size
+    values = layout.center_columns(plan.space.place(shape.middle))
+    values |= {"first": plan.bases[detector.name] + 2 * plan.half, "legs": 1, "sheet": -1}
+    if isinstance(shape, Sphere):
+        radius = shape.radius / size
+        return values | {"half_w": radius, "area": math.pi * radius * radius, "legs": 2}
+    return values | aim_columns(shape, plan.space) | {"area": shape.area / size / size, "sheet": sheet}
+
+
+def _place(plan: Plan, detector: Detector) -> tuple[int, int]:
+    """The layer and the sheet of a detector in one piece."""
+    return next(
+        (layer, int(number))
+        for layer, rows in enumerate(plan.layers)
+        for number in np.flatnonzero(rows["look"])
+        if plan.meter_names[rows[number]["meter"]] == detector.name
+    )
+
+
+def _held(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
+    """Columns of layout.HELD."""
+    how = BALL_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
+    columns = {name: values[name] for name in ("cx", "cy", "cz", "area")}
+    return columns | {"how": ALL if is_pure else how, "sheet": sheet}

@@ -1,0 +1,108 @@
+"""Threads that do batches, and hand them over in the order of their numbers."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Iterator
+
+from transport.results.batches import Batch, batch_of
+
+GLANCE = 0.1  # [s] between looks at the progress
+
+
+class Crew:
+    """As many threads as asked for, each with a bundle of its own.
+
+    done: the histories and seconds of each batch of the present leg, as they are done.
+    """
+
+    def __init__(self, machine: object, seed: int, threads: int, count: int) -> None:
+        """count: batches, among which the sample of a Snapshot is divided."""
+        from transport.engine.bundle import empty_bundle
+
+        self.machine, self.seed, self.count = machine, seed, count
+        self.bundles = [empty_bundle() for _ in range(threads)]
+        self.issued = 0  # number of the next batch to be handed over
+        self.done: list[tuple[int, float]] = []
+
+    @property
+    def started(self) -> int:
+        """Histories begun in the batches that are being done, about."""
+        return sum(int(bundle["started"][0]) for bundle in self.bundles)
+
+    def work(self, sizes: Iterator[int]) -> Iterator[Batch | None]:
+        """The batches of these sizes in order; None now and then, while there is nothing to hand over.
+
+        Close it to stop early: what is not done then is lost.  At Ctrl-C all that is done is handed over first, though
+        out of order.  Raises what a batch raised.
+        """
+        self.tasks, self.lock, self.is_over, self.done = (
+            enumerate(sizes, self.issued),
+            threading.Lock(),
+            False,
+            [],
+        )
+        self.finished, ahead = queue.SimpleQueue(), {}
+        workers = [
+            threading.Thread(target=self._work, args=(bundle,), daemon=True) for bundle in self.bundles
+        ]
+        try:
+            for worker in workers:
+                worker.start()
+            yield from self._in_order(ahead)
+        except KeyboardInterrupt:
+            yield from (ahead[number] for number in sorted(ahead))
+            raise
+        finally:
+            self._stop()
+            for worker in workers:
+                if worker.ident is not None:
+                    worker.join()
+
+    def _in_order(self, ahead: dict[int, Batch]) -> Iterator[Batch | None]:
+        working = len(self.bundles)
+        while working:
+            try:
+                number, batch = self.finished.get(timeout=GLANCE)
+            except queue.Empty:
+                yield None
+                continue
+            if number is not None:
+                ahead[number] = batch
+            elif batch is not None:
+                raise batch
+            else:
+                working -= 1
+            while self.issued in ahead:
+                self.issued += 1
+                yield ahead.pop(self.issued - 1)
+
+    def _work(self, bundle) -> None:
+        """What a thread does: batch after batch, in its own bundle."""
+        from transport.engine.driver import Stopped, run_batch
+
+        bundle["stop"], bundle["started"] = 0, 0
+        try:
+            while not self.is_over:
+                with self.lock:
+                    number, size = next(self.tasks, (None, 0))
+                if number is None:
+                    break
+                begun = time.perf_counter()
+                raw = run_batch(self.machine, self.seed, number, size, bundle, self.count)
+                batch = batch_of(self.machine.program.plan, raw)
+                bundle["started"] = 0
+                self.done.append((size, time.perf_counter() - begun))
+                self.finished.put((number, batch))
+        except Stopped:
+            pass
+        except Exception as error:  # handed to the caller's thread
+            self.finished.put((None, error))
+        self.finished.put((None, None))
+
+    def _stop(self) -> None:
+        self.is_over = True
+        for bundle in self.bundles:
+            bundle["stop"] = 1

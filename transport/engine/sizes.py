@@ -1,0 +1,51 @@
+"""Score, and count how often scores of each size come, where they differ: a few heavy ones may carry a mean.
+
+Sizes are told in quarters of an octave, from the bits of the weight; so the count is exact, and the same in any order.
+"""
+
+import numpy as np
+from numba import uint64
+
+from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
+from transport.engine.addresses import add_to_row, view
+from transport.engine.passes import lane_pass
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+
+SHIFT = 50  # bits of a float64 below those that tell its octave, and which quarter of it
+LOWEST = (1023 + SIZE_OCTAVE) * SIZE_PARTS  # those bits of the least size that has a cell of its own
+
+
+@device
+def cell_of_size(weight):
+    """Which of a side's cells counts a score; the first and the last take all that is beyond them."""
+    return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), SIZE_CELLS - 1)
+
+
+@lane_pass(SIZES)
+def score_and_size(b, table, first, live):
+    """As meters.score; and one score more of its size on this side of the detector."""
+    numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
+    n = 0
+    for k in range(first, live):  # no branch, so nothing to mispredict
+        b.listed[n] = k
+        n += 1 if b.bin[k] != 0 else 0
+    for j in range(n):
+        k = uint64(b.listed[j])
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+        sizes[uint64(numbers[uint64(b.home[k])] + cell_of_size(b.weight[k]))] += 1
+    return live
+
+
+@lane_pass(SIZES)
+def score_all_and_size(b, table, first, live):
+    """The same where nearly every lane has a bin; row 0 and the first cells take the others and are nobody's."""
+    numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
+    for k in range(first, live):
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    for k in range(first, live):
+        cell = numbers[uint64(b.home[k])] + cell_of_size(b.weight[k])
+        b.listed[k] = cell if b.bin[k] != 0 else 0
+    for k in range(first, live):
+        sizes[uint64(b.listed[k])] += 1
+    return live

@@ -1,0 +1,331 @@
+"""What detectors read where histories run backwards: of each of their cells the mean of what its histories brought.
+
+A cell is a bin of position and direction.  What arrives in it is the mean over its histories of weight times the radiance of
+the sources that they came to, times area and projected solid angle of the bin: so it is divided by the number of its own
+histories, and a bin costs the same, however small it is.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+
+from transport.bins import DirectionCone
+from transport.cameras import Camera, Instrument
+from transport.compile.adjoint import Part, Turned
+from transport.detectors import Detector
+from transport.points import PointDetector
+from transport.results.estimates import Estimate, EstimateArray
+from transport.results.meter_sums import ARRIVALS, MeterSums
+from transport.results.quantified import Quantified
+from transport.results.readings import Reading
+from transport.results.solid_angles import solid_angles_of
+from transport.units import Unit
+from transport.validation import SceneError, shown
+
+BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
+IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
+FEW = 10  # meetings with a source, below which one more may matter
+
+
+def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Quantified:
+    """The reading of a detector at which histories began."""
+    kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
+    return kind(result, sensor)
+
+
+class CellSums:
+    """What the histories of a sensor's cells brought, batch by batch; lamps: the numbers of those that count, None for all."""
+
+    def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
+        turned: Turned = result.plan.turned
+        self.turned, self.batches, self.run = turned, result.batches, result.run
+        self.parts = turned.parts_of(sensor)
+        self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
+
+    @cached_property
+    def means(self) -> list[np.ndarray]:
+        """Of each part, the mean radiance [W m^-2 sr^-1], weights and all, of each cell, (B, cells)."""
+        return [
+            sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
+        ]
+
+    @cached_property
+    def counts(self) -> list[np.ndarray]:
+        """Of each part, how often its cells' histories met sources, (B, cells)."""
+        return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
+
+    @property
+    def is_thin(self) -> bool:
+        """Whether any batch left cells without a history."""
+        return any((self._rows(part, "counts", 0) == 0).any() for part in self.parts)
+
+    def _brought(self, part: Part, lamp: int) -> np.ndarray:
+        return self._weights(part, lamp) * part.gains[lamp]
+
+    def _weights(self, part: Part, lamp: int) -> np.ndarray:
+        """What flights and rays brought to a lamp [weight]."""
+        weights, scale = self._rows(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
+        return weights if scale is None else weights + self._rows(part, "weights", self._block(lamp)) / scale
+
+    def _met(self, part: Part, lamp: int) -> np.ndarray:
+        """How often they did."""
+        counts = self._rows(part, "counts", 1 + lamp)
+        return (
+            counts + self._rows(part, "counts", self._block(lamp)) if lamp in self.turned.scales else counts
+        )
+
+    def _block(self, lamp: int) -> int:
+        return 1 + len(self.turned.lamps) + lamp
+
+    def _born(self, part: Part) -> np.ndarray:
+        """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
+        born = self._rows(part, "counts", 0)
+        if (born > 0).all():
+            return born
+        return (self.run.sizes * part.share / part.cells)[:, None]
+
+    def _rows(self, part: Part, kind: str, block: int) -> np.ndarray:
+        first = self.turned.first + block * self.turned.cells + part.first
+        return np.array([getattr(batch, kind)[first : first + part.cells] for batch in self.batches])
+
+    def doubt(self, name: str) -> str | None:
+        """A source that was met so rarely that one more meeting would change the sensor's mean by more than its error."""
+        values = sum(means.mean(axis=1) for means in self.means)
+        error = Estimate(values, self.run, Unit()).error
+        for lamp in self.lamps:
+            met = sum(self._met(part, lamp).sum() for part in self.parts)
+            weight = sum(self._weights(part, lamp).sum() for part in self.parts) / met if met else 1.0
+            histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
+            change = max(part.gains[lamp] for part in self.parts) * weight / histories
+            if met < FEW and not change <= error:
+                times = "never met" if met == 0 else f"met {met} times"
+                source = self.turned.lamps[lamp].name
+                return (
+                    f"{source!r} was {times} by the histories from {name!r}: once more would change its mean by"
+                    " more than its error, which is not to be trusted if that source can be seen; use more particles,"
+                    " or estimator='analog'"
+                )
+        return None
+
+
+class BackwardReading(Reading):
+    """A Detector's quantities of what arrives; see BACKWARD_QUANTITIES.  Raises SceneError for all others."""
+
+    known = BACKWARD_QUANTITIES
+
+    def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
+        super().__init__(result, detector)
+        self._result, self._cell_sums = result, CellSums(result, detector, lamps)
+        self.sums = ArrivedSums(result, detector, self._cell_sums)
+
+    @cached_property
+    def by_source(self) -> dict[str, BackwardReading]:
+        """The same of each source alone, by its surface's name, or "sources[k]" or "glow[k]"."""
+        return {
+            lamp.name: BackwardReading(self._result, self.detector, (k,))
+            for k, lamp in enumerate(self._plan.turned.lamps)
+        }
+
+    @property
+    def is_blind(self) -> bool:
+        return not any(counts.any() for counts in self._cell_sums.counts)
+
+    @cached_property
+    def warning(self) -> str | None:
+        return warning_of(self._cell_sums, self.name)
+
+    def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+        self._check(side, "weights")
+        self._need_all(whole=True)
+        return super()._whole(side, per_second)
+
+    def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+        self._check(side, kind)
+        self._need_all(whole=not self.sums.place_axes)
+        return super()._per_area(kind, side, per_second)
+
+    def _by_direction(self, side: int, projected: bool, *more, **named) -> Estimate | EstimateArray:
+        self._check(side, "weights")
+        return super()._by_direction(side, projected, *more, **named)
+
+    def _check(self, side: int, kind: str) -> None:
+        if side != ARRIVALS or kind != "weights":
+            self._refuse(
+                "this",
+                "histories that run forwards",
+                f"read one of {', '.join(self.known)}, or write estimator='analog'",
+            )
+
+    def _need_all(self, whole: bool) -> None:
+        """Refuse sums over a hemisphere, or a shape, of which the bins are only a part."""
+        detector = self.detector
+        if not _covers_directions(detector):
+            got = shown(detector.directions)
+            self._refuse(
+                "a sum over all directions",
+                f"bins of all of them, got {got}",
+                "read radiance, or leave directions out",
+            )
+        if whole and detector.positions is not None:
+            areas = float(np.sum(detector.positions.areas(self.sums.shape)))
+            if not math.isclose(areas, self.sums.shape.area, rel_tol=1e-9):
+                got = shown(detector.positions)
+                self._refuse("a sum over the shape", f"bins of all of it, got {got}", "leave positions out")
+
+
+def _covers_directions(detector: Detector) -> bool:
+    """Whether the bins hold all directions of the hemisphere."""
+    directions = detector.directions
+    if directions is None:
+        return True
+    if isinstance(directions, DirectionCone):
+        return False
+    edges, is_world = directions.edges(), directions.frame == "world"
+    spans = {
+        "mu": 2.0 if is_world else 1.0,
+        "theta": math.pi if is_world else math.pi / 2,
+        "phi": 2 * math.pi,
+    }
+    return all(math.isclose(e[-1] - e[0], spans[name], rel_tol=1e-9) for name, e in edges.items())
+
+
+class ArrivedSums(MeterSums):
+    """The cells' means as if they were a detector's sums over the run: fluxes in bins [W]."""
+
+    def __init__(self, result, detector: Detector, cells: CellSums) -> None:
+        super().__init__(result.plan, result.batches, result.run, detector)
+        self._cell_sums = cells
+
+    def blocks(self, kind: str, side: int) -> np.ndarray:
+        """(B, 1, 1, 1 + cells): nothing is outside of all bins."""
+        if kind == "counts":
+            values = sum(self._cell_sums.counts)
+        else:
+            parts = zip(self._cell_sums.parts, self._cell_sums.means, strict=True)
+            flux = sum(means * self._extents(part) for part, means in parts)
+            values = flux * self.run.sizes[:, None] / self.plan.unit
+        return np.concatenate([np.zeros_like(values[:, :1]), values], axis=1)[:, None, None, :]
+
+    def _extents(self, part: Part) -> np.ndarray:
+        """Area times solid angle of each cell [m^2 sr], (cells,), of the measure that its directions are drawn by."""
+        positions = self.detector.positions
+        areas = part.shape.area if positions is None else positions.areas(part.shape)
+        return np.outer(np.ravel(areas), self._angles()).ravel()
+
+    def _angles(self) -> np.ndarray:
+        """Projected solid angles of bins in the local frame, plain ones of others, in the order of the cells."""
+        directions = self.detector.directions
+        if directions is None:
+            return np.array([math.pi])
+        plain, projected = solid_angles_of(self.detector, self.shape)
+        angles = projected if getattr(directions, "frame", "world") == "local" else plain
+        angles = np.reshape(angles, (self.cells["mu"], self.cells["turn"]))
+        return (angles[::-1] if "theta" in self.direction_axes else angles).T.ravel()
+
+
+class ViewReading(Quantified):
+    """What arrives at a point: of a Camera or an EnvironmentMap its `radiance`, of those round about the `fluence_rate`."""
+
+    known, title = IMAGE_QUANTITIES, "detector "
+
+    def __init__(
+        self, result, sensor: Instrument | PointDetector, lamps: tuple[int, ...] | None = None
+    ) -> None:
+        self.detector, self.name = sensor, sensor.name
+        self._result, self._sums = result, CellSums(result, sensor, lamps)
+
+    @cached_property
+    def radiance(self) -> EstimateArray:
+        """Radiance that arrives, a mean over each pixel's or bin's solid angle, (v, u) or (theta, phi) [W m^-2 sr^-1]."""
+        if isinstance(self.detector, PointDetector):
+            raise SceneError(f"PointDetector {self.name!r}: radiance needs bins; use an EnvironmentMap there")
+        values, counts = self._arranged(self._sums.means[0]), self._arranged(self._sums.counts[0])
+        if isinstance(self.detector, Camera):
+            values = values * (self._plane_area / self.detector.solid_angles())
+        edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
+        return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts=counts.sum(axis=0))
+
+    @cached_property
+    def fluence_rate(self) -> Estimate:
+        """Fluence rate at the point, phi = ∫ L dω over all directions [W m^-2]."""
+        unit, run = Unit.parse("W m^-2"), self._sums.run
+        counts = int(self._sums.counts[0].sum())
+        if isinstance(self.detector, PointDetector):
+            return Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
+        angles = self.detector.solid_angles()
+        if not math.isclose(float(angles.sum()), 4 * math.pi, rel_tol=1e-9):
+            cure = "use an EnvironmentMap of all directions"
+            raise SceneError(
+                f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs them all; {cure}"
+            )
+        return Estimate(
+            (self._arranged(self._sums.means[0]) * angles).sum(axis=(1, 2)), run, unit, counts=counts
+        )
+
+    @cached_property
+    def counts(self) -> Estimate | EstimateArray:
+        """How often histories met sources in the whole run, by pixel or bin."""
+        run, counts = self._sums.run, self._sums.counts[0]
+        values = counts * (run.sizes.sum() / run.sizes)[:, None]
+        if isinstance(self.detector, PointDetector):
+            return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
+        edges = self.detector.edges()
+        totals = self._arranged(counts).sum(axis=0)
+        return EstimateArray(self._arranged(values), run, Unit.parse("1"), tuple(edges), edges, counts=totals)
+
+    def image(self) -> np.ndarray:
+        """The radiance [W m^-2 sr^-1] as rows of an image, the upper one first."""
+        return self._upright(self.radiance.value)
+
+    def errors(self) -> np.ndarray:
+        """One standard error of each pixel [W m^-2 sr^-1], as `image`; nan where nothing came."""
+        return self._upright(self.radiance.error)
+
+    @cached_property
+    def by_source(self) -> dict[str, ViewReading]:
+        """The same of each source alone, by its surface's name, or "sources[k]" or "glow[k]"."""
+        lamps = self._sums.turned.lamps
+        return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether no history met a source."""
+        return not self._sums.counts[0].any()
+
+    @cached_property
+    def warning(self) -> str | None:
+        """What to know before trusting it."""
+        return warning_of(self._sums, self.name)
+
+    def __repr__(self) -> str:
+        what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
+        return f"<{self.name}: {what} {getattr(self, what)!r}>"
+
+    @property
+    def _plane_area(self) -> float:
+        """Area of a pixel on the plane at distance 1."""
+        v, u = self.detector.edges().values()
+        return float((v[1] - v[0]) * (u[1] - u[0]))
+
+    def _arranged(self, cells: np.ndarray) -> np.ndarray:
+        """(B, cells), the first axis of the sensor's bins slowest: pixels as they are, cosines and turns as (theta, phi)."""
+        sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
+        if isinstance(self.detector, Camera):
+            return cells.reshape(-1, *sizes)
+        return cells.reshape(-1, sizes[1], sizes[0]).swapaxes(1, 2)[:, ::-1]
+
+    def _upright(self, rows: np.ndarray) -> np.ndarray:
+        return rows[::-1] if isinstance(self.detector, Camera) else rows
+
+
+def warning_of(sums: CellSums, name: str) -> str | None:
+    """What to know of a sensor before trusting it: too few histories for its cells, or sources met too rarely."""
+    if sums.is_thin:
+        return (
+            f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
+            " noise; use more particles or fewer batches"
+        )
+    return sums.doubt(name)

@@ -1,0 +1,62 @@
+"""Whether batches are what replicates must be: without a trend of their mean or their spread, and none of them all alone.
+
+Each figure is a probability that independent, equal, roughly normal batches would look so odd; nan for fewer than LEAST.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+LEAST = 16  # batches: of fewer a perfect order is no rarity
+
+
+def trend_of(values: np.ndarray) -> float:
+    """That of a drift from batch to batch, (B,): of the halves' means, of ranks, of the halves' spreads, the oddest of three.
+
+    Student's t between the halves, Spearman's rank correlation with the order, and Brown and Forsythe (1974) on the halves'
+    deviations from their medians: a mean without a trend, and an error that falls as N^-1/2.
+    """
+    values = np.asarray(values, dtype=float)
+    if len(values) < LEAST or not np.ptp(values) > 0:
+        return math.nan
+    first, last = values[: len(values) // 2], values[len(values) // 2 :]
+    spreads = [np.abs(half - np.median(half)) for half in (first, last)]
+    tests = (_two_samples(first, last), _ranks(values), _two_samples(*spreads))
+    return min(1.0, len(tests) * min(tests))
+
+
+def outlier_of(values: np.ndarray) -> float:
+    """That of the largest of the batches, (B,), so far above the others (Grubbs 1950)."""
+    values, many = np.asarray(values, dtype=float), len(values)
+    if many < LEAST or not np.ptp(values) > 0:
+        return math.nan
+    far = (values.max() - values.mean()) / values.std(ddof=1)
+    left = (many - 1) ** 2 - many * far**2
+    t = math.sqrt(many * (many - 2) * far**2 / left) if left > 0 else math.inf
+    return min(1.0, many * _beyond(t, many - 2))
+
+
+def _two_samples(first: np.ndarray, last: np.ndarray) -> float:
+    """Two-sided, by the difference of their means."""
+    dof = len(first) + len(last) - 2
+    pooled = (((first - first.mean()) ** 2).sum() + ((last - last.mean()) ** 2).sum()) / dof
+    error = math.sqrt(pooled * (1 / len(first) + 1 / len(last)))
+    difference = abs(first.mean() - last.mean())
+    return 1.0 if difference == 0 else 2 * _beyond(difference / error if error > 0 else math.inf, dof)
+
+
+def _ranks(values: np.ndarray) -> float:
+    """Two-sided, by the correlation of ranks with the order; ties share their mean rank."""
+    _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
+    ranks = (np.cumsum(counts) - 0.5 * counts)[places]
+    r, dof = float(np.corrcoef(ranks, np.arange(len(values)))[0, 1]), len(values) - 2
+    return 2 * _beyond(abs(r) * math.sqrt(dof / (1 - r * r)) if abs(r) < 1 else math.inf, dof)
+
+
+def _beyond(t: float, dof: int) -> float:
+    """The probability of more than t."""
+    from scipy.special import stdtr
+
+    return float(stdtr(dof, -t))

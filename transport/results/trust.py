@@ -1,0 +1,80 @@
+"""What a run knows of the quality of its error bars: by quantity, and in words where one is not to be trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from transport.results.estimates import Estimate
+from transport.results.meter_sums import ARRIVALS, DEPARTURES
+from transport.results.point_readings import PointReading
+from transport.results.quality import Quality, quality_of
+from transport.results.readings import Reading
+from transport.results.scores import Scores
+from transport.results.sizes import scores_of_meter
+from transport.units import Unit
+from transport.validation import SceneError
+
+if TYPE_CHECKING:
+    from transport.results.result import Result
+
+SIDES = {
+    "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
+    "flux_out": DEPARTURES, "exitance": DEPARTURES, "energy_out": DEPARTURES,
+}  # fmt: skip
+CURE = "use more particles, or a way to estimate whose scores are more alike (an aim, another estimator, a Splitting)"
+
+
+def quality_in(result: Result, name: str) -> Quality:
+    """The quality of the quantity called "detector.quantity".  Raises SceneError for an array of them."""
+    estimate = result.quantity(name)
+    if not isinstance(estimate, Estimate):
+        raise SceneError(
+            f"quality: {name!r} has bins, {estimate!r}; give quality_of one of its elements, or ask for a quantity of"
+            " the whole shape as flux_in"
+        )
+    detector, _, quantity = name.partition(".")
+    scores = _scores_behind(result[detector], quantity)
+    seconds = result.cost.seconds if result.cost else math.nan
+    return quality_of(estimate, scores, result.particles, seconds)
+
+
+def doubts_of(result: Result) -> list[str]:
+    """A warning for each detector whose totals have an error that is not to be trusted, if it has none yet."""
+    found = []
+    for look in (*result.scene.meters, *result.scene.points):
+        reading = result[look.name]
+        if not isinstance(reading, Reading | PointReading) or reading.warning is not None:
+            continue
+        doubted = ((title, q.doubts[0]) for title, q in _totals(result, reading) if not q.is_sound)
+        title, doubt = next(doubted, (None, None))
+        if doubt:
+            found.append(f"the error of {title} is not to be trusted: {doubt}; {CURE}")
+    return found
+
+
+def _totals(result: Result, reading: Reading | PointReading) -> Iterator[tuple[str, Quality]]:
+    """What a detector counted over its whole shape, all times and speeds, on each side."""
+    if isinstance(reading, PointReading):
+        yield (
+            f"point detector {reading.name!r}",
+            quality_of(reading.fluence_rate, reading.scores, result.particles),
+        )
+        return
+    sums = reading.sums
+    for side, title in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
+        weights = sums.whole("weights", side).sum(axis=(1, 2))
+        if weights.any() and not reading.is_sure(side):
+            total = Estimate(weights / result.run.sizes, result.run, Unit())
+            scores = scores_of_meter(sums, side)
+            yield f"{title} of detector {reading.name!r}", quality_of(total, scores, result.particles)
+
+
+def _scores_behind(reading: object, quantity: str) -> Scores | None:
+    """The scores that add up to a quantity; None where their sizes are not known."""
+    if isinstance(reading, PointReading) and quantity == "fluence_rate":
+        return reading.scores
+    if isinstance(reading, Reading) and quantity in SIDES:
+        return scores_of_meter(reading.sums, SIDES[quantity])
+    return None

@@ -1,0 +1,74 @@
+"""How long runs take, straight lines through their errors against that, as logarithms, and what an error costs so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+BY_CHANCE = -0.5  # the slope of independent histories
+DOUBT = 3.0  # standard errors within which a measured slope is taken for the one expected
+
+
+@dataclass(frozen=True)
+class Pace:
+    """A run takes latency + per_particle × particles [s]."""
+
+    latency: float
+    per_particle: float
+
+    def seconds_for(self, particles: np.ndarray | float) -> np.ndarray | float:
+        """How long so many particles take [s]."""
+        return self.latency + self.per_particle * np.asarray(particles)
+
+
+def pace_of(particles: np.ndarray, seconds: np.ndarray) -> Pace:
+    """The pace by least squares of relative deviations; both parts positive."""
+    particles, seconds = np.asarray(particles, dtype=float), np.asarray(seconds, dtype=float)
+    if len(seconds) > 1:
+        columns = np.stack([1 / seconds, particles / seconds], axis=1)
+        (latency, per_particle), *_ = np.linalg.lstsq(columns, np.ones(len(seconds)), rcond=None)
+        if per_particle > 0:
+            return Pace(max(0.0, float(latency)), float(per_particle))
+    return Pace(0.0, float(seconds[-1] / particles[-1]))
+
+
+@dataclass(frozen=True)
+class Line:
+    """error = factor × seconds^slope, of the seconds that histories take, beyond the latency of a run.
+
+    slope ± slope_error: as measured;  used: the slope of the line, the expected one where the measured one agrees with it.
+    """
+
+    factor: float
+    used: float
+    slope: float
+    slope_error: float
+
+    def error_at(self, seconds: np.ndarray | float) -> np.ndarray | float:
+        """The relative error that so many seconds leave."""
+        return self.factor * np.power(seconds, self.used)
+
+    def seconds_to(self, error: float) -> float:
+        """Seconds to that relative error; infinite where the line does not fall."""
+        return math.inf if self.used >= 0 else (error / self.factor) ** (1 / self.used)
+
+
+def line_through(seconds: np.ndarray, errors: np.ndarray, runs: np.ndarray) -> Line | None:
+    """The line by weighted least squares; None for fewer than two points of known positive size.
+
+    errors: root mean squares over so many runs, of normal deviations: their logarithms have variances 1 / (2 runs).
+    The slope of independent histories is taken where the measured one lies within three standard errors of it.
+    """
+    seconds, errors, runs = (np.asarray(part, dtype=float) for part in (seconds, errors, runs))
+    known = np.isfinite(errors) & (errors > 0) & (seconds > 0)
+    if np.count_nonzero(known) < 2:
+        return None
+    x, y, weights = np.log(seconds[known]), np.log(errors[known]), 2 * runs[known]
+    x0, y0 = np.average(x, weights=weights), np.average(y, weights=weights)
+    spread = float(np.sum(weights * (x - x0) ** 2))
+    slope, slope_error = float(np.sum(weights * (x - x0) * (y - y0))) / spread, 1 / math.sqrt(spread)
+    agrees = abs(slope - BY_CHANCE) <= DOUBT * slope_error
+    used = BY_CHANCE if agrees else slope
+    return Line(math.exp(y0 - used * x0), used, slope, slope_error)

@@ -1,0 +1,148 @@
+"""Whether a run for an error knows enough, and how many histories it will want: few looks, at planned times.
+
+A run that looks often and stops as soon as its error seems small stops where the error is underestimated, and its
+intervals are too short.  So a run looks at its errors only where an earlier look has planned it: after a pilot, at most
+16 times as many histories later, and so on to where the error should be reached, with a margin of one standard error of
+that error, so that one look in six has to be followed by another.  What is looked at last is nearly independent of what
+planned it (Stein 1945 has two such stages; Chow and Robbins 1965 the limit).
+
+A small error is not enough: of few or unlike scores the mean is lopsided about the truth.  Student's intervals of
+95 % then cover less by 0.25 g^2, where g is the skewness of the mean (Hall 1988, equation 2.5, normal quantile 1.96):
+g is 0.1 for 100 scores of equal weight.  A look asks for g <= 0.2, a loss below 1 %.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.results.quantities import Quantity
+from transport.results.statistics import skewness_of_mean
+
+LOPSIDED = 0.2  # skewness of a mean, above which intervals cover too little
+LEAP = 16.0  # most times as many histories from a look to the next
+BLIND_LEAP = 4.0  # where nothing is known yet
+STEEPEST, FLATTEST = -1.5, -0.5  # slopes of the errors of nets of points against their number
+FEWEST_ROUNDS = 4  # that a run takes, the last of which is the result
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a quantity stands: its relative error (of the worst bin; inf while unknown) and its mean's skewness."""
+
+    name: str
+    target: float
+    relative: float
+    skewness: float
+    allowed: float
+
+    @property
+    def shortfall(self) -> float:
+        """By how much it is off what is asked for: its square is how many times the histories it takes."""
+        return max(self.relative / self.target, self.skewness / self.allowed)
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a run knew when it looked."""
+
+    particles: int
+    batches: int
+    standings: tuple[Standing, ...]
+
+    @property
+    def worst(self) -> Standing:
+        """The quantity that will take longest."""
+        return max(self.standings, key=lambda standing: standing.shortfall)
+
+    @property
+    def is_enough(self) -> bool:
+        return self.worst.shortfall <= 1
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether of some quantity nothing is known yet."""
+        return math.isinf(self.worst.shortfall)
+
+    @property
+    def needed(self) -> float:
+        """Histories in all that will do, at five to one; infinite while that is not known."""
+        margin = 1 + 1 / math.sqrt(2 * self.batches)
+        return self.particles * (self.worst.shortfall * margin) ** 2
+
+    @property
+    def legs(self) -> int:
+        """How many further looks that will take."""
+        return max(1, math.ceil(math.log(self.needed / self.particles, LEAP)))
+
+    @property
+    def next_at(self) -> int:
+        """Histories in all at which to look again: on equal steps to where they will do."""
+        if self.is_blind:
+            return math.ceil(self.particles * BLIND_LEAP)
+        return math.ceil(self.particles * (self.needed / self.particles) ** (1 / self.legs))
+
+
+def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
+    """Where a quantity stands; of an array its bin that is furthest off, among those with known errors."""
+    replicates = quantity._replicates
+    relative = np.atleast_1d(quantity.relative_error)
+    known = np.isfinite(relative)
+    allowed = LOPSIDED + math.sqrt(6) / quantity.batches  # what of it is noise: one standard error of it
+    if not known.any():
+        is_constant = np.all(np.atleast_1d(quantity.reason) == "every batch gave the same")
+        return Standing(
+            name, target, 0.0 if is_constant and np.any(quantity.value) else math.inf, 0.0, allowed
+        )
+    skewness = np.zeros(relative.shape)
+    for run, deviations in replicates.deviations.items():
+        skewness = np.fmax(skewness, np.abs(np.atleast_1d(skewness_of_mean(deviations, run.sizes))))
+    worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
+    return Standing(name, target, float(relative.flat[worst]), float(skewness.flat[worst]), allowed)
+
+
+def slope_of(looks: list[Look], name: str) -> float:
+    """The slope of a quantity's error against the histories of rounds, over the last four, within -1.5 and -0.5."""
+    points = [(look.particles, _standing(look, name).relative) for look in looks[-4:]]
+    points = [(math.log(particles), math.log(error)) for particles, error in points if 0 < error < math.inf]
+    if len(points) < 3:
+        return FLATTEST
+    slope = float(np.polyfit(*np.transpose(points), 1)[0])
+    return min(max(slope, STEEPEST), FLATTEST)
+
+
+def rounds_to_come(looks: list[Look]) -> int:
+    """How many more rounds, each twice as large, the worst quantity will take by its slope so far."""
+    worst = looks[-1].worst
+    if math.isinf(worst.shortfall):
+        return 1
+    steps = math.log2(max(worst.shortfall, 1.0)) / -slope_of(looks, worst.name)
+    return max(1, FEWEST_ROUNDS - len(looks), math.ceil(steps))
+
+
+def rounds_suffice(looks: list[Look]) -> bool:
+    """Whether the last of a run's rounds is enough, and the three before it led one to expect as much.
+
+    Rounds are independent, but few batches know their errors badly: one look at each would stop at the first that
+    happens to look small.
+    """
+    *before, last = looks
+    if not last.is_enough or len(looks) < FEWEST_ROUNDS:
+        return False
+    for standing in last.standings:
+        slope = slope_of(before[-3:], standing.name)
+        earlier = [(look.particles, _standing(look, standing.name).relative) for look in before[-3:]]
+        logs = [
+            math.log(error) + slope * math.log(last.particles / particles)
+            for particles, error in earlier
+            if error > 0
+        ]
+        if logs and sum(logs) / len(logs) > math.log(standing.target):
+            return False
+    return True
+
+
+def _standing(look: Look, name: str) -> Standing:
+    return next(standing for standing in look.standings if standing.name == name)

@@ -1,0 +1,161 @@
+"""From the runs of each way to its points, its line and its price: true errors beside those that were claimed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.slopes import Line, Pace, line_through, pace_of
+from transport.trials import Trial, Trials
+
+KNOWN = 0.5  # relative error beyond which nothing is known that a line could go through
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What deviations are measured from, (n,) [unit].  variance: of the best estimate, summed over bins; 0 where exact.
+
+    shares: how much of it each way is.
+    """
+
+    value: np.ndarray
+    variance: float
+    shares: Mapping[str, float]
+
+    @property
+    def size(self) -> float:
+        return float(np.linalg.norm(self.value))
+
+    @property
+    def words(self) -> str:
+        if not self.shares:
+            return "exact"
+        return (
+            f"best estimate, ± {math.sqrt(self.variance) / self.size:.1e} of it" if self.size else "nothing"
+        )
+
+
+@dataclass(frozen=True)
+class Point:
+    """Runs of one size.  seconds: of CPU, median;  wall: by the clock, median.
+
+    true: root mean square deviation from the truth, over its size, with its standard error;  claimed: root mean square
+    of what the runs said their errors were, nan where none said anything.
+    """
+
+    particles: int
+    runs: int
+    seconds: float
+    wall: float
+    true: float
+    true_error: float
+    claimed: float
+
+
+@dataclass(frozen=True)
+class Price:
+    """seconds: of CPU;  is_extrapolated: the error lies below all that were measured."""
+
+    seconds: float
+    is_extrapolated: bool
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to estimate.  line: through the true errors, None where they are not known;  claimed_line: through the others.
+
+    pace: how long runs take;  z: how many standard errors the mean of all its runs lies off the truth;  preparation: [s]
+    of compiling or loading its passes.
+    """
+
+    name: str
+    points: tuple[Point, ...]
+    line: Line | None
+    claimed_line: Line | None
+    pace: Pace
+    preparation: float
+    z: float
+
+    def price(self, error: float) -> Price:
+        """What a relative error costs, by the line; infinite where there is none."""
+        if self.line is None:
+            return Price(math.inf, True)
+        measured = [point.true for point in self.points if point.true > 0]
+        return Price(self.pace.latency + self.line.seconds_to(error), error < min(measured, default=math.inf))
+
+
+def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) -> Truth:
+    """The exact value; or without one the mean of all runs, each way by the error of its mean."""
+    if exact is not None:
+        return Truth(exact, 0.0, {})
+    means = {name: _mean(trials) for name, trials in found.items()}
+    known = {name: mean for name, mean in means.items() if 0 < mean[1] < math.inf} or means
+    weights = {name: 1 / variance if variance > 0 else 1.0 for name, (_, variance) in known.items()}
+    total = math.fsum(weights.values())
+    shares = {name: weight / total for name, weight in weights.items()}
+    value = sum(share * known[name][0] for name, share in shares.items())
+    return Truth(value, math.fsum(share**2 * known[name][1] for name, share in shares.items()), shares)
+
+
+def way_of(name: str, trials: Trials, truth: Truth) -> Way:
+    """A way's points, lines and z."""
+    particles = sum(trial.particles for trial in trials.all)
+    share = truth.shares.get(name, 0.0) / particles
+    points = tuple(_point(rung, truth, share * rung[0].particles) for rung in trials.rungs)
+    pace = pace_of([p.particles for p in points], [p.seconds for p in points])
+    fitted = [p for p in points if p.true < KNOWN and p.claimed < KNOWN]
+    seconds = [pace.per_particle * p.particles for p in fitted]
+    runs = [p.runs for p in fitted]
+    line = line_through(seconds, [p.true for p in fitted], runs)
+    claimed = line_through(seconds, [p.claimed for p in fitted], runs)
+    return Way(name, points, line, claimed, pace, trials.preparation, _z(trials, truth, name))
+
+
+def _point(rung: tuple[Trial, ...], truth: Truth, share: float) -> Point:
+    """share: of one run in the best estimate, by which it draws this towards itself."""
+    squares = np.array([_square(trial.value - truth.value, truth) for trial in rung])
+    mean = (
+        (float(squares.mean()) - truth.variance / truth.size**2) / (1 - 2 * share) if truth.size else math.nan
+    )
+    true = math.sqrt(mean) if mean > 0 else math.nan if truth.variance else 0.0
+    claims = [_square(trial.error, truth) for trial in rung if np.isfinite(trial.error).any()]
+    return Point(
+        particles=rung[0].particles,
+        runs=len(rung),
+        seconds=float(np.median([trial.seconds for trial in rung])),
+        wall=float(np.median([trial.wall for trial in rung])),
+        true=true,
+        true_error=true / math.sqrt(2 * len(rung)),
+        claimed=math.sqrt(np.mean(claims)) if 2 * len(claims) > len(rung) else math.nan,
+    )
+
+
+def _square(part: np.ndarray, truth: Truth) -> float:
+    """The square of a deviation or an error over that of the truth; what is undefined is unknown by all of its value."""
+    part = np.where(np.isfinite(part), part, 0.0 if np.isfinite(part).any() else truth.value)
+    return float(np.sum(part**2)) / truth.size**2 if truth.size else math.nan
+
+
+def _mean(trials: Trials) -> tuple[np.ndarray, float]:
+    """Mean over all histories of a way, and its variance, summed over bins; infinite where it is not known."""
+    runs = trials.all
+    weights = np.array([trial.particles for trial in runs], dtype=float)
+    weights /= weights.sum()
+    value = sum(w * np.nan_to_num(trial.value) for w, trial in zip(weights, runs, strict=True))
+    known = [(w, trial) for w, trial in zip(weights, runs, strict=True) if np.isfinite(trial.error).any()]
+    said = math.fsum(w for w, _ in known)
+    if said < 0.5:
+        return value, math.inf
+    return value, math.fsum(w**2 * float(np.nansum(trial.error**2)) for w, trial in known) / said
+
+
+def _z(trials: Trials, truth: Truth, name: str) -> float:
+    """Of the mean of all runs; nan where it is no single number, or the truth is that mean."""
+    value, variance = _mean(trials)
+    if value.size > 1 or truth.shares.get(name, 0.0) > 0.999:
+        return math.nan
+    spread = variance + (-truth.variance if name in truth.shares else truth.variance)
+    return float((value - truth.value)[0]) / math.sqrt(spread) if 0 < spread < math.inf else math.nan
