@@ -12,8 +12,8 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from transport import aimed, methods
-from transport.choosing import Choice, Pilot, cheapest, choose, price_of, usual_quantities
-from transport.methods import Method
+from transport.estimators.choosing import Choice, Pilot, cheapest, choose, price_of, usual_quantities
+from transport.estimators.methods import Method
 
 ANALOG, AIMED, EXPECTED = (Method(name) for name in ("analog", "aimed", "expected"))
 RADIANCE, RADIUS = 100.0, 0.01
@@ -64,7 +64,7 @@ def fake_run(errors, calls):
 
 def stand_in_choice(monkeypatch, errors, pace, targets=None):
     """A choice with stand-in runs and a stand-in clock that goes `pace` seconds a particle."""
-    monkeypatch.setattr("transport.choosing.methods_for", lambda scene: list(errors))
+    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: list(errors))
     calls = []
 
     def clock():
@@ -95,7 +95,7 @@ def test_pilots_that_are_refused_are_told_and_not_taken(monkeypatch):
 
 
 def test_a_quantity_that_a_way_cannot_read_is_a_refusal_of_that_way(monkeypatch):
-    monkeypatch.setattr("transport.choosing.methods_for", lambda scene: [ANALOG, AIMED])
+    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG, AIMED])
 
     def run(method, particles):
         def quantity(name):
@@ -147,7 +147,7 @@ def test_auto_keeps_to_the_sampling_that_is_said():
 
 
 def test_the_only_way_is_taken_without_a_pilot(monkeypatch):
-    monkeypatch.setattr("transport.choosing.methods_for", lambda scene: [ANALOG])
+    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG])
     choice = choose(scene(), None, None, run=None)
     assert choice == Choice(ANALOG, (Pilot(ANALOG),))
     assert "the only way" in choice.lines[0]

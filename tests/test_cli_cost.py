@@ -23,7 +23,7 @@ def few_ways(monkeypatch):
     """Two ways, and effects that need no measuring."""
     monkeypatch.setattr(costs, "effect_costs", lambda scene: EFFECTS)
     ways = {"analog": {}, "aimed": {"estimator": "aimed"}}
-    monkeypatch.setattr("transport.cost.ways_for", lambda scene: ways)
+    monkeypatch.setattr("transport.pricing.cost.ways_for", lambda scene: ways)
     Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
 
 

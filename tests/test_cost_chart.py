@@ -7,10 +7,10 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from transport.cost import CostOfAccuracy
-from transport.discretisation import BinsAgainstNoise
-from transport.slopes import Pace, line_through
-from transport.ways import Point, Way
+from transport.pricing.cost import CostOfAccuracy
+from transport.pricing.discretisation import BinsAgainstNoise
+from transport.pricing.slopes import Pace, line_through
+from transport.pricing.ways import Point, Way
 from viz.costs import _apart, cost_diagram
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -35,7 +35,7 @@ from transport.materials import (
     ThinLens,
     TwoSided,
 )  # fmt: skip
-from transport.methods import ANALOG, Method
+from transport.estimators.methods import ANALOG, Method
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene

@@ -25,11 +25,11 @@ from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
 from transport.engine.registry import PASSES
 from transport.engine.sampled import WORDS, sampled
-from transport.methods import SAMPLINGS, Method
+from transport.estimators.methods import SAMPLINGS, Method
 from transport.physics.streams import event_words, random_words
 from transport.results import Result
 from transport.results.batches import batch_of
-from transport.schedules import LARGEST_BATCH, equal_powers_of_two
+from transport.runs.schedules import LARGEST_BATCH, equal_powers_of_two
 
 ROOT = Path(__file__).resolve().parents[1]
 NETS = [sampling for sampling in SAMPLINGS if sampling != "random"]

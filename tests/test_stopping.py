@@ -12,11 +12,11 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.limits import Limits
+from transport.runs.limits import Limits
 from transport.results.estimates import Batches, Estimate
 from transport.results.statistics import skewness_of_mean, student_quantile
-from transport.schedules import MEMORY, Planned, Rounds, Schedule, schedule_for
-from transport.stopping import LOPSIDED, Look, Standing, rounds_suffice, standing_of
+from transport.runs.schedules import MEMORY, Planned, Rounds, Schedule, schedule_for
+from transport.runs.stopping import LOPSIDED, Look, Standing, rounds_suffice, standing_of
 
 RUNS = 800
 COVERED = 0.92  # of intervals of 95 %; right code comes to 0.947 ± 0.008: a false alarm in 2000 (tests/bench/stopping.py has more)

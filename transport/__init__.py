@@ -1,10 +1,10 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
 from transport.cameras import Camera, EnvironmentMap
-from transport.cost import CostOfAccuracy, cost_of_accuracy
+from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
-from transport.discretisation import bins_against_noise
+from transport.pricing.discretisation import bins_against_noise
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.exchange import etendue, view_factor
 from transport.materials import (

@@ -53,7 +53,7 @@ class Camera(Instrument):
 
     It looks towards the point `look_at` [m], or along `direction`; `up` is upright in the image.  `field_of_view`:
     the angle [rad] in (0, pi) across the image's width.  `pixels`: (width, height), square ones on a plane across the
-    line of sight.  Nothing of it is in the way of light.  Seen by histories that run backwards: transport.backward.
+    line of sight.  Nothing of it is in the way of light.  Seen by histories that run backwards: transport.estimators.backward.
     """
 
     name: str
@@ -122,7 +122,7 @@ class EnvironmentMap(Instrument):
     """The radiance that arrives at `position` [m] from all directions, a mean over each bin's solid angle.
 
     `theta` from +z and `phi` about it from +x, of the direction that light comes from: numbers of equal bins, or edges
-    [rad].  Seen by histories that run backwards: transport.backward.
+    [rad].  Seen by histories that run backwards: transport.estimators.backward.
     """
 
     name: str

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
-from transport.limits import checked_limits
+from transport.runs.limits import checked_limits
 from transport.results import Result
 from transport.results.estimates import Estimate
 from transport.scene import Scene

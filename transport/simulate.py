@@ -4,14 +4,14 @@ import time
 from collections.abc import Mapping
 from functools import lru_cache, partial
 
-from transport.aimed import aimed_scene
-from transport.choosing import AUTO, OTHER_NUMBERS, Choice, choose
+from transport.estimators.aimed import aimed_scene
+from transport.estimators.choosing import AUTO, OTHER_NUMBERS, Choice, choose
 from transport.compile import compile_scene
-from transport.limits import checked_limits, checked_threads, checked_whole
-from transport.methods import ANALOG, Method, checked_method
-from transport.progress import Progress, progress_on
+from transport.runs.limits import checked_limits, checked_threads, checked_whole
+from transport.estimators.methods import ANALOG, Method, checked_method
+from transport.runs.progress import Progress, progress_on
 from transport.results import Cost, Result
-from transport.running import Run
+from transport.runs.running import Run
 from transport.scene import Scene
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown, suggestion
@@ -38,13 +38,13 @@ def simulate(
     done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
     tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
     says which, and what of it had nothing to do).
-    estimator, sampling: see transport.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
+    estimator, sampling: see transport.estimators.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
     pilots; this depends on measured times, so the report names it, and the run repeats bitwise under that name.
     batches: independent replicates, from whose spread errors are told; None for 32, for 256 to 512 with `error` (fewer where
     sums are large), and for fewer with "sobol" and "stratified".  These take `error` and `seconds` in rounds, each twice as
     large as the one before, of which the last complete one is the result.
     A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals
-    cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.stopping).
+    cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.runs.stopping).
     threads: None for one a core;  progress: a bar on the terminal, None where there is one.
     Raises SceneError for input that cannot be run.
     """

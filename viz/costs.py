@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from transport.cost import CostOfAccuracy
-from transport.discretisation import BinsAgainstNoise
-from transport.price_table import duration, percent, price_text
-from transport.ways import Way
+from transport.pricing.cost import CostOfAccuracy
+from transport.pricing.discretisation import BinsAgainstNoise
+from transport.pricing.price_table import duration, percent, price_text
+from transport.pricing.ways import Way
 from viz.style import INK, MUTED, PALETTE, figure_at
 
 MARKS = {"random": ("o", "-"), "stratified": ("s", "--"), "sobol": ("^", "-.")}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from transport.compile import compile_scene
-from transport.progress import progress_on
+from transport.runs.progress import progress_on
 from transport.scene import Scene
 
 

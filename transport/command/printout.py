@@ -19,7 +19,7 @@ from transport.command.tables import (
     pass_table,
 )
 from transport.experiment import Outcome, experiment, experiment_names, name_of
-from transport.price_table import price_notes
+from transport.pricing.price_table import price_notes
 from transport.results.report import cost_lines, method_lines, tracking_lines
 from transport.scene import Scene
 

@@ -1,4 +1,4 @@
-"""A scene turned round for the estimator "backward": detectors emit, bin by bin, and sources are met (transport.backward).
+"""A scene turned round for the estimator "backward": detectors emit, bin by bin, and sources are met (transport.estimators.backward).
 
 What is run is an ordinary scene with an ordinary plan, but that each history is born in a cell, one of a sensor's bins
 (engine/sensors.py), and that what it brings to a source is summed up by the cell that it was born in.

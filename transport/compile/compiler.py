@@ -30,7 +30,7 @@ from transport.compile.points import fill_points
 from transport.compile.sizes import fill_sizes
 from transport.compile.space import space_of
 from transport.compile.volumes import fill_volumes
-from transport.methods import ANALOG, Method
+from transport.estimators.methods import ANALOG, Method
 from transport.scene import Scene
 from transport.scene_speeds import scene_speeds
 from transport.shapes import Mesh, Revolved, Shape, Sphere

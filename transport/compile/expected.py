@@ -18,7 +18,7 @@ from transport.compile.emitters import CLOSE, FAINTEST, aim_columns, one_minus_c
 from transport.compile.points import scatters_anywhere
 from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
-from transport.expected import expects
+from transport.estimators.expected import expects
 from transport.materials import Diffuse, Mixture, simple_parts
 from transport.shapes import Disk, FlatShape, Shape, Sphere
 from transport.shapes.distances import least_distance, least_height

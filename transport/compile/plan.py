@@ -10,7 +10,7 @@ from transport.compile import layout
 from transport.compile.emitters import Emitter
 from transport.compile.meshes import MeshTable
 from transport.compile.space import Space
-from transport.methods import ANALOG, Method
+from transport.estimators.methods import ANALOG, Method
 from transport.scene import Scene
 from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
 from transport.shapes import Mesh, Shape

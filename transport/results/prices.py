@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.price_table import duration, percent
+from transport.pricing.price_table import duration, percent
 from transport.results.quantities import Quantity
 
 if TYPE_CHECKING:

@@ -1,8 +1,8 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
 from transport.cameras import Camera, Instrument
-from transport.expected import counted_as_they_come
-from transport.methods import ANALOG
+from transport.estimators.expected import counted_as_they_come
+from transport.estimators.methods import ANALOG
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.estimates import Estimate

@@ -29,8 +29,8 @@ from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
 
 if TYPE_CHECKING:
-    from transport.choosing import Choice
-    from transport.outlook import Forecast
+    from transport.estimators.choosing import Choice
+    from transport.runs.outlook import Forecast
 
 FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.slopes import Pace, pace_of
-from transport.stopping import Look
+from transport.pricing.slopes import Pace, pace_of
+from transport.runs.stopping import Look
 
 KNOWN = (
     0.1  # relative error below which it is known well enough to tell by it how many histories another takes

@@ -85,7 +85,9 @@ def why_not(scene: Scene, estimator: str) -> str | None:
         seen = scene.instruments[0]
         title = f"{type(seen).__name__} {seen.name!r}"
         return f"only backward histories come to {title}; write estimator='backward'"
-    return None if estimator == "analog" else import_module(f"transport.{estimator}").why_not(scene)
+    return (
+        None if estimator == "analog" else import_module(f"transport.estimators.{estimator}").why_not(scene)
+    )
 
 
 def methods_for(scene: Scene) -> list[Method]:

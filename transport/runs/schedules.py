@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator
 
 from transport.compile.plan import Plan
-from transport.limits import MOST_PARTICLES, Limits
+from transport.runs.limits import MOST_PARTICLES, Limits
 from transport.results.batches import Batch
-from transport.stopping import Look, rounds_to_come
+from transport.runs.stopping import Look, rounds_to_come
 
 LARGEST_BATCH = 1 << 24  # histories
 MOST_EVENTS = (

@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from transport.cost import CostOfAccuracy
-    from transport.ways import Price, Way
+    from transport.pricing.cost import CostOfAccuracy
+    from transport.pricing.ways import Price, Way
 
 EXTRAPOLATED = "*"
 _UNITS = (

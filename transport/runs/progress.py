@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from transport.price_table import duration, percent
+from transport.pricing.price_table import duration, percent
 
 if TYPE_CHECKING:
-    from transport.stopping import Standing
+    from transport.runs.stopping import Standing
 
 BAR = 16  # characters
 PATIENCE = 0.5  # [s] before the first bar is shown: short work needs none

@@ -9,7 +9,7 @@ import numpy as np
 
 from transport.cameras import Instrument
 from transport.detectors import Detector
-from transport.methods import ANALOG, Method
+from transport.estimators.methods import ANALOG, Method
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.backward_readings import IMAGE_QUANTITIES

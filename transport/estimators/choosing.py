@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.methods import SAMPLINGS, Method, methods_for
+from transport.estimators.methods import SAMPLINGS, Method, methods_for
 from transport.validation import SceneError, suggestion
 
 if TYPE_CHECKING:

@@ -15,17 +15,17 @@ from functools import partial
 import numpy as np
 
 from transport.compile import compile_scene
-from transport.limits import checked_limits, checked_threads, checked_whole
-from transport.machine import machine_name
-from transport.methods import Method, methods_for
+from transport.runs.limits import checked_limits, checked_threads, checked_whole
+from transport.pricing.machine import machine_name
+from transport.estimators.methods import Method, methods_for
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.scene import Scene
 from transport.simulate import simulate
 from transport.tracking import Tracking
-from transport.trials import KEYS, Trials, trials_of
+from transport.pricing.trials import KEYS, Trials, trials_of
 from transport.validation import SceneError, shown, suggestion
-from transport.ways import Way, best_estimate, way_of
+from transport.pricing.ways import Way, best_estimate, way_of
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 SECONDS = 20.0  # of CPU, shared by the ways
@@ -77,7 +77,7 @@ class CostOfAccuracy:
         return json.dumps(_without_nan(self.to_dict()), indent=2)
 
     def __str__(self) -> str:
-        from transport.price_table import price_lines
+        from transport.pricing.price_table import price_lines
 
         return "\n".join(price_lines(self))
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.slopes import Line, Pace, line_through, pace_of
-from transport.trials import Trial, Trials
+from transport.pricing.slopes import Line, Pace, line_through, pace_of
+from transport.pricing.trials import Trial, Trials
 
 KNOWN = 0.5  # relative error beyond which nothing is known that a line could go through
 

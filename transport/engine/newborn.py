@@ -1,0 +1,81 @@
+"""The steps of the newborn: where, into which direction, when and how fast, and what they have to remember."""
+
+from transport.compile import layout
+from transport.compile.media import importance_row
+from transport.compile.pieces import name_of
+from transport.engine import aims, birthplaces, births, bodies, forcing, importances, meters
+from transport.engine.arrivals import metering, stood, visits
+from transport.engine.expectations import expected_of_births
+from transport.engine.lookouts import casts_of_births
+from transport.engine.registry import named, step
+
+METERS = (1 << layout.METERS_A_SHEET) - 1
+
+
+def newborn_of(plan, emitter):
+    """All steps of what one emitter sends out."""
+    yield step(births.begin, emitter.birth)
+    for each in (*emitter.cells, emitter.place):
+        yield named(each)
+    yield named(emitter.law)
+    yield from _moment_and_speed(plan, emitter)
+    if emitter.target is not None:
+        if emitter.facing is not None:
+            yield step(births.take_normal, emitter.facing)
+        for each in emitter.target:
+            yield named(each)
+        yield step(aims.account_born)
+    if plan.reflects or plan.scatters:
+        yield step(births.begin_events)
+    if emitter.inside is not None:
+        yield step(bodies.begin_inside, emitter.inside)
+    for row in emitter.beside:
+        yield step(bodies.begin_beside, row)
+    if emitter.medium is not None:
+        yield step(births.begin_in_medium, emitter.medium)
+    if plan.plays_roulette:
+        yield step(births.remember_birth_weight)
+    if plan.splits:
+        yield step(importances.begin_where_important, importance_row(plan))
+    if plan.forces:
+        yield step(forcing.begin_fresh)
+    if plan.marks:
+        yield step(births.begin_visits)
+    if plan.counts_reflections:
+        yield step(births.begin_reflections)
+    yield from casts_of_births(plan, emitter)
+    yield from expected_of_births(plan, emitter)
+    sheet = emitter.birth["sheet"]
+    metered = [
+        (row, shape) for _, row, shape in plan.members if row["sheet"] == sheet and row["code"] & METERS
+    ]
+    if metered and emitter.place[0] != "born_at_point" and plan.turned is None:
+        yield from _birth_counted(plan, emitter, metered)
+
+
+def _moment_and_speed(plan, emitter):
+    """When and how fast; one random block serves both where it can."""
+    moment, steps = emitter.moment, emitter.speed if plan.has_speeds else ()
+    draws = steps and steps[0][0] == "draw_speed"
+    if plan.has_clock and moment[0] == "start_within" and draws:
+        moment, steps = ("start_within_and_draw", moment[1]), steps[1:]
+    if plan.has_clock:
+        yield named(moment)
+    for each in steps:
+        yield named(each)
+
+
+def _birth_counted(plan, emitter, metered):
+    if emitter.target is not None:
+        yield step(birthplaces.visit_birthplace)
+    yield step(birthplaces.stand_at_birth, emitter.birth)
+    for row, shape in metered:
+        if shape == emitter.shape or shape.is_closed or shape.is_infinite:
+            yield step(birthplaces.born_all_over, layout.row(layout.CODE, code=row["code"]))
+        else:
+            yield named((f"born_over_{name_of(shape)}", row))
+    yield from stood(plan)
+    yield from metering(plan, meters.bin_departures, is_born=True)
+    yield from visits(plan)
+    if emitter.target is not None:
+        yield step(birthplaces.return_to_target)

@@ -1,0 +1,1 @@
+"""Ways to estimate the same numbers, and the choice among them."""

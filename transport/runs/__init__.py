@@ -1,0 +1,1 @@
+"""A run: when it looks, when it stops, on which threads, what it tells meanwhile."""
