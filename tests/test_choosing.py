@@ -11,7 +11,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from transport import aimed, methods
+from transport.estimators import aimed, methods
 from transport.estimators.choosing import Choice, Pilot, cheapest, choose, price_of, usual_quantities
 from transport.estimators.methods import Method
 
