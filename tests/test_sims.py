@@ -18,7 +18,7 @@ from tests.agreement import assert_agrees, smallest_bias
 from transport.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
-    "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",
+    "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",
     "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
     "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra", "phase_space",
     "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun", "throughput", "tube", "two_elements",
@@ -27,7 +27,7 @@ SIMS = (
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
 FEWER = {  # whose histories are long, or which estimate in ways that need few
-    "cost_fog": 3_000_000, "cost_glint": 300_000, "cost_speck": 300_000, "dogleg": 2_000_000, "milk": 500_000,
+    "camera": 1_000_000, "cost_fog": 3_000_000, "cost_glint": 300_000, "cost_speck": 300_000, "dogleg": 2_000_000, "milk": 500_000,
 }  # fmt: skip
 MOST_DRAWN = 8  # of a sim's cases alone
 
@@ -110,6 +110,7 @@ def test_a_sim_keeps_its_contract(name, tables, tmp_path):
 def test_parameters_may_be_set_for_all_cases(name):
     module = experiment(name)
     settings = {
+        "camera": {"width": 60, "height": 45},
         "cloud": {"zenith": 0.5},
         "cost_caustic": {"index": 1.8, "radiance": 3.0},
         "cost_disks": {"radius": 0.1, "meter": 1e-3, "distance": 1e-3, "radiance": 5.0},
