@@ -111,3 +111,9 @@ def voxels():
         tp.Disk(center=(0, 0, 1.0), normal=(0, 0, -1), radius=0.25), name="meter", directions=LOOK
     )
     return tp.Scene([lamp], [body], [meter])
+
+
+SCENES = {
+    scene.__name__: scene
+    for scene in (occluded, behind, diffuse_box, mirrors, glass_ball, glowing_glass, fog, forward_fog, voxels)
+}

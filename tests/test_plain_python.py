@@ -17,13 +17,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import expected_scenes, media_scenes
+from tests import backward_scenes, expected_scenes, media_scenes
 from transport import engine
+from transport.cameras import Camera, EnvironmentMap
 from transport.compile import compile_scene
 from transport.detectors import Detector, Directions, Positions
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.passes import Pass
 from transport.engine.program import program_of
+from transport.estimators.methods import ANALOG, Method
 from transport.materials import (
     Black,
     Dielectric,
@@ -35,8 +37,8 @@ from transport.materials import (
     ThinLens,
     TwoSided,
 )  # fmt: skip
-from transport.estimators.methods import ANALOG, Method
 from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.scene import Scene
 from transport.shapes import (
@@ -307,6 +309,27 @@ def meshed():
     return Scene([Source("room", LIGHT, side="back"), Source(veil, LIGHT)], surfaces, meters)
 
 
+def view():
+    """A camera, a map of all directions and a point, which begin backwards; bins of places and a cone."""
+    walls = Surface(Box(size=2.0), Diffuse(0.6), "walls")
+    cone = Directions.cone(axis=(0.2, 0, 1), half_angle=0.3)
+    meters = [
+        Detector(Disk(radius=0.2, center=(0, 0, -0.5)), "cone", directions=cone),
+        Detector(Rectangle(width=0.4, height=0.2, center=(0.3, 0, -0.4)), "patch", positions=Positions(u=2)),
+        Detector(Disk(radius=0.2, center=(0, 0.5, 0)), "ring", positions=Positions(u=2, v=2)),
+        Detector(Sphere(radius=0.2, center=(-0.5, 0, 0)), "ball", positions=Positions(u=2, v=2)),
+        Detector(Sphere(radius=0.1, center=(-0.5, 0.5, 0)), "bead", directions=cone),
+        PointDetector(position=(0.4, 0.4, 0.0), name="point"),
+        Camera(name="camera", position=(0, -0.8, 0), look_at=(0, 1, 0), pixels=(4, 3)),
+        EnvironmentMap(name="map", position=(0.1, 0, 0.2), theta=3, phi=4),
+    ]
+    lamps = [
+        Source(Disk(radius=0.3, center=(0, 0, 0.9)), LIGHT, side="back"),
+        Source(Sphere(radius=0.1, center=(0.6, -0.6, 0)), GLOW),
+    ]
+    return Scene(lamps, walls, meters)
+
+
 SCENES = {
     scene.__name__: scene
     for scene in (
@@ -317,8 +340,12 @@ TOLD = {
     f"expected {name}": expected_scenes.SCENES[name]
     for name in ("room", "balls", "half_mirrors", "fog", "disks")
 }
-METHODS = dict.fromkeys(TOLD, Method("expected"))  # of those that are not analog
-SCENES |= TOLD
+BACK = {f"backward {name}": scene for name, scene in backward_scenes.SCENES.items()}
+BACK["backward view"] = view
+METHODS = dict.fromkeys(TOLD, Method("expected")) | dict.fromkeys(
+    BACK, Method("backward")
+)  # of those that are not analog
+SCENES |= TOLD | BACK
 
 
 def sums_of(names):

@@ -26,7 +26,7 @@ class Recorder(Progress):
 def test_the_text_tells_the_error_and_the_time_left():
     worst = Standing("meter.flux_in", 1e-3, 3.1e-3, 0.0, 1.0)
     text = running_text(12_000_000, 4.0, 16.0, worst)
-    assert text == "12 000 000 particles, meter.flux_in 0.31 % of 0.1 % asked, about 12 s to go"
+    assert text == "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % of 0.1 % asked"
     assert running_text(7, 1.0, math.inf, None) == "7 particles"
     unknown = Standing("meter.flux_in", 1e-3, math.inf, 0.0, 1.0)
     assert running_text(7, 1.0, math.inf, unknown) == "7 particles, meter.flux_in unknown of 0.1 % asked"
@@ -35,8 +35,7 @@ def test_the_text_tells_the_error_and_the_time_left():
 def test_a_bar_tells_the_error_while_a_run_goes_on(capfd):
     tp.simulate(disks(), error={"meter.flux_in": 1e-6}, seconds=1.2, progress=True)
     shown = capfd.readouterr().err
-    assert "of 0.0001 % asked" in shown
-    assert "to go" in shown
+    assert "to go, meter.flux_in" in shown
 
 
 def test_what_a_bar_is_told_is_kept_up_to_date(monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.compile.sizes import EDGES
+from transport.compile.sizes import EDGES, EVERY
 from transport.results.estimates import Batches, Estimate
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.quality import FEW, quality_of
@@ -74,7 +74,7 @@ def test_every_score_is_counted_with_its_size_on_its_side():
 
 
 def test_walls_of_fog_are_counted_side_by_side():
-    """Where nearly every lane scores as well."""
+    """Where nearly every lane scores as well: there one batch in EVERY counts."""
     fog = tp.Medium(absorption=0.2)
     walls = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "walls", inside=fog)
     meter = tp.Detector("walls", "meter", side="back", directions=tp.Directions(mu=4))
@@ -82,9 +82,10 @@ def test_walls_of_fog_are_counted_side_by_side():
     result = run(tp.Scene([lamp], [walls], [meter]), 20_000)
     for side in (ARRIVALS, DEPARTURES):
         scores, sums = sizes_of(result, side), result["meter"].sums
-        assert scores.number == sums.whole("counts", side).sum() > 20_000
-        weights = sums.whole("weights", side).sum()
-        assert scores.counts @ scores.low < weights < scores.counts @ scores.high
+        counts, weights = (sums.whole(kind, side)[:, 0, 0] for kind in ("counts", "weights"))
+        assert scores.number == counts.sum() > 20_000
+        assert scores.counts.sum() == counts[::EVERY].sum() == round(scores.share * counts.sum())
+        assert scores.counts @ scores.low < weights[::EVERY].sum() < scores.counts @ scores.high
 
 
 def test_the_count_is_the_same_for_any_number_of_threads_and_survives_merging():

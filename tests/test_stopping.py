@@ -12,10 +12,10 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.runs.limits import Limits
 from transport.results.estimates import Batches, Estimate
 from transport.results.statistics import skewness_of_mean, student_quantile
-from transport.runs.schedules import MEMORY, Planned, Rounds, Schedule, schedule_for
+from transport.runs.limits import MANY_FOR_ERROR, Limits
+from transport.runs.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for
 from transport.runs.stopping import LOPSIDED, Look, Standing, rounds_suffice, standing_of
 
 RUNS = 800
@@ -176,12 +176,12 @@ def test_a_round_replaces_those_before():
     schedule = Rounds(limits(16), 16, 0)
     for k in range(3):
         sizes = list(schedule.leg(None))
-        assert sizes == [64 << k] * 16
+        assert sizes == [SMALL_BATCH << k] * 16
         for size in sizes:
             schedule.take(Drawn(size, 0.0))
         assert len(schedule.kept) == 16
         schedule.end_leg()
-        assert {batch.histories for batch in schedule.kept} == {64 << k}
+        assert {batch.histories for batch in schedule.kept} == {SMALL_BATCH << k}
 
 
 def test_a_round_that_was_not_finished_is_left_out():
@@ -189,8 +189,8 @@ def test_a_round_that_was_not_finished_is_left_out():
     for size in schedule.leg(None):
         schedule.take(Drawn(size, 0.0))
     schedule.end_leg()
-    schedule.take(Drawn(128, 0.0))
-    assert [batch.histories for batch in schedule.kept] == [64] * 16
+    schedule.take(Drawn(2 * SMALL_BATCH, 0.0))
+    assert [batch.histories for batch in schedule.kept] == [SMALL_BATCH] * 16
 
 
 def test_sobol_runs_for_an_error_reach_it_whatever_the_threads():
@@ -203,7 +203,7 @@ def test_sobol_runs_for_an_error_reach_it_whatever_the_threads():
     assert one["meter"].flux_in.value == two["meter"].flux_in.value
     assert one["meter"].flux_in.relative_error <= 2e-3
     assert len(one.run) == 16
-    assert one.cost.particles == 2 * one.particles - 16 * 64
+    assert one.cost.particles == 2 * one.particles - 16 * SMALL_BATCH
     assert -1.5 <= one.cost.slopes["meter.flux_in"] <= -0.5
 
 
@@ -238,7 +238,7 @@ def test_real_runs_stop_where_they_foretold():
     for seed in range(10):
         result = tp.simulate(disks(), error={"meter.flux_in": target}, seed=seed, threads=1, progress=False)
         assert 0.7 * target < result["meter"].flux_in.relative_error <= target
-        assert 256 <= len(result.run) <= 512
+        assert MANY_FOR_ERROR <= len(result.run) <= 2 * MANY_FOR_ERROR
         off.append(
             abs(result.cost.forecast.particles / result.particles - 1) if result.cost.forecast else 0.0
         )

@@ -1,10 +1,8 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
 from transport.cameras import Camera, EnvironmentMap
-from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
-from transport.pricing.discretisation import bins_against_noise
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
 from transport.exchange import etendue, view_factor
 from transport.materials import (
@@ -22,6 +20,8 @@ from transport.materials import (
 from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
+from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
+from transport.pricing.discretisation import bins_against_noise
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray

@@ -26,9 +26,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
-from transport.runs.limits import checked_limits
 from transport.results import Result
 from transport.results.estimates import Estimate
+from transport.runs.limits import checked_limits
 from transport.scene import Scene
 from transport.simulate import simulate
 from transport.units import UnitError

@@ -4,13 +4,13 @@ import time
 from collections.abc import Mapping
 from functools import lru_cache, partial
 
-from transport.estimators.aimed import aimed_scene
-from transport.estimators.choosing import AUTO, OTHER_NUMBERS, Choice, choose
 from transport.compile import compile_scene
-from transport.runs.limits import checked_limits, checked_threads, checked_whole
-from transport.estimators.methods import ANALOG, Method, checked_method
-from transport.runs.progress import Progress, progress_on
+from transport.estimators.aimed import aimed_scene
+from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
+from transport.estimators.methods import ANALOG, AUTO, Method, checked_method
 from transport.results import Cost, Result
+from transport.runs.limits import checked_limits, checked_threads, checked_whole
+from transport.runs.progress import Progress, progress_on
 from transport.runs.running import Run
 from transport.scene import Scene
 from transport.tracking import Tracking
@@ -40,7 +40,7 @@ def simulate(
     says which, and what of it had nothing to do).
     estimator, sampling: see transport.estimators.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
     pilots; this depends on measured times, so the report names it, and the run repeats bitwise under that name.
-    batches: independent replicates, from whose spread errors are told; None for 32, for 256 to 512 with `error` (fewer where
+    batches: independent replicates, from whose spread errors are told; None for 32, for 128 to 256 with `error` (fewer where
     sums are large), and for fewer with "sobol" and "stratified".  These take `error` and `seconds` in rounds, each twice as
     large as the one before, of which the last complete one is the result.
     A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals

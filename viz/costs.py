@@ -16,6 +16,7 @@ from transport.pricing.ways import Way
 from viz.style import INK, MUTED, PALETTE, figure_at
 
 MARKS = {"random": ("o", "-"), "stratified": ("s", "--"), "sobol": ("^", "-.")}
+SHAPES = {"random": "●", "stratified": "■", "sobol": "▲"}
 APART = 0.062  # of the height, between labels
 
 
@@ -66,7 +67,14 @@ def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percent(value)))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_formatter(NullFormatter())
-    axes.set_title("● true error   ○ claimed", loc="left", fontsize=17, color=MUTED, pad=10)
+    axes.set_title(_legend(shown), loc="left", fontsize=16, color=MUTED, pad=10)
+
+
+def _legend(shown: list[Way]) -> str:
+    """What marks mean: a shape a sampling, filled where true."""
+    samplings = [name for name in MARKS if any(_sampling(way) == name for way in shown)]
+    shapes = "   ".join(f"{SHAPES[name]} {name}" for name in samplings)
+    return f"{shapes};   filled: true error, open: claimed;   * extrapolated"
 
 
 def _looks(shown: list[Way]) -> dict[str, tuple[str, str, str]]:

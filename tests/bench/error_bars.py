@@ -20,8 +20,8 @@ import typer
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.experiment import cases_of
 from transport.estimators.methods import Method, methods_for
+from transport.experiment import cases_of
 from transport.results.statistics import normal_score
 
 SIMS = ("cost_disks", "cost_speck", "cost_enclosure", "cost_fog", "cost_glint", "cost_caustic")

@@ -24,9 +24,9 @@ from transport.command.running import checked, is_complete, record_of
 from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
 from transport.command.tables import law_tables
 from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
-from transport.pricing.cost import SECONDS
-from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
 from transport.estimators.methods import ESTIMATORS, SAMPLINGS
+from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
+from transport.pricing.cost import SECONDS
 from transport.validation import SceneError, suggestion
 
 

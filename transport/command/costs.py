@@ -11,9 +11,9 @@ import numpy as np
 
 from transport.command.effect_costs import EffectCost, effect_costs
 from transport.command.running import drawn
+from transport.experiment import blamed, cases_of, name_of, scene_of, ways_of
 from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
 from transport.pricing.discretisation import BinsAgainstNoise, bins_against_noise
-from transport.experiment import blamed, cases_of, name_of, scene_of, ways_of
 from transport.results import Result
 from transport.results.estimates import EstimateArray
 from transport.simulate import simulate

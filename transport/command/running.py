@@ -106,12 +106,19 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     return {
         "sim": name_of(module),
         "parameters": parameters,
+        "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
         "quantities": quantities,
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
         "warnings": warnings_of(outcomes),
     }
+
+
+def _method(result) -> dict[str, object]:
+    """What repeats a run, beside its parameters and particles."""
+    method = result.plan.method
+    return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
 
 
 def _numbers(estimate: Estimate) -> dict[str, object]:

@@ -12,9 +12,9 @@ from transport.command.console import UNBROKEN
 from transport.command.effect_costs import EffectCost
 from transport.command.effects import Effects
 from transport.command.verify import Law, score_of
+from transport.experiment import Outcome
 from transport.pricing.cost import CostOfAccuracy
 from transport.pricing.discretisation import BinsAgainstNoise
-from transport.experiment import Outcome
 from transport.pricing.price_table import price_heads, price_rows
 from transport.results import Result
 from transport.results.estimates import Estimate

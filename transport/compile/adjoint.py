@@ -161,7 +161,6 @@ def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
     plan.bases["cells"] = first = plan.rows
     plan.cell_rows = (1 + len(lamps) * (2 if plan.expectations else 1)) * cells
     plan.axes.add("cell")
-    plan.size_cells, plan.size_blocks = 0, {}
     volumes = iter(plan.volumes)
     for number, lamp in enumerate(lamps, start=1):
         if isinstance(lamp.seen_by, VolumeDetector):

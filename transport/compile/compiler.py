@@ -48,7 +48,11 @@ def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method
     if method.estimator != "backward":
         return _plan_of(scene, tracking, method)
     turned, lamps = turned_scene(scene)
-    plan = _plan_of(turned, tracking, method)
+    try:
+        plan = _plan_of(turned, tracking, method)
+    except SceneError as refusal:
+        turning = "simulate: estimator 'backward' makes sources of the detectors and detectors of the sources"
+        raise SceneError(f"{turning}, and that scene is refused: {refusal}") from refusal
     turn_back(plan, scene, lamps)
     return plan
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]
 BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
 ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # of layout.HELD
+SMALLEST = 1e-12  # of a coordinate: a thousand roundings across a detector
 
 Row = np.ndarray
 
@@ -78,8 +79,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
     is_pure = all(peak * _angle(shape, gap) <= CLOSE for peak, gap in kinds)
     bound = max((_bound(shape, is_pure, *kind) for kind in kinds), default=1.0)
-    if not bound > FAINTEST:
-        refuse(detector, f"must be seen under more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+    _check_size(plan, detector, shape, bound)
     scale = math.ldexp(1.0, -math.frexp(bound)[1])
     layer, sheet = _place(plan, detector)
     values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
@@ -95,6 +95,15 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     ]
     held = _held(shape, values, is_pure, sheet)
     return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale)
+
+
+def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
+    """Refuse detectors whose points numbers cannot tell apart where they lie, or whose scores they cannot hold."""
+    if not bound > FAINTEST:
+        refuse(detector, f"must be seen under more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+    if shape.extent / plan.space.size < SMALLEST * sum(map(abs, plan.space.place(shape.middle))):
+        must = f"must be larger than {SMALLEST:g} of its distance from the smallest shape of the scene"
+        refuse(detector, f"{must}, got {shown(shape)}; run it in a scene of its own")
 
 
 def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:

@@ -27,7 +27,7 @@ GRAZING_CUT = (
     1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
 )
 
-# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts); the absorbed weight follows, a row for each surface, then one for each row of MEDIA.
+# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts, of BORN: the bits of the heaviest birth towards an aim); the absorbed weight follows, a row for each surface, then one for each row of MEDIA.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
 # Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
@@ -230,9 +230,10 @@ WORD = np.dtype(
 )  # of two bundles: a word of the one is moved into a word of the other; -1: 0
 
 # How often scores of each size come (compile/sizes.py): cells of a detector's side, SIZE_PARTS an octave from 2^SIZE_OCTAVE on.
-# numbers: by row of a meter, where its cells begin;  cells: how many there are in all.
+# numbers: by row of a meter, where its cells begin;  cells: how many there are in all;  resting: bits of a batch's number,
+# of which one that is set tells that the batch counts no sizes.
 SIZE_CELLS, SIZE_PARTS, SIZE_OCTAVE = 224, 4, -50
-SIZES = np.dtype(_integers("numbers count cells"))
+SIZES = np.dtype(_integers("numbers count cells resting"))
 
 CONTACT = np.dtype(
     _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")

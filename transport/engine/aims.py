@@ -13,6 +13,7 @@ from transport.compile.layout import BORN, NO_TABLE, TARGET
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
+from transport.physics.bits import bits_of
 from transport.physics.directions import turned_by
 from transport.physics.elementary import TWO_PI, cos_sin_turn
 from transport.physics.emission import aimed_weight, cone_about
@@ -185,13 +186,16 @@ def aim_at_box(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def account_born(b, table, first, live):
-    """What is born towards a target; the rest of the source's power is the ledger's `unsampled`."""
+    """What is born towards a target, and the heaviest of it; the rest of the source's power is the ledger's `unsampled`."""
     ledger, total_high, total_low = view(b.ledger, b.ledger_words, np.int64), 0, 0
+    heaviest = ledger[4 * BORN + 3]  # as bits, which have the order of what they stand for
     for k in range(first, live):
         high, low = limbs(b.weight[k])
         total_high += high
         total_low += low
+        heaviest = max(heaviest, bits_of(b.weight[k]))
     ledger[4 * BORN] += total_high
     ledger[4 * BORN + 1] += total_low
     ledger[4 * BORN + 2] += int64(live) - int64(first)
+    ledger[4 * BORN + 3] = heaviest
     return live

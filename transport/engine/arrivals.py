@@ -1,6 +1,6 @@
 """The steps of arriving somewhere: stand on the sheet, count at its meters, know the bodies on its other side."""
 
-from transport.compile.sizes import size_row
+from transport.compile.sizes import is_dense, size_row
 from transport.engine import bodies, histories, landings, meshes, meters, quadrics, refinements, sizes
 from transport.engine.expectations import given_back, held_back
 from transport.engine.registry import layer_of, named, rows_of, step
@@ -36,19 +36,18 @@ def metering(plan, binning, is_known=False, is_born=False):
             yield from held_back(plan, layer, passing=binning is meters.bin_departures)
         yield step(binning, table)
         yield from refined(plan, table)
-        is_dense = bool((rows[1:]["look"] != 0).all())
-        yield scored(plan, is_dense and plan.acts)
+        yield scored(plan, is_dense(plan, rows))
         if plan.moments is not None:
             yield step(meters.score_moments, plan.moments)
         if not is_born:
             yield from given_back(plan, layer)
 
 
-def scored(plan, is_dense=False):
+def scored(plan, by_nearly_all=False):
     """Enter the scores into their rows, and count their sizes where these differ."""
     if plan.size_cells:
-        return step(sizes.score_all_and_size if is_dense else sizes.score_and_size, size_row(plan))
-    return step(meters.score_all if is_dense else meters.score)
+        return step(sizes.score_all_and_size if by_nearly_all else sizes.score_and_size, size_row(plan))
+    return step(meters.score_all if by_nearly_all else meters.score)
 
 
 def refined(plan, table):

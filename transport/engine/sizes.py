@@ -24,16 +24,16 @@ def cell_of_size(weight):
 
 @lane_pass(SIZES)
 def score_and_size(b, table, first, live):
-    """As meters.score; and one score more of its size on this side of the detector."""
+    """As meters.score; and one score more of its size on this side of the detector, unless the batch counts none."""
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
-    n = 0
+    n, one = 0, 1 if b.batch & table.resting == 0 else 0
     for k in range(first, live):  # no branch, so nothing to mispredict
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
     for j in range(n):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
-        sizes[uint64(numbers[uint64(b.home[k])] + cell_of_size(b.weight[k]))] += 1
+        sizes[uint64(numbers[uint64(b.home[k])] + cell_of_size(b.weight[k]))] += one
     return live
 
 
@@ -41,11 +41,14 @@ def score_and_size(b, table, first, live):
 def score_all_and_size(b, table, first, live):
     """The same where nearly every lane has a bin; row 0 and the first cells take the others and are nobody's."""
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
-    for k in range(first, live):
-        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    if b.batch & table.resting != 0:
+        for k in range(first, live):
+            add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+        return live
     for k in range(first, live):
         cell = numbers[uint64(b.home[k])] + cell_of_size(b.weight[k])
         b.listed[k] = cell if b.bin[k] != 0 else 0
-    for k in range(first, live):
+    for k in range(first, live):  # one loop for both, which wait for memory side by side
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
         sizes[uint64(b.listed[k])] += 1
     return live

@@ -57,11 +57,11 @@ def _matter(scene: Scene) -> str | None:
     for number, surface in enumerate(scene.surfaces):
         for part in simple_parts(surface.material):
             if _turns(part):
-                return f"{titled(surface, number)} turns light, being {shown(part)}; make it Black()"
+                return f"{titled(surface, number)} turns light, being {shown(part)}; write estimator='expected' or 'backward'"
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     for medium in media:
         if medium is not None and np.max(medium.scattering) > 0:
-            return f"a medium scatters, {shown(medium)}; leave its scattering out"
+            return f"a medium scatters, {shown(medium)}; write estimator='expected' or 'backward'"
     return None
 
 

@@ -102,7 +102,7 @@ def _against_source(scene: Scene, source: Source, number: int) -> str | None:
     if isinstance(source.emission, Beam):
         return f"no history comes back along the Beam of {title}; write estimator='analog'"
     if isinstance(scene.shape_of(source), Point):
-        return f"no history comes to the Point of {title}; let a small Sphere emit Lambertian"
+        return f"no history comes to the Point of {title}; write estimator='expected', or let a small Sphere emit"
     return None
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from transport.results import Result
     from transport.scene import Scene
 
-AUTO = "auto"
 PATIENCE = 0.4  # [s] that all pilots together may take, compilation aside
 FIRST, FACTOR, MOST = 1 << 12, 4, 1 << 26  # histories of a pilot, and how they grow
 TIE = 1.2  # times the least price: the simplest way within it is taken

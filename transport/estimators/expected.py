@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from transport.detectors import Detector
 from transport.shapes import Disk, Rectangle, Shape, Sphere, Triangle
+from transport.validation import shown
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -14,16 +15,17 @@ if TYPE_CHECKING:
 def why_not(scene: Scene) -> str | None:
     """Why a scene cannot be run with estimator "expected", with the cure; None where it can."""
     if scene.duration is not None:
-        return f"needs a steady scene, got duration={scene.duration!r}; leave duration out"
+        return f"it has a clock, got duration={scene.duration!r}; leave duration out"
     if scene.points:
         name = scene.points[0].name
-        return f"does not go with PointDetector {name!r}, which has rays of its own; run it in another scene"
-    aimed = next((source for source in scene.sources if source.aim is not None), None)
-    if aimed is not None:
-        return f"needs sources that emit into all their directions, got aim={aimed.aim}; leave aim out"
+        return f"PointDetector {name!r} casts rays of its own; run it in another scene"
+    for number, source in enumerate(scene.sources):
+        if source.aim is not None:
+            return f"sources[{number}] emits only towards its aim, {shown(source.aim)}; leave aim out"
     if not any(expects(scene, meter) for meter in scene.meters):
-        cure = "meter a Rectangle, Disk, Triangle or whole Sphere"
-        return f"finds no Detector whose shape it can draw points on; {cure}, without speeds or moments"
+        got = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "no detector"
+        cure = "meter a Rectangle, Disk, Triangle or whole Sphere, without speeds or moments"
+        return f"on {got} it can draw no points; {cure}"
     return None
 
 

@@ -5,7 +5,8 @@ Estimators
   "aimed"     every source emits only towards the detector, with the exact weight: direct light alone.
   "expected"  each emission, diffuse reflection and collision scores what it would send to each detector (next-event
               estimation); what mirrors and lenses send is counted as it comes.
-  "backward"  histories start at the detectors and score the radiance of the sources that they come to.
+  "backward"  histories start at the detectors and score the radiance of the sources that they come to; "random" alone.
+  "auto"      a short run of each, then the cheapest.
 Samplings
   "random"      independent histories (Philox).
   "stratified"  the numbers of every draw are stratified among the histories of a batch, each draw by itself.
@@ -31,6 +32,7 @@ ESTIMATORS = (
     "backward",
 )  # the simplest first; each file transport/<name>.py says why_not(scene)
 SAMPLINGS = ("random", "stratified", "sobol")
+AUTO = "auto"  # takes the cheapest of them (choosing.py)
 BATCHES = 32  # of a run, where nothing is said
 NETS = 8  # of a run whose points know of one another: few and large ones, as their accuracy grows faster than their number
 
@@ -59,8 +61,9 @@ ANALOG = Method()
 def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
     """The method of a run.  Raises SceneError for what there is not, or what the scene does not allow."""
     if estimator is None:
-        estimator = "backward" if len(scene.instruments) == len(scene.detectors) > 0 else "analog"
-    for what, value, known in (("estimator", estimator, ESTIMATORS), ("sampling", sampling, SAMPLINGS)):
+        estimator = "backward" if scene.instruments else "analog"
+    choices = (*ESTIMATORS, AUTO)
+    for what, value, known in (("estimator", estimator, choices), ("sampling", sampling, SAMPLINGS)):
         if value not in known:
             names = ", ".join(map(repr, known))
             raise SceneError(

@@ -15,17 +15,17 @@ from functools import partial
 import numpy as np
 
 from transport.compile import compile_scene
-from transport.runs.limits import checked_limits, checked_threads, checked_whole
-from transport.pricing.machine import machine_name
 from transport.estimators.methods import Method, methods_for
+from transport.pricing.machine import machine_name
+from transport.pricing.trials import KEYS, Trials, trials_of
+from transport.pricing.ways import Way, best_estimate, way_of
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
+from transport.runs.limits import checked_limits, checked_threads, checked_whole
 from transport.scene import Scene
 from transport.simulate import simulate
 from transport.tracking import Tracking
-from transport.pricing.trials import KEYS, Trials, trials_of
 from transport.validation import SceneError, shown, suggestion
-from transport.pricing.ways import Way, best_estimate, way_of
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 SECONDS = 20.0  # of CPU, shared by the ways

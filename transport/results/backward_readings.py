@@ -21,6 +21,8 @@ from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.readings import Reading
+from transport.results.scores import Scores
+from transport.results.sizes import scores_alike, scores_of_cell
 from transport.results.solid_angles import solid_angles_of
 from transport.units import Unit
 from transport.validation import SceneError, shown
@@ -104,9 +106,8 @@ class CellSums:
                 times = "never met" if met == 0 else f"met {met} times"
                 source = self.turned.lamps[lamp].name
                 return (
-                    f"{source!r} was {times} by the histories from {name!r}: once more would change its mean by"
-                    " more than its error, which is not to be trusted if that source can be seen; use more particles,"
-                    " or estimator='analog'"
+                    f"{source!r} was {times} by the histories from {name!r}, and one meeting more would change its mean by"
+                    " more than its error: if it can be seen from there at all, the mean is too low; use more particles"
                 )
         return None
 
@@ -128,6 +129,14 @@ class BackwardReading(Reading):
             lamp.name: BackwardReading(self._result, self.detector, (k,))
             for k, lamp in enumerate(self._plan.turned.lamps)
         }
+
+    @cached_property
+    def scores(self) -> Scores:
+        """How many scores of each size came; as if they were alike where that is not known."""
+        number = int(sum(counts.sum() for counts in self._cell_sums.counts))
+        is_whole = len(self._cell_sums.lamps) == len(self._plan.turned.lamps)
+        found = scores_of_cell(self._plan, self._cell_sums.batches, number) if is_whole else None
+        return scores_alike(number) if found is None else found
 
     @property
     def is_blind(self) -> bool:

@@ -26,6 +26,7 @@ class Batch:
     counts: np.ndarray  # (rows,) scores
     slants: np.ndarray  # (rows,) sums of weight/|mu|
     born: float
+    heaviest: float  # of births towards an aim
     ledger: dict[str, float]
     absorbed: np.ndarray  # (rows of surfaces, then of media)
     lost: int  # histories
@@ -45,6 +46,7 @@ class Batch:
             self.counts + other.counts,
             self.slants + other.slants,
             self.born + other.born,
+            max(self.heaviest, other.heaviest),
             {name: value + other.ledger[name] for name, value in self.ledger.items()},
             self.absorbed + other.absorbed,
             self.lost + other.lost,
@@ -82,6 +84,7 @@ def batch_of(plan: Plan, raw) -> Batch:
         raw.meters[:, 2].copy(),
         raw.meters[:, 3] * SLANT,
         born * LOW,
+        float(raw.ledger[layout.BORN, 3].view(np.float64)),
         {name: whole[row] * LOW for name, row in rows.items()},
         np.array([value * LOW for value in whole[layout.ABSORBED + 1 :]]),
         int(ledger[layout.LOST, 2]),

@@ -16,6 +16,7 @@ from transport.results.quantified import Quantified
 from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
 from transport.results.sizes import scores_of_point
+from transport.results.unvisited import unvisited_wall
 from transport.shapes import Point
 from transport.units import Unit
 
@@ -33,6 +34,7 @@ class PointReading(Quantified):
         self._plan, self._run = result.plan, result.run
         first = self._plan.bases[detector.name]
         rows = slice(first, first + POINT_ROWS)
+        self._batches = result.batches
         self._weights = np.array([batch.weights[rows] for batch in result.batches]) * SCALES
         self._counts = np.array([batch.counts[rows] for batch in result.batches])
 
@@ -79,12 +81,20 @@ class PointReading(Quantified):
         if self.is_blind:
             return shut_in(self._plan, f"point detector {self.name!r}", position)
         near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
+        near = near or self._unvisited
         if near or self.carriers >= FEW or not fluence.relative_error > SMALL:
             return near
         return (
             f"the scores of point detector {self.name!r} differ so much that about {self.carriers:.2g} of them carry"
             " its error, which is not to be trusted; use more particles, or a small VolumeDetector"
         )
+
+    @property
+    def _unvisited(self) -> str | None:
+        """A wall close by to which hardly any history has come."""
+        title, error = f"point detector {self.name!r}", float(np.nan_to_num(self.fluence_rate.error))
+        place, light = self.detector.position, self.fluence_rate.value / 4
+        return unvisited_wall(self._plan, self._batches, title, place, 0.0, light, error)
 
     @property
     def _is_sure(self) -> bool:

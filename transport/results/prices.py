@@ -45,5 +45,6 @@ def price_lines(result: Result, name: str) -> list[str]:
             first = math.ceil(-math.log10(relative) + 1e-9)
             errors = [10.0**-k for k in range(max(1, first), max(1, first) + DECADES)]
             told = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
-            return [f"price of {quantity}: {', '.join(told)}"]
+            worst = " in its worst bin" if np.size(found[quantity].value) > 1 else ""
+            return [f"price of {quantity}{worst}: {', '.join(told)}"]
     return []

@@ -19,6 +19,7 @@ from transport.results.trends import outlier_of, trend_of
 
 FEW = 5.0  # scores that may carry an error: its variance's variance is then 0.2; MCNP wants 0.1, at more false alarms
 UNSEEN, INFINITE = 1.0, 0.5  # standard errors that larger scores may bring; where their variance is infinite
+LONE = 3.0  # that one score of a size that is possible may bring, as in survivors.py
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
 
 
@@ -78,7 +79,8 @@ def quality_of(
         vov = _vov(scores, relative, particles)
         unseen = scores.unseen / relative
     carriers = 1 / vov if vov > 0 else math.nan
-    doubts = _doubts(scores, carriers, slope, unseen, trend, alone)
+    lone = scores.lone / relative if scores is not None else 0.0
+    doubts = _doubts(scores, carriers, slope, unseen, lone, trend, alone)
     return Quality(relative, merit, number, carriers, vov, slope, unseen, trend, tuple(doubts))
 
 
@@ -102,7 +104,13 @@ def _vov(scores: Scores, relative: float, particles: int) -> float:
 
 
 def _doubts(
-    scores: Scores | None, carriers: float, slope: float, unseen: float, trend: float, alone: float
+    scores: Scores | None,
+    carriers: float,
+    slope: float,
+    unseen: float,
+    lone: float,
+    trend: float,
+    alone: float,
 ) -> list[str]:
     """What speaks against an error bar, the worst first."""
     doubts = []
@@ -115,6 +123,11 @@ def _doubts(
         law += ", whose variance is infinite" if is_infinite else ""
         doubts.append(
             f"{law}: larger ones that have not come yet may bring {unseen:.2g} standard errors more"
+        )
+    if lone > LONE:
+        doubts.append(
+            "the heaviest that an aim gave birth to have not scored, and one of them would bring"
+            f" {lone:.2g} standard errors"
         )
     if trend < ODD and not doubts:
         doubts.append(

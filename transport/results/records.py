@@ -15,6 +15,8 @@ SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below"
 def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
     """A batch's records as SAMPLED, each weight times the histories that it stands for."""
     records = np.zeros(len(raw), SAMPLED)
+    if not len(raw):
+        return records
     for name in RECORD.names:
         records[name] = raw[name]
     records["weight"] *= stride

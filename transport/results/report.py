@@ -17,7 +17,7 @@ def report_of(result) -> str:
         *method_lines(result),
         *tracking_lines(result),
         "",
-        "ledger",
+        _ledger_title(result),
         *(f"  {line}" for line in ledger_lines(result.ledger)),
     ]
     for detector in result.scene.detectors:
@@ -30,6 +30,14 @@ def report_of(result) -> str:
     warnings = result.warnings
     lines += [f"warning: {warning}" for warning in warnings] or ["error bars: nothing speaks against them"]
     return "\n".join(lines)
+
+
+def _ledger_title(result) -> str:
+    if result.plan.turned is None:
+        return "ledger"
+    return (
+        "ledger of the backward histories, as shares of them (unsampled: what their cells' cosines leave out)"
+    )
 
 
 def _title(detector, reading) -> str:

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from transport.estimators.choosing import Choice
     from transport.runs.outlook import Forecast
 
-FEW = 100  # histories of full weight, below which an aimed result is not to be trusted
-
 __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
 
@@ -167,11 +165,6 @@ class Result:
         is_aimed = is_forward and any(emitter.target is not None for emitter in self.plan.emitters)
         if is_aimed and carried == 0:
             found.append("nothing is emitted towards the aim: it lies behind its source")
-        elif is_aimed and carried < FEW:
-            found.append(
-                f"an aim's weights differ so much that {carried:.2g} full ones carry this result: rare heavier ones"
-                " may be missing, and the errors with them; use more particles, or a smaller source nearer its aim"
-            )
         looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
         found += doubts_of(self)

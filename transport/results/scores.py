@@ -15,18 +15,18 @@ import numpy as np
 TAIL, LEAST_TAIL, SHARE = 200, 40, 10  # scores that tell the tail: one in SHARE of all, between these limits
 STEEPEST = 10.0  # slopes above it are not told apart (as in MCNP)
 LEAST_INDEX, STEEPEST_INDEX = 0.05, 1000.0
-NARROW, SURE = (
-    1e-9,
-    700.0,
-)  # the least width of a cell, as a logarithm, and an exponent that is as good as infinite
+LARGER = 2.0  # than the largest that came: what is possible and yet missing
+NARROW = 1e-9  # the least width of a cell, as a logarithm
+SURE = 700.0  # an exponent that is as good as infinite
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
     """Counts of scores by size.
 
-    low, high: edges of the cells, of rising size; sizes: mean size of the scores in each; counts: how many there are, all of
-    shape (cells,);  most: the largest size that a score can have, infinite where that is not known.
+    low, high: edges of the cells, of rising size; sizes: mean size of the scores in each; counts: how many were counted, all of
+    shape (cells,);  most: the largest size that a score can have, infinite where that is not known;  share: of all scores,
+    that were counted by size;  possible: a size that scores may have, though none of it may have come; 0 where none is known.
     """
 
     low: np.ndarray
@@ -34,15 +34,17 @@ class Scores:
     sizes: np.ndarray
     counts: np.ndarray
     most: float = math.inf
+    share: float = 1.0
+    possible: float = 0.0
 
     @property
     def number(self) -> int:
         """How many scores there are."""
-        return int(self.counts.sum())
+        return round(self.counts.sum() / self.share)
 
     def power(self, exponent: int) -> float:
         """The sum of s^exponent over all scores, in units of the largest that came."""
-        return float((self.counts * self._relative**exponent).sum())
+        return float((self.counts * self._relative**exponent).sum()) / self.share
 
     @cached_property
     def carriers(self) -> float:
@@ -58,7 +60,8 @@ class Scores:
         mean = self.power(1) / many
         idle = many - self.number
         second, fourth = (
-            float((self.counts * (self._relative - mean) ** k).sum()) + idle * mean**k for k in (2, 4)
+            float((self.counts * (self._relative - mean) ** k).sum()) / self.share + idle * mean**k
+            for k in (2, 4)
         )
         return fourth / second**2 - 1 / many if second > 0 else 0.0
 
@@ -105,7 +108,8 @@ class Scores:
         index = self.tail_index
         if not index > 0 or self.most <= self._largest:
             return 0.0
-        top = self._largest
+        # What has come and was not counted is larger by as much as the law has it.
+        top = min(self._largest * self.share ** (-1 / index), self.most)
         reach = math.log(self.most / top)
         gain = 1.0 - index  # the integral of s^-index from the largest that came to the largest that can
         if math.isinf(reach):
@@ -113,8 +117,15 @@ class Scores:
         else:
             grown = math.expm1(gain * reach) / gain if abs(gain * reach) > 1e-9 else reach
         # Of more than one of them some would have come: then the law ends before.
-        beyond = min(number * (self.low[first] / top) ** index, 1.0)
+        beyond = min(number / self.share * (self.low[first] / top) ** index, 1.0)
         return beyond * index * grown * top / self.sizes[self._top] / self.power(1)
+
+    @property
+    def lone(self) -> float:
+        """What one score of a size that is possible would bring, where none of it has come: a share of the sum."""
+        if not self.number or self.possible <= LARGER * self._largest:
+            return 0.0
+        return self.possible / self.sizes[self._top] / self.power(1)
 
     @cached_property
     def _top(self) -> int:
@@ -135,6 +146,6 @@ class Scores:
     def _tail(self) -> tuple[int, int]:
         """The first cell of the tail, and how many scores are in it."""
         above = np.cumsum(self.counts[::-1])[::-1]
-        wanted = min(max(self.number // SHARE, LEAST_TAIL), TAIL)
-        first = int(np.flatnonzero(above >= wanted)[-1]) if self.number >= wanted else 0
+        wanted = min(max(above[0] // SHARE, LEAST_TAIL), TAIL)
+        first = int(np.flatnonzero(above >= wanted)[-1]) if above[0] >= wanted else 0
         return first, int(above[first])

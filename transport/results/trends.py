@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+MASKED = 5  # batches that may stand above all others together
 LEAST = 16  # batches: of fewer a perfect order is no rarity
 
 
@@ -28,10 +29,21 @@ def trend_of(values: np.ndarray) -> float:
 
 
 def outlier_of(values: np.ndarray) -> float:
-    """That of the largest of the batches, (B,), so far above the others (Grubbs 1950)."""
-    values, many = np.asarray(values, dtype=float), len(values)
-    if many < LEAST or not np.ptp(values) > 0:
+    """That of the largest of the batches, (B,), or of the MASKED largest, each so far above all that are smaller.
+
+    Grubbs 1950; Rosner 1983 for several, of which one would hide the other.
+    """
+    values = np.sort(np.asarray(values, dtype=float))
+    if len(values) < LEAST or not np.ptp(values) > 0:
         return math.nan
+    return min(1.0, MASKED * min(_grubbs(values[: len(values) - left_out]) for left_out in range(MASKED)))
+
+
+def _grubbs(values: np.ndarray) -> float:
+    """Of the largest alone."""
+    many = len(values)
+    if not np.ptp(values) > 0:
+        return 1.0
     far = (values.max() - values.mean()) / values.std(ddof=1)
     left = (many - 1) ** 2 - many * far**2
     t = math.sqrt(many * (many - 2) * far**2 / left) if left > 0 else math.inf

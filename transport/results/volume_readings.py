@@ -10,7 +10,9 @@ import numpy as np
 from transport.bodies.contents import may_absorb
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
+from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
+from transport.results.sizes import possible_of, scores_alike
 from transport.results.survivors import doubt, missing_survivors
 from transport.shapes import Box, Sphere
 from transport.units import Unit
@@ -109,6 +111,19 @@ class VolumeReading(Quantified):
             self._plan, self._batches, self._run, cells, self._volume.shape.middle, self._way_through_cell()
         )
         return doubt(self._plan, f"the fluence rate in {title}", found)
+
+    @cached_property
+    def whole(self) -> Estimate:
+        """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
+        return Estimate(
+            self._sums.reshape(len(self._run), -1).sum(axis=1) / self._run.sizes, self._run, Unit()
+        )
+
+    @cached_property
+    def scores(self) -> Scores:
+        """How many scores there are, in all cells, as if they were alike."""
+        number = int(self._counts.sum())
+        return scores_alike(number, possible_of(self._plan, self._batches, number))
 
     def _way_through_cell(self) -> float:
         """About the mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""

@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from transport.results.batches import Batch, batch_of
 
 GLANCE = 0.1  # [s] between looks at the progress
+PARCEL = (
+    5e-3  # [s] of batches that are handed over together: between threads that takes as long as a small one
+)
 
 
 class Crew:
@@ -65,16 +68,14 @@ class Crew:
         working = len(self.bundles)
         while working:
             try:
-                number, batch = self.finished.get(timeout=GLANCE)
+                parcel, error = self.finished.get(timeout=GLANCE)
             except queue.Empty:
                 yield None
                 continue
-            if number is not None:
-                ahead[number] = batch
-            elif batch is not None:
-                raise batch
-            else:
-                working -= 1
+            if error is not None:
+                raise error
+            working -= not parcel
+            ahead |= parcel
             while self.issued in ahead:
                 self.issued += 1
                 yield ahead.pop(self.issued - 1)
@@ -84,6 +85,7 @@ class Crew:
         from transport.engine.driver import Stopped, run_batch
 
         bundle["stop"], bundle["started"] = 0, 0
+        parcel, handed = {}, time.perf_counter()
         try:
             while not self.is_over:
                 with self.lock:
@@ -92,15 +94,19 @@ class Crew:
                     break
                 begun = time.perf_counter()
                 raw = run_batch(self.machine, self.seed, number, size, bundle, self.count)
-                batch = batch_of(self.machine.program.plan, raw)
-                bundle["started"] = 0
-                self.done.append((size, time.perf_counter() - begun))
-                self.finished.put((number, batch))
+                parcel[number] = batch_of(self.machine.program.plan, raw)
+                bundle["started"], now = 0, time.perf_counter()
+                self.done.append((size, now - begun))
+                if now - handed > PARCEL:
+                    self.finished.put((parcel, None))
+                    parcel, handed = {}, now
         except Stopped:
             pass
         except Exception as error:  # handed to the caller's thread
-            self.finished.put((None, error))
-        self.finished.put((None, None))
+            self.finished.put(({}, error))
+        if parcel:
+            self.finished.put((parcel, None))
+        self.finished.put(({}, None))  # the last
 
     def _stop(self) -> None:
         self.is_over = True

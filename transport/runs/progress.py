@@ -75,13 +75,16 @@ class Bar(Progress):
 
 
 def running_text(particles: int, elapsed: float, end: float, worst: Standing | None) -> str:
-    """What is going on: "12 000 000 particles, meter.flux_in 0.31 % of 0.1 % asked, about 12 s to go"."""
+    """What is going on: "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % of 0.1 % asked".
+
+    What a narrow terminal cuts off comes last.
+    """
     parts = [f"{particles:,} particles".replace(",", " ")]
+    if end < math.inf:
+        parts.append(f"about {duration(max(0.0, end - elapsed))} to go")
     if worst is not None:
         reached = f"{100 * worst.relative:.2g} %" if worst.relative < math.inf else "unknown"
         parts.append(f"{worst.name} {reached} of {percent(worst.target)} asked")
-    if end < math.inf:
-        parts.append(f"about {duration(max(0.0, end - elapsed))} to go")
     return ", ".join(parts)
 
 

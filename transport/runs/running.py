@@ -6,15 +6,15 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from itertools import chain
 
+from transport.results import Result
+from transport.results.batches import Batch
 from transport.runs.crew import GLANCE, Crew
 from transport.runs.limits import HOPELESS, Limits
 from transport.runs.outlook import Forecast, Outlook
 from transport.runs.progress import Progress
-from transport.results import Result
-from transport.results.batches import Batch
-from transport.scene import Scene
 from transport.runs.schedules import Rounds, schedule_for
 from transport.runs.stopping import FEWEST_ROUNDS, Look, rounds_suffice, slope_of, standing_of
+from transport.scene import Scene
 
 
 @dataclass

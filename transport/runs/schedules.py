@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator
 
 from transport.compile.plan import Plan
-from transport.runs.limits import MOST_PARTICLES, Limits
 from transport.results.batches import Batch
+from transport.runs.limits import MOST_PARTICLES, Limits
 from transport.runs.stopping import Look, rounds_to_come
 
 LARGEST_BATCH = 1 << 24  # histories
@@ -19,7 +19,7 @@ MOST_EVENTS = (
     1 << 28
 )  # crossings and collisions of a batch planned by what earlier ones had: sums are exact below 2^30
 FIRST_BATCH = 512  # histories of a batch where only the time is limited; doubled as the run goes on
-SMALL_BATCH = 64  # histories of a batch of a pilot
+SMALL_BATCH = 128  # histories of a batch of a pilot
 MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
 FEWEST = 32  # batches, however large they are
 
