@@ -37,7 +37,8 @@ from transport.theory.enclosures import sphere_irradiance_of_wall_patch
 
 law = "E = ρ Φ/(A(1 - ρ)) in a diffuse sphere, by reflected light (Ulbricht 1900; Jacquez, Kuppenheim 1955)"
 question = "What does a digit cost in a closed white room, at a small meter that the lamp does not light?"
-particles = 1_000_000
+particles = 200_000
+run = {"estimator": "expected"}  # at its price; `transport cost` runs every way
 
 POWER = 1.0  # W
 LARGEST = 0.4  # share of the wall that may emit: the meter does not see it

@@ -37,7 +37,8 @@ from transport.theory.fog_balls import LARGEST, escape
 
 law = "Φ_meter = P Φ(1 - cosα)/2, r φ = ½ ∫ E₁(|r - t|)(ϖ t φ + t q) dt (Davison 1957; Case et al. 1953)"
 question = "What does a digit cost outside of thick fog that hides the lamp?"
-particles = 1_000_000
+particles = 500_000
+run = {"estimator": "expected"}  # at its price; `transport cost` runs every way
 
 POWER = 1.0  # W
 FLUX = "flux"

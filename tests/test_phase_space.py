@@ -277,7 +277,7 @@ def test_snapshots_of_a_run_without_an_end_are_unbiased_too():
     ball = tp.Surface(tp.Sphere(radius=1.5), tp.Black())
     scene = streaming(looks, ball)
     result = tp.simulate(scene, particles=300_000, error={"all.alive": 1e-9}, seed=1, progress=False)
-    assert result.particles == 300_000 and len(result.run) < 64
+    assert result.particles == 300_000 and len(result.run) < 256
     for name, alive in zip(times, result["all"].alive.value, strict=True):
         sample = result[name]
         assert 0 < len(sample) <= 500

@@ -27,7 +27,7 @@ SIMS = (
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
 FEWER = {  # whose histories are long, or which estimate in ways that need few
-    "camera": 1_000_000, "cost_fog": 3_000_000, "cost_glint": 300_000, "cost_speck": 300_000, "dogleg": 2_000_000, "milk": 500_000,
+    "camera": 1_000_000, "cost_enclosure": 1_000_000, "cost_fog": 1_000_000, "cost_glint": 300_000, "cost_speck": 300_000, "dogleg": 2_000_000, "milk": 500_000,
 }  # fmt: skip
 MOST_DRAWN = 8  # of a sim's cases alone
 

@@ -27,7 +27,8 @@ _SYNONYMS = {  # what other programs call a parameter: its name here, and what e
 }
 
 SIMULATE = {  # what is said to `simulate`, not to the Scene
-    "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "tracking", "progress",
+    "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
+    "progress",
 }  # fmt: skip
 
 UNMASK = "write .filled(0), or another number"  # the cure for masked values

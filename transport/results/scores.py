@@ -140,7 +140,10 @@ class Scores:
 
     @cached_property
     def _relative(self) -> np.ndarray:
-        return self.sizes / self.sizes[self._top] if self.number else self.sizes
+        """Sizes over the largest that came; 0 where none came."""
+        if not self.number:
+            return np.zeros(len(self.sizes))
+        return np.where(self.counts > 0, self.sizes, 0.0) / self.sizes[self._top]
 
     @cached_property
     def _tail(self) -> tuple[int, int]:
