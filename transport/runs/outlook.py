@@ -13,8 +13,9 @@ from transport.runs.stopping import Look
 KNOWN = (
     0.1  # relative error below which it is known well enough to tell by it how many histories another takes
 )
-LONG = 2e-3  # [s], a batch beside which the latency of a batch is nothing
-CLEAR = 1.5  # times as long as the shortest: a batch by which the time of its histories can be told from that latency
+LONG = (
+    1e-3  # [s], a batch that tells the time of its histories: in smaller ones lanes idle, and latencies count
+)
 FAR = 0.1  # of the way to the end, from where on the way itself tells the speed
 
 
@@ -67,9 +68,7 @@ class Outlook:
 
     def is_clear(self, look: Look) -> bool:
         """Whether the error and the time of a history are known well enough for a forecast."""
-        times = [seconds for _, seconds in self.typical]
-        clear = CLEAR if len(times) > 2 else CLEAR**2  # two legs are easily misled by what else runs
-        is_timed = times[-1] > LONG or times[-1] > clear * min(times)
+        is_timed = self.typical[-1][1] > LONG
         return bool(is_timed and look.worst.relative <= KNOWN)
 
     def _explained(self, histories: float, batches: int) -> float:
