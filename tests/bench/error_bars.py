@@ -99,10 +99,10 @@ def _told(way: Way, seeds: int) -> tuple[str, str]:
     return str(way), told
 
 
-def main(sims: list[str] = typer.Argument(None), seeds: int = SEEDS) -> None:  # noqa: B008
+def main(sims: list[str] = typer.Argument(None), seeds: int = SEEDS, workers: int = 2) -> None:  # noqa: B008
     """Print a line a way."""
     chosen = list(ways(tuple(sims) if sims else SIMS))
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         for name, told in pool.map(_told, chosen, [seeds] * len(chosen)):
             print(f"{name:60s} {told}", flush=True)
 
