@@ -13,13 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from transport.detectors import Detector
-from transport.estimators.expected import expects
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
 from transport.results.survivors import doubt_of_meter
-from transport.results.unvisited import unvisited_wall
+from transport.results.unvisited import doubt_of_rays
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.shapes import Mesh
 from transport.units import Unit
@@ -76,18 +75,7 @@ class Reading(Quantified):
     @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it, where a history that has not come yet would outweigh all that came."""
-        return doubt_of_meter(self.sums, self.is_blind) or self._unvisited
-
-    @property
-    def _unvisited(self) -> str | None:
-        """Of detectors that events tell what they send there: a wall close by to which none has come."""
-        if not (self._plan.expects and self._plan.turned is None and expects(self._scene, self.detector)):
-            return None
-        shape, title = self.sums.shape, f"detector {self.name!r}"
-        error = np.max(np.nan_to_num(self.flux_in.error)) / shape.area
-        light = float(np.max(self.flux_in.value)) / shape.area
-        batches, place, size = self.sums.batches, shape.middle, shape.extent
-        return unvisited_wall(self._plan, batches, title, place, size, light, float(error))
+        return doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:

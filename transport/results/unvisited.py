@@ -11,6 +11,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from transport.estimators.expected import expects
 from transport.materials import Diffuse, simple_parts
 from transport.materials.surface import titled
 from transport.shapes.distances import least_distance
@@ -19,10 +22,23 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.materials import Surface
     from transport.results.batches import Batch
+    from transport.results.meter_sums import MeterSums
+    from transport.results.quantities import Quantity
     from transport.vectors import Vector
 
 FEW = 5.0  # histories that have come to a wall, below which it counts as not visited
 MANY = 3.0  # standard errors that one more may add
+
+
+def doubt_of_rays(sums: MeterSums, flux: Quantity) -> str | None:
+    """A warning for a detector that events tell what they send there; flux: all that arrived at it."""
+    plan, detector, shape = sums.plan, sums.detector, sums.shape
+    if not (plan.expects and plan.turned is None and expects(plan.scene, detector)):
+        return None
+    light = float(np.max(flux.value)) / shape.area
+    error = float(np.max(np.nan_to_num(flux.error))) / shape.area
+    title = f"detector {detector.name!r}"
+    return unvisited_wall(plan, sums.batches, title, shape.middle, shape.extent, light, error)
 
 
 def unvisited_wall(
