@@ -106,12 +106,12 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     return {
         "sim": name_of(module),
         "parameters": parameters,
-        "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
         "quantities": quantities,
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
         "warnings": warnings_of(outcomes),
+        "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
     }
 
 
