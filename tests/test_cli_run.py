@@ -51,7 +51,16 @@ def test_output_in_a_pipe_is_plain_and_whole_whatever_the_width(call):
 def test_run_json_has_the_settled_keys(call):
     answer = call("run", "disk.py", "--json", "--set", "distance=3", "--particles", "1e4", "--seed", "5")
     record = json.loads(answer.output)
-    assert list(record) == ["sim", "parameters", "quantities", "ledger", "cost", "verdict", "warnings", "method"]
+    assert list(record) == [
+        "sim",
+        "parameters",
+        "quantities",
+        "ledger",
+        "cost",
+        "verdict",
+        "warnings",
+        "method",
+    ]
     assert record["sim"] == "disk"
     assert record["parameters"] == {"distance": 3}
     (quantity,) = record["quantities"]
