@@ -3,13 +3,13 @@
 from transport.compile import layout
 from transport.compile.expected import LAMBERTIAN
 from transport.compile.points import dims_anywhere, phase_densities
-from transport.engine import births, casting, detours, expecting, shadows
+from transport.engine import births, casting, detours, expected_rays, expecting, shadows, told
 from transport.engine.lookouts import MOVES as RAY
 from transport.engine.lookouts import word_moves
 from transport.engine.registry import named, rows_of, step
-from transport.shapes import Disk, Rectangle, Sphere
+from transport.shapes import Disk, Rectangle, Sphere, Triangle
 
-PICKS = {Rectangle: "expect_on_rectangle", Disk: "expect_on_disk", Sphere: "expect_on_sphere"}
+POINTS = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "point_on_triangle"}
 
 
 def expected_of_births(plan, emitter):
@@ -20,11 +20,9 @@ def expected_of_births(plan, emitter):
         yield step(births.take_normal, emitter.facing)
     for each, row in rows:
         yield step(expecting.draw_at_birth, row) if row["number"] else step(expecting.draw_first_at_birth)
-        yield _pick(plan, each, row)
-        yield step(expecting.expect_from_births, row)
-        yield _listed(row)
+        yield from _connected(plan, each, row, expecting.expect_from_births)
     if plan.expectations:
-        yield step(expecting.tell_births, _told(float(rows[0][1]["peak"]) if rows else 0.0))
+        yield step(told.tell_births, _told(float(rows[0][1]["peak"]) if rows else 0.0))
 
 
 def expected_of_walls(plan):
@@ -32,11 +30,9 @@ def expected_of_walls(plan):
     for each in plan.expectations:
         if each.walls is not None:
             yield step(expecting.draw_at_event, each.walls)
-            yield _pick(plan, each, each.walls)
-            yield step(expecting.expect_from_walls, each.walls)
-            yield _listed(each.walls)
+            yield from _connected(plan, each, each.walls, expecting.expect_from_walls)
     if plan.expectations and plan.reflects:
-        yield step(expecting.tell_walls, _told(LAMBERTIAN))
+        yield step(told.tell_walls, _told(LAMBERTIAN))
 
 
 def expected_of_collisions(plan):
@@ -47,26 +43,36 @@ def expected_of_collisions(plan):
     yield step(detours.know_phase_at_collisions, rows_of(plan.media))
     for each, row in rows:
         yield step(expecting.draw_at_event, row)
-        yield _pick(plan, each, row)
-        yield step(expecting.expect_from_collisions, row)
-        yield from map(named, phase_densities(plan))
-        yield _listed(row)
-    yield step(expecting.tell_collisions, _told(float(rows[0][1]["peak"])))
+        yield from _connected(plan, each, row, expecting.expect_from_collisions, phase_densities(plan))
+    yield step(told.tell_collisions, _told(float(rows[0][1]["peak"])))
+
+
+def _connected(plan, each, row, send, densities=()):
+    """A ray from each lane's event to the point that it has drawn, and what it brings."""
+    shape = plan.scene.shape_of(each.detector)
+    if isinstance(shape, Sphere):
+        yield step(expecting.connect_to_ball, row)
+    else:
+        yield named((POINTS[type(shape)], row))
+        yield step(expecting.connect_to_flat, row)
+    yield step(send, row)
+    yield from map(named, densities)
+    yield step(casting.list_shadows, layout.row(layout.CODE, code=row["legs"]))
 
 
 def held_back(plan, layer, passing):
     """Before a layer's meters count what flights bring: only what no ray has told; nothing where none expects."""
     if expects_on(plan, layer):
-        yield step(expecting.keep_weight)
+        yield step(told.keep_weight)
     for each in plan.expectations:
         if each.layer == layer:
-            yield step(expecting.hold_back, layout.row(layout.HELD, **each.held, passing=passing))
+            yield step(told.hold_back, layout.row(layout.HELD, **each.held, passing=passing))
 
 
 def given_back(plan, layer):
     """After that."""
     if expects_on(plan, layer):
-        yield step(expecting.give_back)
+        yield step(told.give_back)
 
 
 def expects_on(plan, layer):
@@ -83,7 +89,7 @@ def expected_sight(plan, media, members, crossing):
     yield step(shadows.look_for_point)
     yield from media
     yield from members
-    yield step(expecting.end_unmet)
+    yield step(expected_rays.end_unmet)
     if plan.has_media and dims_anywhere(plan):
         yield step(shadows.dim)
     for row in (*plan.grids, *plan.thinning_grids):
@@ -100,15 +106,6 @@ def _moves(plan):
     moves += [("reflections", "reflections")] * plan.counts_reflections
     moves += [("cell", "cell")] * (plan.turned is not None)
     return word_moves(plan, moves)
-
-
-def _pick(plan, each, row):
-    shape = plan.scene.shape_of(each.detector)
-    return named((PICKS.get(type(shape), "expect_on_triangle"), row))
-
-
-def _listed(row):
-    return step(casting.list_shadows, layout.row(layout.CODE, code=row["legs"]))
 
 
 def _told(peak):

@@ -1,6 +1,6 @@
 """The steps of shadow rays where they come to a surface: through what lets them pass, and what they bring on the way."""
 
-from transport.engine import expecting, flights, landings, meters
+from transport.engine import expected_rays, flights, landings, meters
 from transport.engine.arrivals import boundaries, refined, scored, stood, visits
 from transport.engine.expectations import expects_on
 from transport.engine.registry import layer_of, rows_of, step
@@ -30,7 +30,7 @@ def expected_crossing(plan):
     for layer in range(len(plan.layers)):
         yield from _expected_metering(plan, layer)
     yield from visits(plan)
-    yield step(expecting.end_expected)
+    yield step(expected_rays.end_expected)
     yield from boundaries(plan)
     if passes:
         yield step(flights.resume_ray)
@@ -42,11 +42,11 @@ def _expected_metering(plan, layer):
         return
     table = layer_of(plan, layer, plan.expected_layers[layer])
     yield step(meters.look_up_meter, table)
-    yield step(expecting.look_at_target_alone)
+    yield step(expected_rays.look_at_target_alone)
     for binning in (meters.bin_arrivals, meters.bin_departures) if plan.acts else (meters.bin_crossings,):
         if binning is meters.bin_departures:
-            yield step(expecting.look_through)
+            yield step(expected_rays.look_through)
         yield step(binning, table)
         yield from refined(plan, table)
         yield scored(plan)
-    yield step(expecting.pass_target, table)
+    yield step(expected_rays.pass_target, table)

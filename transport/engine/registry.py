@@ -15,6 +15,7 @@ from transport.engine import (
     collisions,
     densities,
     detours,
+    expected_rays,
     expecting,
     flats,
     flights,
@@ -37,6 +38,7 @@ from transport.engine import (
     snapshots,
     speeds,
     surfaces,
+    told,
     volume_cells,
     volumes,
 )
@@ -44,8 +46,8 @@ from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
 FAMILIES = (
-    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, expecting, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, roulette, sensors, shadows, sizes, snapshots, speeds, surfaces, volume_cells, volumes,
+    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, expected_rays, expecting, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
+    refinements, rims, roulette, sensors, shadows, sizes, snapshots, speeds, surfaces, told, volume_cells, volumes,
 )  # fmt: skip
 PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
 NOTHING = layout.row(layout.NO_TABLE)

@@ -1,0 +1,80 @@
+"""What of flights' crossings rays have told detectors already: a flight knows where it took its direction, and how."""
+
+from transport.compile.layout import (
+    DIFFUSE,
+    HELD,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    NO_TABLE,
+    SHEET_SHIFT,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    TOLD,
+)
+from transport.engine.passes import lane_pass
+from transport.physics.connections import flights_share
+from transport.physics.directions import either
+
+
+@lane_pass(TOLD)
+def tell_births(b, table, first, live):
+    """Where a flight took its direction, and the greatest density of that; 0 for what no ray has told of."""
+    peak = table.peak
+    for k in range(first, live):
+        b.told[k], b.ex[k], b.ey[k], b.ez[k] = peak, b.x[k], b.y[k], b.z[k]
+    return live
+
+
+@lane_pass(TOLD)
+def tell_walls(b, table, first, live):
+    """The same where something acts; mirrors, glass and lenses send into directions that no ray could tell of."""
+    peak = table.peak
+    for k in range(first, live):
+        acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+        is_diffuse = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        now, before = peak if is_diffuse else 0.0, b.told[k]
+        b.told[k] = now if acts else before
+        b.ex[k], b.ey[k], b.ez[k] = either(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+    return live
+
+
+@lane_pass(TOLD)
+def tell_collisions(b, table, first, live):
+    """The same at collisions."""
+    peak = table.peak
+    for k in range(first, live):
+        here, before = b.collides[k] != 0, b.told[k]
+        b.told[k] = peak if here else before
+        b.ex[k], b.ey[k], b.ez[k] = either(here, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+    return live
+
+
+@lane_pass(NO_TABLE)
+def keep_weight(b, table, first, live):
+    """Remembered while meters count less of it."""
+    for k in range(first, live):
+        b.kept[k] = b.weight[k]
+    return live
+
+
+@lane_pass(HELD)
+def hold_back(b, table, first, live):
+    """Of what one meter is about to count, only the share that no ray has told."""
+    cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
+    is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
+    for k in range(first, live):
+        acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.told[k], b.weight[k]
+        px, py, pz = either(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
+        rx, ry, rz = px - b.ex[k], py - b.ey[k], pz - b.ez[k]
+        share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
+        here = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (peak > 0.0) & (not (passing & acts))
+        b.weight[k] = weight * share if here else weight
+    return live
+
+
+@lane_pass(NO_TABLE)
+def give_back(b, table, first, live):
+    """The whole weight flies on."""
+    for k in range(first, live):
+        b.weight[k] = b.kept[k]
+    return live
