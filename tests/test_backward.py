@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 
-import backward_scenes
 import numpy as np
 import pytest
-from agreement import assert_agrees
 from scipy.special import ndtri
 
 import transport as tp
+from tests import backward_scenes
+from tests.agreement import assert_agrees
 
 FALSE_ALARM = 1e-6  # of a scene; of all nine 1e-5
-SCENES = (
-    "occluded", "behind", "diffuse_box", "mirrors", "glass_ball", "glowing_glass", "fog", "forward_fog", "voxels",
-)  # fmt: skip
 PARTICLES = 300_000
 RADIANCE, INDEX = 7.0, 1.5
 
@@ -24,10 +21,10 @@ def run(scene, particles=PARTICLES, seed=5, **more):
     return tp.simulate(scene, particles, seed=seed, estimator="backward", progress=False, **more)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", backward_scenes.SCENES)
 def test_either_way_tells_the_same(name):
     """Bin by bin, through Student's t; errors of both together are 1 to 3 % of irradiances, so that 5 to 15 % would show."""
-    scene = getattr(backward_scenes, name)()
+    scene = backward_scenes.SCENES[name]()
     particles = 1_000_000 if name == "glowing_glass" else PARTICLES  # a tenth of its volume is to be seen
     forward, backward = tp.simulate(scene, particles, seed=4, progress=False), run(scene, particles)
     assert backward.ledger["lost"].value == 0

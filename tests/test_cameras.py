@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from agreement import assert_agrees
 
 import transport as tp
+from tests.agreement import assert_agrees
 
 
 def camera(**changes):

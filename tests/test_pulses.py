@@ -6,10 +6,10 @@ import pickle
 
 import numpy as np
 import pytest
-from agreement import assert_follows
 from scipy.special import ndtr
 
 import transport as tp
+from tests.agreement import assert_follows
 from transport.shapes import Shape
 from transport.speeds.inversion import LAST
 from transport.validation import SceneError

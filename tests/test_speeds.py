@@ -9,9 +9,9 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
-from agreement import assert_follows
 from scipy.special import betainc, gammaincinv, ndtri
 
+from tests.agreement import assert_follows
 from transport import normals
 from transport.shapes import Disk
 from transport.speeds import BOLTZMANN, InverseCDF, Maxwellian, SpeedTable

@@ -2,8 +2,10 @@
 
     python -m tests.bench.error_bars [SIM ...] [--seeds 2000]
 
-A run has so many histories that its batches are about normal: relative errors of a batch below SPREAD, as a first run
-finds.  A way that would take more than MOST histories a batch is left out, and said to be.
+A run has so many histories that its mean is about normal: relative errors of a run below SPREAD, as a first run finds; of
+few scores a mean is lopsided, and z with it, by half its skewness.  A way that would take more than MOST histories a batch is
+left out, and said to be.  `off` is the mean of all runs less the exact value, in its own standard errors: no
+skewness touches that, so that it tells a bias.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from transport.experiment import cases_of
 from transport.results.statistics import normal_score
 
 SIMS = ("cost_disks", "cost_speck", "cost_enclosure", "cost_fog", "cost_glint", "cost_caustic")
-SEEDS, SPREAD, LEAST, MOST = 2000, 0.3, 64, 1 << 15
+SEEDS, SPREAD, LEAST, MOST = 2000, 0.05, 64, 1 << 15
 FIRST = 1 << 16  # histories of the run that chooses how many a batch has
 
 
@@ -70,28 +72,42 @@ def histories_a_batch(way: Way) -> int | str:
     if not estimate.error > 0:
         off = abs(estimate.value / exact - 1)
         return f"no noise, {off:.1e} off the exact value"
-    size = max(LEAST, math.ceil((estimate.relative_error / SPREAD) ** 2 * FIRST))
+    size = max(LEAST, math.ceil((estimate.relative_error / SPREAD) ** 2 * FIRST / _batches(way)))
     size = 1 << (size - 1).bit_length()
     return size if size <= MOST else f"{size} histories a batch"
 
 
 def scores(way: Way, seeds: int = SEEDS) -> tuple[np.ndarray, float] | str:
     """(value - exact) / error of each seed, and its degrees of freedom; or why there are none."""
-    size = histories_a_batch(way)
-    if isinstance(size, str):
-        return size
-    batches = min(16, way.method.usual_batches)
-    found = [way.run(batches * size, seed, batches) for seed in range(seeds)]
-    return np.array([(estimate.value - exact) / estimate.error for estimate, exact in found]), batches - 1
+    found = runs_of(way, seeds)
+    if isinstance(found, str):
+        return found
+    return np.array([(estimate.value - exact) / estimate.error for estimate, exact in found]), _batches(
+        way
+    ) - 1
+
+
+def runs_of(way: Way, seeds: int = SEEDS) -> list[tuple[tp.Estimate, float]] | str:
+    """The estimate and the exact value of each seed; or why there are none."""
+    size, batches = histories_a_batch(way), _batches(way)
+    return (
+        size if isinstance(size, str) else [way.run(batches * size, seed, batches) for seed in range(seeds)]
+    )
+
+
+def _batches(way: Way) -> int:
+    return min(16, way.method.usual_batches)
 
 
 def _told(way: Way, seeds: int) -> tuple[str, str]:
-    found = scores(way, seeds)
+    found = runs_of(way, seeds)
     if isinstance(found, str):
         return str(way), found
-    z, dof = found
+    values, exact = np.array([estimate.value for estimate, _ in found]), found[0][1]
+    off = (values.mean() - exact) / values.std(ddof=1) * math.sqrt(seeds)
+    z, dof = np.array([(estimate.value - exact) / estimate.error for estimate, _ in found]), _batches(way) - 1
     normal = normal_score(z, dof)
-    told = f"mean {normal.mean():+.3f} spread {normal.std():.3f} within 95 % {np.mean(np.abs(normal) < 1.96):.4f}"
+    told = f"off {off:+.2f} mean {normal.mean():+.3f} spread {normal.std():.3f} within 95 % {np.mean(np.abs(normal) < 1.96):.4f}"
     try:
         assert_z_spread(z, dof, 1e-4)
     except AssertionError as error:

@@ -8,29 +8,31 @@ from transport.engine.registry import layer_of, rows_of, step
 
 def through(plan):
     """Steps of a shadow ray through what lets it pass, to the other side of the same ray."""
-    if any(name.startswith(("cover", "bound")) for name, *_ in plan.members):
-        yield step(flights.remember_ray)
-        yield step(flights.move)
-        yield from stood(plan)
-        if (plan.sheets["outward"] != 0).any():
-            yield step(landings.tell_leaving, rows_of(plan.sheets))
-        yield from boundaries(plan)
-        yield step(flights.resume_ray)
+    if _lets_pass(plan):
+        yield from _landed(plan, ())
 
 
 def expected_crossing(plan):
     """Steps of an expected ray from arriving at a surface to leaving it, through what lets it pass."""
-    passes = any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
+    counted = [each for layer in range(len(plan.layers)) for each in _expected_metering(plan, layer)]
+    yield from _landed(plan, [*counted, *visits(plan), step(expected_rays.end_expected)])
+
+
+def _lets_pass(plan):
+    """Whether rays go on beyond anything."""
+    return any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
+
+
+def _landed(plan, counted):
+    """To the surface, what is counted there, and on beyond it."""
+    passes = _lets_pass(plan)
     if passes:
         yield step(flights.remember_ray)
     yield step(flights.move)
     yield from stood(plan)
     if passes and (plan.sheets["outward"] != 0).any():
         yield step(landings.tell_leaving, rows_of(plan.sheets))
-    for layer in range(len(plan.layers)):
-        yield from _expected_metering(plan, layer)
-    yield from visits(plan)
-    yield step(expected_rays.end_expected)
+    yield from counted
     yield from boundaries(plan)
     if passes:
         yield step(flights.resume_ray)
