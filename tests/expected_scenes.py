@@ -130,6 +130,15 @@ def facing():
     )
 
 
+def backlit():
+    """Thin walls, metered in front and lit from behind, by a lamp and by what it lights."""
+    slanted = tp.Rectangle(center=(0, 0.2, 0.3), normal=(0.2, 0, 1), width=0.8, height=0.6)
+    screen = tp.Surface(slanted, tp.Diffuse(0.6), "screen")
+    black = tp.Surface(tp.Disk(center=(-0.5, 0, 0), normal=(-1, 0, 0), radius=0.3), tp.Black(), "black")
+    looks = [tp.Detector("screen"), tp.Detector("black"), pane("above", 0.8)]
+    return tp.Scene(lamp(), [WALLS, screen, black], looks)
+
+
 def shadow():
     """A mesh and a pane that lets a share through, diffusely, before the meter; haze with a mixture of phase functions."""
     corners, faces = (
@@ -149,5 +158,5 @@ def shadow():
 
 SCENES = {
     scene.__name__: scene
-    for scene in (disks, room, balls, hollow, half_mirrors, pasts, fog, cloud, glass, beam, glow, voxels, facing, shadow)
+    for scene in (disks, room, balls, hollow, half_mirrors, pasts, fog, cloud, glass, beam, glow, voxels, facing, backlit, shadow)
 }  # fmt: skip

@@ -42,13 +42,13 @@ def test_the_flux_from_disk_to_disk_is_the_integral_of_its_irradiance(radius, me
     rings = quad(lambda r: 2 * math.pi * r * emitters.disk_irradiance(7.0, radius, distance, r), 0, meter)
     assert the_value(
         cost_disks, radius=radius, meter=meter, distance=distance, radiance=7.0
-    ) == pytest.approx(rings[0], rel=1e-10)
+    ) == pytest.approx(rings[0], rel=1e-10, abs=0)
 
 
 @pytest.mark.parametrize("share", [1e-10, 1e-3, 0.1])
 def test_the_speck_fills_its_share_and_a_glowing_ball_lights_it_as_a_point(share):
     radius = cost_speck.speck_radius(share, 2.0)
-    assert emitters.point_flux_through_disk(1.0, radius, 2.0) == pytest.approx(share, rel=1e-13)
+    assert emitters.point_flux_through_disk(1.0, radius, 2.0) == pytest.approx(share, rel=1e-13, abs=0)
     seen = 0.3 / 2.0  # sine of the ball's angle, seen from the speck's middle
 
     def arriving(s):  # radiance times cosine, of a chord 2 √(R² - d² s²) of stuff that emits 3/(4π R³) in all
@@ -64,13 +64,15 @@ def test_the_speck_fills_its_share_and_a_glowing_ball_lights_it_as_a_point(share
         )
 
     irradiance = quad(arriving, 0, seen)[0]
-    assert irradiance == pytest.approx(emitters.point_irradiance(1.0, 2.0), rel=1e-8)
+    assert irradiance == pytest.approx(emitters.point_irradiance(1.0, 2.0), rel=1e-8, abs=0)
     if share < 1e-9:
         flux = irradiance * math.pi * radius**2
-        assert the_value(cost_speck, lamp="ball", share=share, distance=2.0) == pytest.approx(flux, rel=1e-8)
+        assert the_value(cost_speck, lamp="ball", share=share, distance=2.0) == pytest.approx(
+            flux, rel=1e-8, abs=0
+        )
         disk = emitters.disk_irradiance(1 / (math.pi * math.pi * 0.3**2), 0.3, 2.0) * math.pi * radius**2
         exact = the_value(cost_speck, lamp="disk", share=share, distance=2.0, size=0.3)
-        assert exact == pytest.approx(disk, rel=1e-8)
+        assert exact == pytest.approx(disk, rel=1e-8, abs=0)
 
 
 def on_disk(radius, count=20_000):
@@ -109,7 +111,7 @@ def test_the_cone_of_the_glint_is_filled_by_lamp_or_wall_from_all_of_the_meter(p
         assert (ends[:, 2] >= lowest).all() and (ends[:, 2] <= highest).all()
     with pytest.raises(tp.SceneError, match="so small that the lamp fills the cone"):
         cost_glint.scene("lamp", share=0.12, meter=0.2)
-    assert 1 - math.cos(cost_glint.half_angle(1e-4)) == pytest.approx(1e-4, rel=1e-11)
+    assert 1 - math.cos(cost_glint.half_angle(1e-4)) == pytest.approx(1e-4, rel=1e-11, abs=0)
 
 
 def test_behind_the_glass_every_ray_of_the_cone_meets_it_and_in_it_every_ray_gets_out():
@@ -130,8 +132,8 @@ def test_glass_in_a_lamp_holds_n_squared_times_its_radiance_at_any_angle(cosine)
     """Entering light, reflected within 0, 1, 2, ... times; outside, what is reflected and what comes out."""
     passed = float(fresnel.transmittance(cosine, 1.5))
     inside = sum(passed * 1.5**2 * (1 - passed) ** k for k in range(2000))
-    assert inside == pytest.approx(1.5**2, rel=1e-12)
-    assert 1 - passed + passed * inside / 1.5**2 == pytest.approx(1, rel=1e-12)
+    assert inside == pytest.approx(1.5**2, rel=1e-12, abs=0)
+    assert 1 - passed + passed * inside / 1.5**2 == pytest.approx(1, rel=1e-12, abs=0)
 
 
 # ---- runs, and wrong answers ----

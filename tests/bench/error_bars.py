@@ -82,9 +82,11 @@ def scores(way: Way, seeds: int = SEEDS) -> tuple[np.ndarray, float] | str:
     found = runs_of(way, seeds)
     if isinstance(found, str):
         return found
-    return np.array([(estimate.value - exact) / estimate.error for estimate, exact in found]), _batches(
-        way
-    ) - 1
+    return _z_of(found), _batches(way) - 1
+
+
+def _z_of(found: list[tuple[tp.Estimate, float]]) -> np.ndarray:
+    return np.array([(estimate.value - exact) / estimate.error for estimate, exact in found])
 
 
 def runs_of(way: Way, seeds: int = SEEDS) -> list[tuple[tp.Estimate, float]] | str:
@@ -105,7 +107,7 @@ def _told(way: Way, seeds: int) -> tuple[str, str]:
         return str(way), found
     values, exact = np.array([estimate.value for estimate, _ in found]), found[0][1]
     off = (values.mean() - exact) / values.std(ddof=1) * math.sqrt(seeds)
-    z, dof = np.array([(estimate.value - exact) / estimate.error for estimate, _ in found]), _batches(way) - 1
+    z, dof = _z_of(found), _batches(way) - 1
     normal = normal_score(z, dof)
     told = f"off {off:+.2f} mean {normal.mean():+.3f} spread {normal.std():.3f} within 95 % {np.mean(np.abs(normal) < 1.96):.4f}"
     try:

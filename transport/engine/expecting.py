@@ -167,11 +167,11 @@ def expect_from_walls(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def expect_from_collisions(b, table, first, live):
-    """Of what a collision scatters; the densities of phase functions are added up next."""
+    """Of what a collision scatters; the densities of phase functions are added up next, none where nothing collides."""
     scale, tally = table.scale, table.first
     for k in range(first, live):
         b.bent[k] = b.ux[k] * b.vx[k] + b.uy[k] * b.vy[k] + b.uz[k] * b.vz[k]
-        b.score[k] *= scale * b.weight[k] if b.law[k] != 0 else 0.0
+        b.score[k] *= scale * b.weight[k]
         b.density[k] = 0.0
         b.gap[k], b.stands[k], b.tally[k] = math.inf, 0, tally
     return live

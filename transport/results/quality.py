@@ -81,7 +81,8 @@ def quality_of(
     carriers = 1 / vov if vov > 0 else math.nan
     lone = scores.lone / relative if scores is not None else 0.0
     doubts = _doubts(scores, carriers, slope, unseen, lone, trend, alone)
-    return Quality(relative, merit, number, carriers, vov, slope, unseen, trend, tuple(doubts))
+    numbers = map(float, (carriers, vov, slope, unseen, trend))
+    return Quality(relative, merit, number, *numbers, tuple(doubts))
 
 
 def _alike(estimate: Estimate) -> np.ndarray:
