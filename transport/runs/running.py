@@ -12,8 +12,8 @@ from transport.runs.crew import GLANCE, Crew
 from transport.runs.limits import HOPELESS, Limits
 from transport.runs.outlook import Forecast, Outlook
 from transport.runs.progress import Progress
-from transport.runs.schedules import Rounds, schedule_for
-from transport.runs.stopping import FEWEST_ROUNDS, Look, rounds_suffice, slope_of, standing_of
+from transport.runs.schedules import schedule_for
+from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 
 
@@ -58,14 +58,15 @@ class Run:
     @property
     def slopes(self) -> dict[str, float]:
         """How fast the errors asked for fall with time, where that has been measured."""
-        if not isinstance(self.schedule, Rounds):
+        if not self.looks:
             return {}
-        return {name: slope_of(self.looks, name) for name in self.limits.error}
+        found = {name: self.schedule.slope(self.looks, name) for name in self.limits.error}
+        return {name: slope for name, slope in found.items() if slope is not None}
 
     def _leg(self) -> bool:
         """Do the batches until the next look; whether there were any, and time enough for all of them."""
         begun = time.perf_counter()
-        sizes = iter(self.schedule.leg(self.looks[-1] if self.looks else None))
+        sizes = iter(self.schedule.leg(self.looks))
         first = next(sizes, None)
         if first is None:
             return False
@@ -102,13 +103,12 @@ class Run:
             return False
         look = self._look()
         self.looks.append(look)
-        enough = rounds_suffice(self.looks) if isinstance(self.schedule, Rounds) else look.is_enough
-        if enough or (look.is_blind and self.particles >= HOPELESS):
+        if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
             return True
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
         self.outlook.plan(self._elapsed, self.particles, *to_come)
-        is_few = isinstance(self.schedule, Rounds) and len(self.looks) < FEWEST_ROUNDS
-        if self.forecast is None and self.outlook.is_clear(look) and not is_few:
+        is_clear = self.outlook.is_clear(look) and self.schedule.is_foreseen(self.looks)
+        if self.forecast is None and is_clear:
             self.forecast = self.outlook.forecast
         return False
 

@@ -9,10 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
+from transport.runs.leaps import FARTHEST, FEWEST_ROUNDS, is_last_leap, leaps_suffice, leaps_to_come, slope_of
 from transport.runs.limits import MOST_PARTICLES, Limits
-from transport.runs.stopping import Look, rounds_to_come
+from transport.runs.stopping import Look
 
 LARGEST_BATCH = 1 << 24  # histories
 MOST_EVENTS = (
@@ -36,7 +39,7 @@ class Schedule:
         self.batches: list[Batch] = []
         self.left = MOST_PARTICLES if limits.particles is None else limits.particles
 
-    def leg(self, look: Look | None) -> Iterator[int]:
+    def leg(self, looks: list[Look]) -> Iterator[int]:
         """Histories of the batches until the next look; none where the run is over."""
         size, left, repeat = FIRST_BATCH, self.left, 2
         self.left = 0
@@ -61,9 +64,21 @@ class Schedule:
         """What the result is made of, should the run end now."""
         return self.batches
 
+    def is_enough(self, looks: list[Look]) -> bool:
+        """Whether the run may end."""
+        return looks[-1].is_enough
+
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
         """Histories and batches that the run will still take, going by what it saw."""
         raise NotImplementedError
+
+    def is_foreseen(self, looks: list[Look]) -> bool:
+        """Whether that may be relied upon."""
+        return True
+
+    def slope(self, looks: list[Look], name: str) -> float | None:
+        """The slope of a quantity's error against the time, where it has been measured."""
+        return None
 
     @property
     def particles(self) -> int:
@@ -91,7 +106,7 @@ class Schedule:
 class InOneGo(Schedule):
     """For `particles` alone: all batches at once."""
 
-    def leg(self, look: Look | None) -> Iterator[int]:
+    def leg(self, looks: list[Look]) -> Iterator[int]:
         particles, self.left = self.left, 0
         yield from _evenly(particles, max(self.count, math.ceil(particles / LARGEST_BATCH)))
 
@@ -102,7 +117,7 @@ class InOneGo(Schedule):
 class Nets(InOneGo):
     """The same for points that know of one another: whole nets of them."""
 
-    def leg(self, look: Look | None) -> Iterator[int]:
+    def leg(self, looks: list[Look]) -> Iterator[int]:
         particles, self.left = self.left, 0
         yield from equal_powers_of_two(particles, self.count) if particles else ()
 
@@ -110,8 +125,8 @@ class Nets(InOneGo):
 class Planned(Schedule):
     """For an `error`: a pilot of small batches, then as many histories as the last look asked for."""
 
-    def leg(self, look: Look | None) -> Iterator[int]:
-        wanted = SMALL_BATCH * self.count if look is None else look.next_at
+    def leg(self, looks: list[Look]) -> Iterator[int]:
+        wanted = looks[-1].next_at if looks else SMALL_BATCH * self.count
         more = min(wanted - self.particles, self.left)
         if more <= 0:
             return
@@ -140,45 +155,69 @@ class Planned(Schedule):
 
 
 class Rounds(Schedule):
-    """For an `error` or `seconds` with points that know of one another: rounds of batches, each twice as large.
+    """For an `error` or `seconds` with points that know of one another: rounds of ever larger batches.
 
-    The last complete round alone is the result: the earlier ones cost as much together, but being less accurate than
-    their number says they would only spoil it.  Once batches cannot grow any more, they become more.
+    The last round alone is the result: the earlier ones being less accurate than their number says they would only spoil
+    it.  Once batches cannot grow any more, they become more.
     """
 
     def __init__(self, limits: Limits, count: int, records: int) -> None:
         super().__init__(limits, count, records)
         few = self.left // count
         self.size = min(SMALL_BATCH, 1 << max(0, few.bit_length() - 1))
+        self.farthest = FARTHEST if limits.seconds is None else 1  # what is not done when time is up is lost
         self.current: list[Batch] = []
-        self.is_largest = False
+        self.adds = False  # whether the present round joins those before it
 
-    def leg(self, look: Look | None) -> Iterator[int]:
-        if self.batches and not self.is_largest:
-            self.is_largest = 2 * self.size > self._largest()
-            self.size *= 1 if self.is_largest else 2
-        if self.count * self.size > self.left:
+    def leg(self, looks: list[Look]) -> Iterator[int]:
+        batches = self.count
+        if self.batches:
+            doublings = leaps_to_come(looks, self.farthest)[0] if looks else 1
+            growth = min(doublings, self._growth())
+            self.size, self.adds = self.size << growth, growth == 0
+            if self.adds:
+                batches = min((self.particles << doublings) - self.particles, self.left) // self.size
+        if self.size * batches > self.left:
             return
-        self.left -= self.count * self.size
-        for _ in range(self.count):
+        self.left -= self.size * batches
+        for _ in range(batches):
             yield self.size
 
     def take(self, batch: Batch) -> None:
         self.current.append(batch)
 
     def end_leg(self) -> None:
-        self.batches = self.batches + self.current if self.is_largest else self.current
+        self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
-        if len(self.batches) == 4 * self.count:
+        while len(self.batches) >= 4 * self.count:
             self._merge(2)
 
     @property
     def kept(self) -> list[Batch]:
-        return self.batches or self.current
+        if self.adds:
+            return self.batches + self.current
+        return self.current if 2 * len(self.current) >= self.count else self.batches or self.current
+
+    def is_enough(self, looks: list[Look]) -> bool:
+        return leaps_suffice(looks, self.farthest)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
-        rounds = rounds_to_come(looks)
-        return self.count * self.size * (2.0 ** (rounds + 1) - 2), rounds * self.count
+        leaps = leaps_to_come(looks, self.farthest)
+        if self._growth() == 0:
+            histories = self.particles * (2.0 ** sum(leaps) - 1)
+            return histories, math.ceil(histories / self.size)
+        return self.count * self.size * float((2.0 ** np.cumsum(leaps)).sum()), self.count * len(leaps)
+
+    def is_foreseen(self, looks: list[Look]) -> bool:
+        return len(looks) >= FEWEST_ROUNDS - 1 and is_last_leap(looks, self.farthest)
+
+    def slope(self, looks: list[Look], name: str) -> float | None:
+        return slope_of(looks, name)
+
+    def _growth(self) -> int:
+        """By how many doublings batches may grow: as far as that is safe, and as there are particles left for a round."""
+        largest = min(self._largest(), self.left // self.count)
+        return max(0, (largest // self.size).bit_length() - 1)
 
 
 def schedule_for(limits: Limits, plan: Plan) -> Schedule:

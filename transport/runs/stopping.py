@@ -24,8 +24,6 @@ from transport.results.statistics import skewness_of_mean
 LOPSIDED = 0.2  # skewness of a mean, above which intervals cover too little
 LEAP = 16.0  # most times as many histories from a look to the next
 BLIND_LEAP = 4.0  # where nothing is known yet
-STEEPEST, FLATTEST = -1.5, -0.5  # slopes of the errors of nets of points against their number
-FEWEST_ROUNDS = 4  # that a run takes, the last of which is the result
 
 
 @dataclass(frozen=True)
@@ -56,6 +54,10 @@ class Look:
     def worst(self) -> Standing:
         """The quantity that will take longest."""
         return max(self.standings, key=lambda standing: standing.shortfall)
+
+    def of(self, name: str) -> Standing:
+        """Where that quantity stood."""
+        return next(standing for standing in self.standings if standing.name == name)
 
     @property
     def is_enough(self) -> bool:
@@ -101,48 +103,3 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
         skewness = np.fmax(skewness, np.abs(np.atleast_1d(skewness_of_mean(deviations, run.sizes))))
     worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
     return Standing(name, target, float(relative.flat[worst]), float(skewness.flat[worst]), allowed)
-
-
-def slope_of(looks: list[Look], name: str) -> float:
-    """The slope of a quantity's error against the histories of rounds, over the last four, within -1.5 and -0.5."""
-    points = [(look.particles, _standing(look, name).relative) for look in looks[-4:]]
-    points = [(math.log(particles), math.log(error)) for particles, error in points if 0 < error < math.inf]
-    if len(points) < 3:
-        return FLATTEST
-    slope = float(np.polyfit(*np.transpose(points), 1)[0])
-    return min(max(slope, STEEPEST), FLATTEST)
-
-
-def rounds_to_come(looks: list[Look]) -> int:
-    """How many more rounds, each twice as large, the worst quantity will take by its slope so far."""
-    worst = looks[-1].worst
-    if math.isinf(worst.shortfall):
-        return 1
-    steps = math.log2(max(worst.shortfall, 1.0)) / -slope_of(looks, worst.name)
-    return max(1, FEWEST_ROUNDS - len(looks), math.ceil(steps))
-
-
-def rounds_suffice(looks: list[Look]) -> bool:
-    """Whether the last of a run's rounds is enough, and the three before it led one to expect as much.
-
-    Rounds are independent, but few batches know their errors badly: one look at each would stop at the first that
-    happens to look small.
-    """
-    *before, last = looks
-    if not last.is_enough or len(looks) < FEWEST_ROUNDS:
-        return False
-    for standing in last.standings:
-        slope = slope_of(before[-3:], standing.name)
-        earlier = [(look.particles, _standing(look, standing.name).relative) for look in before[-3:]]
-        logs = [
-            math.log(error) + slope * math.log(last.particles / particles)
-            for particles, error in earlier
-            if error > 0
-        ]
-        if logs and sum(logs) / len(logs) > math.log(standing.target):
-            return False
-    return True
-
-
-def _standing(look: Look, name: str) -> Standing:
-    return next(standing for standing in look.standings if standing.name == name)
