@@ -26,7 +26,7 @@ SURE = 1.28  # standard errors above what is expected: nine of ten are below
 
 @dataclass(frozen=True)
 class Trend:
-    """Logarithms of errors: height + slope (log n - middle); noise: standard error of each round's, spread: sum of squares."""
+    """Logarithms of errors: height + slope (log n - middle); noise: of each round's, spread: sum of squares."""
 
     height: float
     slope: float
@@ -52,8 +52,10 @@ def trend_of(looks: list[Look], name: str) -> Trend | None:
     x, y = np.transpose(points)
     spread = float(((x - x.mean()) ** 2).sum())
     slope = float(((x - x.mean()) * y).sum() / spread) if len(points) > 2 else FLATTEST
-    noise = 1 / math.sqrt(2 * (looks[-1].batches - 1))
     slope = min(max(slope, STEEPEST), FLATTEST)
+    off = y - y.mean() - slope * (x - x.mean())
+    unlike = math.sqrt(float((off**2).sum()) / max(1, len(points) - 2))
+    noise = max(unlike, 1 / math.sqrt(2 * (looks[-1].batches - 1)))
     return Trend(float(y.mean()), slope, float(x.mean()), noise, len(points), spread)
 
 

@@ -209,7 +209,7 @@ class Rounds(Schedule):
         return self.count * self.size * float((2.0 ** np.cumsum(leaps)).sum()), self.count * len(leaps)
 
     def is_foreseen(self, looks: list[Look]) -> bool:
-        return len(looks) >= FEWEST_ROUNDS - 1 and is_last_leap(looks, self.farthest)
+        return len(looks) >= FEWEST_ROUNDS and is_last_leap(looks, self.farthest)
 
     def slope(self, looks: list[Look], name: str) -> float | None:
         return slope_of(looks, name)
