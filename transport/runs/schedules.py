@@ -25,6 +25,7 @@ FIRST_BATCH = 512  # histories of a batch where only the time is limited; double
 SMALL_BATCH = 128  # histories of a batch of a pilot
 MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
 FEWEST = 32  # batches, however large they are
+FEWEST_OF_A_ROUND = 8  # batches, by which a round that was not finished is better than the one before it
 
 
 class Schedule:
@@ -196,7 +197,8 @@ class Rounds(Schedule):
     def kept(self) -> list[Batch]:
         if self.adds:
             return self.batches + self.current
-        return self.current if 2 * len(self.current) >= self.count else self.batches or self.current
+        is_ample = len(self.current) >= max(FEWEST_OF_A_ROUND, self.count // 2)
+        return self.current if is_ample else self.batches or self.current
 
     def is_enough(self, looks: list[Look]) -> bool:
         return leaps_suffice(looks, self.farthest)
