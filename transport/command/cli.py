@@ -11,6 +11,7 @@ from transport import __version__
 from transport.command.console import INTERRUPTED, console, refusals, say, say_json
 from transport.command.costs import costs_of_case, draw_costs
 from transport.command.effects import costs_of, effects_of, record_of_effects
+from transport.command.hard_cases import verify_hard
 from transport.command.printout import (
     draw_picture,
     print_costs,
@@ -160,14 +161,20 @@ def list_(json: Json = False) -> None:
 @app.command()
 def verify(
     sims: Annotated[
-        list[str] | None, typer.Argument(metavar="[SIM]...", help="All experiments if not said.")
+        list[str] | None,
+        typer.Argument(metavar="[SIM]...", help="All if not said; with --hard families of hard cases."),
     ] = None,
     particles: Particles = None,
     seed: Seed = 0,
     threads: Threads = None,
+    hard: Annotated[
+        bool, typer.Option("--hard", help="Instead, hard cases beside what the naive formula gives.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Judge every law against its exact value; status 1 if one fails."""
+    if hard:
+        raise typer.Exit(verify_hard(sims, json))
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
     laws, complete = [], True
     for name in sims or experiment_names():

@@ -20,12 +20,12 @@ from transport.results import Result
 from transport.results.estimates import Estimate
 from transport.results.notation import measured
 
-IN_WORDS = ("quantity",)  # columns that fold where the console is too narrow
+IN_WORDS = ("quantity", "case", "naive way")  # columns that fold where the console is too narrow
 
 
 def case_table(outcome: Outcome) -> Table:
     """Quantity, estimate ± one standard error, unit, exact value and z of each row of a case."""
-    table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>")
+    table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>")
     for row in outcome.rows:
         exact = exact_number(row.exact, row.estimate)
         z = z_cell(score_of(row.estimate, row.exact))
@@ -37,7 +37,7 @@ def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
     """For each law its formula, source and experiment; then estimate, exact, z, smallest bias of each row that shows it."""
     for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
         yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
-        table = _table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
+        table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
         for row in group:
             table.add_row(*_judged(row, false_alarm))
         yield table
@@ -46,7 +46,7 @@ def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
 
 def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
     """Passes in order, with nanoseconds a lane where they were measured."""
-    table = _table(">", "pass", *(["ns per lane>"] if costs else []))
+    table = plain_table(">", "pass", *(["ns per lane>"] if costs else []))
     number = 1
     for name, run in groupby(names):
         times = len(list(run))
@@ -58,7 +58,7 @@ def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
 
 def cost_table(cost: CostOfAccuracy) -> Table:
     """What each way to a number costs, with its slope."""
-    table = _table(*price_heads(cost))
+    table = plain_table(*price_heads(cost))
     for row in price_rows(cost):
         table.add_row(*row)
     return table
@@ -67,7 +67,7 @@ def cost_table(cost: CostOfAccuracy) -> Table:
 def bins_table(bins: BinsAgainstNoise) -> Table:
     """Noise, blur and both together by the number of bins; the best of each column of both is marked."""
     more = 100 * bins.particles
-    table = _table(
+    table = plain_table(
         f"bins along {bins.dim}>", "noise>", "blur>", f"both, {bins.particles:.2g} particles>", f"{more:.2g}>"
     )
     columns = zip(bins.bins, bins.noise, bins.blur, bins.total(), bins.total(100), strict=True)
@@ -80,7 +80,7 @@ def bins_table(bins: BinsAgainstNoise) -> Table:
 
 def effect_table(effects: Sequence[EffectCost]) -> Table:
     """Nanoseconds a history of each effect, its share, and what leaving it out would save."""
-    table = _table("effect", "ns a history>", "share>", "left out, saves>")
+    table = plain_table("effect", "ns a history>", "share>", "left out, saves>")
     for effect in effects:
         saved = f"{100 * effect.share:.0f} %" if effect.can_go else "–"
         table.add_row(effect.name, f"{effect.ns:.3g}", f"{100 * effect.share:.0f} %", saved)
@@ -176,7 +176,7 @@ def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
     )
 
 
-def _table(*columns: str) -> Table:
+def plain_table(*columns: str) -> Table:
     """Columns by their heads; those that end in > stand to the right."""
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
     for head in columns:

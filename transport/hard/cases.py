@@ -14,7 +14,6 @@ The function's docstring is the reason: why the case is hard.
 from __future__ import annotations
 
 import importlib
-import math
 import pkgutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -59,18 +58,19 @@ class Seen:
     @property
     def off(self) -> float:
         """How far off: in standard errors as a normal score where these are known, else relative."""
-        if self._is_noisy:
+        if self.is_noisy:
             return self.found.z(self.exact)
         return abs(self.value - self.exact) / (abs(self.exact) or 1.0)
 
     @property
-    def _is_noisy(self) -> bool:
+    def is_noisy(self) -> bool:
+        """Whether it is judged by its error."""
         return isinstance(self.found, Estimate) and self.found.error > 0
 
     def _agrees(self, found: Estimate | float, false_alarm: float) -> bool:
         from scipy.special import ndtri
 
-        limit = -ndtri(false_alarm / 2) if self._is_noisy else self.within
+        limit = -ndtri(false_alarm / 2) if self.is_noisy else self.within
         return bool(abs(self.off) <= limit)
 
 
@@ -115,10 +115,10 @@ def cases_of(chosen: list[str] | None = None) -> Iterator[Case]:
         yield from (value.case for value in vars(module).values() if isinstance(_case(value), Case))
 
 
+def family_title(name: str) -> str:
+    """What a family is about: the first line of its file."""
+    return (importlib.import_module(f"transport.hard.{name}").__doc__ or name).strip().splitlines()[0]
+
+
 def _case(value: object) -> object:
     return getattr(value, "case", None) if callable(value) else None
-
-
-def is_number(value: float | None) -> bool:
-    """Whether there is one."""
-    return value is not None and not math.isnan(value)

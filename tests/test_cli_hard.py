@@ -1,0 +1,55 @@
+"""`transport verify --hard`: hard cases beside what the naive formula gives; status 1 if one fails."""
+
+import json
+import math
+
+import pytest
+
+from transport.hard import cases
+from transport.hard.cases import Case, Seen
+from transport.results.estimates import Batches, Estimate
+
+NOISY = Estimate([1.0, 1.1, 0.9, 1.05, 0.95], Batches([10] * 5), "1")
+
+
+def wrong(found, naive=0.0, exact=1.0):
+    return Case(
+        "spheres", "a sphere far away", "1 - cos θ", "It rounds to 0.", lambda: Seen(found, exact, naive)
+    )
+
+
+@pytest.fixture
+def hard(call, monkeypatch):
+    """Call `verify --hard` with these cases alone."""
+
+    def verify(*made, more=()):
+        monkeypatch.setattr("transport.command.hard_cases.cases_of", lambda families: iter(made))
+        monkeypatch.setattr("transport.command.hard_cases.family_title", lambda name: f"All about {name}.")
+        return call("verify", "--hard", *more)
+
+    return verify
+
+
+def test_cases_are_printed_with_what_the_naive_way_gives(hard):
+    answer = hard(wrong(1.0, naive=math.nan), wrong(1.0, naive=None), wrong(NOISY))
+    assert answer.exit_code == 0, answer.output
+    assert "All about spheres." in answer.output and "3 of 3 hard cases hold" in answer.output
+    assert "NaN" in answer.output and "–" in answer.output and "1.00 ± 0.04" in answer.output
+
+
+@pytest.mark.parametrize("found", [1 + 1e-9, math.nan, NOISY * 2])
+def test_a_case_that_fails_is_told(hard, found):
+    answer = hard(wrong(found), wrong(1.0))
+    assert answer.exit_code == 1
+    assert "1 of 2 hard cases hold" in answer.output and "FAILS" in answer.output
+
+
+def test_machines_are_told_the_reason(hard):
+    (record,) = json.loads(hard(wrong(1.0), more=["--json"]).output)
+    assert record["reason"] == "It rounds to 0." and record["naive_value"] == 0 and record["holds"] is True
+
+
+def test_unknown_families_are_refused(call):
+    answer = call("verify", "--hard", "direction")
+    assert answer.exit_code == 2 and "did you mean 'directions'?" in answer.output
+    assert "directions" in cases.families() and "cases" not in cases.families()

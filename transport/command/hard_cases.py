@@ -1,0 +1,90 @@
+"""`transport verify --hard`: the hard cases, a table a family, with what the naive formula gives instead."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+
+from rich.table import Table
+from rich.text import Text
+
+from transport.command.console import say, say_json
+from transport.command.tables import estimate_cell, plain_table, z_cell
+from transport.hard.cases import FALSE_ALARM, Case, Seen, cases_of, family_title
+from transport.results.estimates import Estimate
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A case, what it came to, and whether that is right; rate: of false alarms that it was judged at."""
+
+    case: Case
+    seen: Seen
+    rate: float
+
+    @property
+    def holds(self) -> bool:
+        return self.seen.holds(self.rate)
+
+    @property
+    def record(self) -> dict[str, object]:
+        """For machines."""
+        case, seen = self.case, self.seen
+        error = seen.found.error if isinstance(seen.found, Estimate) else 0.0
+        return {
+            "family": case.family,
+            "case": case.title,
+            "reason": case.reason,
+            "value": seen.value,
+            "error": error,
+            "exact": seen.exact,
+            "off": seen.off,
+            "naive": case.naive,
+            "naive_value": seen.naive,
+            "holds": self.holds,
+        }
+
+
+def verify_hard(families: list[str] | None, json: bool) -> int:
+    """Run and print the cases of these families, or of all; the status: 1 if one fails."""
+    found = []
+    for family, rows in groupby(_judged(families), key=lambda row: row.case.family):
+        found += (of_family := list(rows))
+        if not json:
+            say(Text(family_title(family), "bold"), _table_of(of_family), "")
+    failed = sum(not row.holds for row in found)
+    if json:
+        say_json([row.record for row in found])
+    else:
+        style = "bold red" if failed else "bold green"
+        say(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
+    return int(failed > 0)
+
+
+def _judged(families: list[str] | None) -> Iterator[Judged]:
+    """Each case of these families, or of all, as it is done."""
+    cases = list(cases_of(families))
+    for case in cases:
+        yield Judged(case, case.see(), FALSE_ALARM / len(cases))
+
+
+def _table_of(rows: list[Judged]) -> Table:
+    """What was found, what is exact, and what the naive way gives."""
+    table = plain_table("case", "found>", "exact>", "off>", "naive way", "gives>", "")
+    for row in rows:
+        table.add_row(*_cells(row))
+    return table
+
+
+def _cells(row: Judged) -> tuple[str | Text, ...]:
+    seen = row.seen
+    state = Text("holds", "green") if row.holds else Text("FAILS", "bold red")
+    found = estimate_cell(seen.found) if seen.is_noisy else f"{seen.value:.7g}"
+    off = z_cell(seen.off) if seen.is_noisy else Text(f"{seen.off:.1e}" if seen.off else "0")
+    return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive(seen), state)
+
+
+def _naive(seen: Seen) -> str:
+    if seen.naive is None:
+        return "–"
+    return "NaN" if math.isnan(seen.naive) else f"{seen.naive:.4g}"
