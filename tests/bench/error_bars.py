@@ -1,11 +1,11 @@
 """Claimed against true errors of every way to estimate on every cost scene, over 2000 seeds: z against Student's t.
 
-    python -m tests.bench.error_bars [SIM ...] [--seeds 2000]
+    python -m tests.bench.error_bars [SIM ...] [--seeds 2000] [--spread 0.02]
 
-A run has so many histories that its mean is about normal: relative errors of a run below SPREAD, as a first run finds; of
-few scores a mean is lopsided, and z with it, by half its skewness.  A way that would take more than MOST histories a batch is
-left out, and said to be.  `off` is the mean of all runs less the exact value, in its own standard errors: no
-skewness touches that, so that it tells a bias.
+A run has so many histories that its mean is about normal: relative errors of a run below SPREAD, as a first run finds;
+of few scores a mean is lopsided, and z with it, by half its skewness: then a smaller spread tells.  A way that would
+take more than MOST histories a batch is left out, and said to be.  `off` is the mean of all runs less the exact value,
+in its own standard errors: no skewness touches that, so that it tells a bias.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def ways(sims: tuple[str, ...] = SIMS) -> Iterator[Way]:
                     yield Way(sim, case, quantity, method)
 
 
-def histories_a_batch(way: Way) -> int | str:
+def histories_a_batch(way: Way, spread: float = SPREAD) -> int | str:
     """How many histories make a batch about normal; or why there are no z to judge."""
     estimate, exact = way.run(FIRST, seed=1)
     if estimate.value == 0:
@@ -72,7 +72,7 @@ def histories_a_batch(way: Way) -> int | str:
     if not estimate.error > 0:
         off = abs(estimate.value / exact - 1)
         return f"no noise, {off:.1e} off the exact value"
-    size = max(LEAST, math.ceil((estimate.relative_error / SPREAD) ** 2 * FIRST / _batches(way)))
+    size = max(LEAST, math.ceil((estimate.relative_error / spread) ** 2 * FIRST / _batches(way)))
     size = 1 << (size - 1).bit_length()
     return size if size <= MOST else f"{size} histories a batch"
 
@@ -89,9 +89,9 @@ def _z_of(found: list[tuple[tp.Estimate, float]]) -> np.ndarray:
     return np.array([(estimate.value - exact) / estimate.error for estimate, exact in found])
 
 
-def runs_of(way: Way, seeds: int = SEEDS) -> list[tuple[tp.Estimate, float]] | str:
+def runs_of(way: Way, seeds: int = SEEDS, spread: float = SPREAD) -> list[tuple[tp.Estimate, float]] | str:
     """The estimate and the exact value of each seed; or why there are none."""
-    size, batches = histories_a_batch(way), _batches(way)
+    size, batches = histories_a_batch(way, spread), _batches(way)
     return (
         size if isinstance(size, str) else [way.run(batches * size, seed, batches) for seed in range(seeds)]
     )
@@ -101,8 +101,8 @@ def _batches(way: Way) -> int:
     return min(16, way.method.usual_batches)
 
 
-def _told(way: Way, seeds: int) -> tuple[str, str]:
-    found = runs_of(way, seeds)
+def _told(way: Way, seeds: int, spread: float) -> tuple[str, str]:
+    found = runs_of(way, seeds, spread)
     if isinstance(found, str):
         return str(way), found
     values, exact = np.array([estimate.value for estimate, _ in found]), found[0][1]
@@ -117,11 +117,16 @@ def _told(way: Way, seeds: int) -> tuple[str, str]:
     return str(way), told
 
 
-def main(sims: list[str] = typer.Argument(None), seeds: int = SEEDS, workers: int = 2) -> None:  # noqa: B008
+def main(
+    sims: list[str] = typer.Argument(None),  # noqa: B008
+    seeds: int = SEEDS,
+    spread: float = SPREAD,
+    workers: int = 2,
+) -> None:
     """Print a line a way."""
     chosen = list(ways(tuple(sims) if sims else SIMS))
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        for name, told in pool.map(_told, chosen, [seeds] * len(chosen)):
+        for name, told in pool.map(_told, chosen, [seeds] * len(chosen), [spread] * len(chosen)):
             print(f"{name:60s} {told}", flush=True)
 
 
