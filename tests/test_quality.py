@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import stdtr
 
 import transport as tp
 from transport.compile.compiler import compile_scene
@@ -170,6 +171,24 @@ def test_a_batch_that_stands_alone_is_told():
     assert sum(outlier_of(row) < 1e-3 for row in rows) <= 8
     rows[:, 3] += 50
     assert max(outlier_of(row) for row in rows) < 1e-8
+
+
+def test_the_chance_of_a_step_between_the_halves_is_that_of_students_t():
+    """Three tests are made, and the oddest counts: threefold."""
+    for row in np.random.default_rng(17).normal(size=(20, 32)):
+        row[16:] += 8
+        pooled = (row[:16].var(ddof=1) + row[16:].var(ddof=1)) / 2
+        t = (row[16:].mean() - row[:16].mean()) / math.sqrt(pooled / 8)
+        assert trend_of(row) == pytest.approx(3 * 2 * stdtr(30, -t), rel=1e-9)
+
+
+def test_the_chance_of_a_batch_that_stands_alone_is_that_of_the_largest_of_all():
+    """Student's t of one batch against the mean of the 31 others, for 32 that it may be, in 5 tests."""
+    for row in np.random.default_rng(18).normal(size=(20, 32)):
+        row[7] = 12
+        others = np.delete(row, 7)
+        t = (row[7] - others.mean()) / (others.std(ddof=1) * math.sqrt(1 + 1 / 31))
+        assert outlier_of(row) == pytest.approx(5 * 32 * stdtr(30, -t), rel=1e-9)
 
 
 # ---- whether it flags what it must, and nothing else ----

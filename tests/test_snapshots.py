@@ -10,6 +10,7 @@ from scipy.special import ndtri
 
 import transport as tp
 from tests.phase_scenes import ARRIVALS, DURATION, FALSE_ALARM, faces_with, streaming
+from transport.results.records import SAMPLED, merged_records, thinned
 
 PAIR = [tp.Snapshot(0.5, particles=20_000, name="before"), tp.Snapshot(2.75, particles=20_000, name="after")]
 
@@ -149,3 +150,14 @@ def test_small_snapshots_beside_a_large_one_are_unbiased_where_few_are_left():
     error = np.std(off, axis=0, ddof=1) / math.sqrt(len(off))
     assert np.mean(alive) == pytest.approx(math.pi * 0.06**2, rel=0.03) and empty > 50
     assert (np.abs(np.mean(off, axis=0)) < 5 * error).all()
+
+
+def test_what_is_left_of_a_sample_stands_for_what_was_thinned_out():
+    records = np.zeros(1000, SAMPLED)
+    records["weight"], records["below"], records["place"] = 3.0, 1.0, (np.arange(1000) + 0.5) / 1000
+    quarter = thinned(records, 0.25)
+    assert len(quarter) == 250 and (quarter["weight"] == 12.0).all()
+    eighth = thinned(quarter, 0.125)
+    assert len(eighth) == 125 and (eighth["weight"] == 24.0).all()
+    both = merged_records(quarter, records, most=800)  # one of them thinned out before: all alike afterwards
+    assert both["weight"].sum() == 2 * 125 * 24.0

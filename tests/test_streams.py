@@ -15,7 +15,7 @@ from scipy.special import ndtri
 
 from tests.agreement import assert_follows
 from transport.physics.device import ARITHMETIC
-from transport.physics.streams import philox, random_words, short_uniform, uniform
+from transport.physics.streams import event_words, philox, random_words, short_uniform, uniform
 
 FALSE_ALARM = 1e-5
 DRAWS = 1 << 18
@@ -55,6 +55,15 @@ def words_at(places):
     for k in range(len(places)):
         p = places[k]
         words[k, 0], words[k, 1], words[k, 2], words[k, 3] = random_words(p[0], p[1], p[2], p[3], p[4], p[5])
+    return words
+
+
+@njit(**ARITHMETIC)
+def event_words_at(places):
+    words = np.empty((len(places), 4), np.uint64)
+    for k in range(len(places)):
+        p = places[k]
+        words[k, 0], words[k, 1], words[k, 2], words[k, 3] = event_words(p[0], p[1], p[2], p[3], p[4], p[5])
     return words
 
 
@@ -114,6 +123,21 @@ def test_history_batch_event_purpose_and_seed_are_counter_and_key():
     rng = np.random.default_rng(2)
     table = rng.integers(0, 1 << 32, (1000, 6)).astype(np.int64)
     assert (words_at(table) == by_reference(table)).all()
+
+
+def test_all_bits_of_the_number_of_a_copy_are_in_the_counter():
+    """Of 56 the upper 24 go beside the purpose: copies that share the lower 32 have blocks of their own."""
+    rng = np.random.default_rng(3)
+    table = rng.integers(0, 1 << 32, (1000, 6)).astype(np.int64)
+    table[:, 3] &= 0xFF
+    assert (event_words_at(table) == words_at(table)).all()  # of a history born, which has no upper bits
+    upper = rng.integers(1, 1 << 24, 1000)
+    copies, folded = (
+        table + upper[:, None] * [1 << 32, 0, 0, 0, 0, 0],
+        table ^ upper[:, None] * [0, 0, 0, 256, 0, 0],
+    )
+    assert (event_words_at(copies) == by_reference(folded)).all()
+    assert len(np.unique(np.concatenate([event_words_at(copies), words_at(table)]), axis=0)) == 2000
 
 
 def test_extreme_words_give_numbers_within_the_unit_interval():

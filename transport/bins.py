@@ -40,6 +40,9 @@ MOST_BINS = 1_000_000  # of one axis; more would be a slip
 MOST_BINS_IN_ALL = 10_000_000  # of a detector
 BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 32, 24, 32  # memory that a bin takes; sums on each side
 PI = math.pi
+NARROWEST = (
+    2.0**-43
+)  # of a bin, in cosines: the rounding of a direction moves a thousandth of it over its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
@@ -76,7 +79,7 @@ class Directions:
             )
         _settle_bins(self, "mu", "theta", "phi")
         check_number_of_bins(self, self)
-        self.edges()
+        _check_cosines(self, self.edges())
 
     @staticmethod
     def cone(*values: object, **named: object) -> "DirectionCone":
@@ -132,7 +135,7 @@ class DirectionSphere:
         _settle_bins(self, "mu", "phi")
         settle_direction(self, "axis")
         check_number_of_bins(self, self)
-        self.edges()
+        _check_cosines(self, self.edges())
 
     def edges(self) -> dict[str, np.ndarray]:
         """Edges of each binned axis, "mu" and "phi" [rad]."""
@@ -231,6 +234,19 @@ def _settle_bins(subject: object, *names: str) -> None:
         settle_bins(subject, name)
 
 
+def _check_cosines(subject: object, edges: dict[str, np.ndarray]) -> None:
+    """Refuse bins of polar angle that cosines do not resolve: near a pole they crowd together."""
+    if "theta" not in edges and "mu" not in edges:
+        return
+    name = "theta" if "theta" in edges else "mu"
+    cosines = edges["mu"] if name == "mu" else np.cos(edges["theta"])
+    widths = np.abs(np.diff(cosines))
+    if widths.min() < NARROWEST:
+        cure = "take wider ones; Directions.cone(axis, half_angle) resolves any angle round one axis"
+        got = shown(getattr(subject, name))
+        refuse(subject, f"{name} bins must be at least {NARROWEST:.2g} wide in cos(theta), got {got}; {cure}")
+
+
 def settle_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
     """The field is None, increasing edges from `least` up, or a number of bins where their range is known."""
     value = getattr(subject, name)
@@ -292,11 +308,18 @@ def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[st
 
 def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
     """Edges of bins over [lower, upper], or given ones that must lie in it, the last rounding forgiven."""
-    edges = np.linspace(lower, upper, bins + 1) if isinstance(bins, int) else np.array(bins)
+    edges = _equal_bins(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
     rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not beyond
     if edges[0] < lower - rounding or edges[-1] > upper + rounding:
         refuse(subject, f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}")
     edges = edges.clip(lower, upper)
     if not (edges[:-1] < edges[1:]).all():
         refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; take fewer")
+    return edges
+
+
+def _equal_bins(lower: float, upper: float, bins: int) -> np.ndarray:
+    """Edges rounded as numbers that are written down are: the seventh tenth of 1 s is 0.7 s; in steps of 0.1 it is later."""
+    edges = lower + np.arange(bins + 1) * (upper - lower) / bins
+    edges[-1] = upper
     return edges

@@ -339,6 +339,15 @@ def test_what_happens_at_an_edge_of_time_belongs_to_what_begins_there():
     )
 
 
+@pytest.mark.parametrize("tenths", range(1, 10))
+def test_what_comes_after_some_tenths_of_a_second_is_in_the_bin_that_begins_then(tenths):
+    """Steps of 0.1 add up to 0.7000000000000001 s, later than an arrival at 0.7 s."""
+    beam = tp.Gas(number=1.0, speed=1.0, direction=(0, 0, 1))
+    wall = tp.Detector(tp.Disk(center=(0, 0, tenths / 10), radius=1.0), "wall", side="back", times=10)
+    result = run(tp.Scene(tp.Source(tp.Point(), beam), [], wall, duration=1.0), 100)
+    np.testing.assert_array_equal(counts(result["wall"]), 100 * (np.arange(10) == tenths))
+
+
 def test_at_the_instant_of_an_event_a_particle_is_after_it():
     """Born, reflected and absorbed at the very times of a look: there at birth, turned round, gone."""
     mirror = tp.Surface(tp.Disk(center=(0, 0, 1), radius=1.0), tp.Mirror())

@@ -62,3 +62,10 @@ def test_chance_rounds_up_only_what_is_less_than_a_unit(weight):
     exact = weight * 2.0**63
     assert abs(np.mean([float(one) for one in found]) - exact) <= max(1 / 4096, 1e-9 * exact)
     assert exact != int(exact) or set(found) == {int(exact)}
+
+
+@pytest.mark.parametrize("weight", [0.0, 2.0**-63, 1e-15, 1 / 3, 0.7, 1.0])
+def test_the_ledger_keeps_every_unit_of_a_weight(weight):
+    """Both limbs together are its whole number of units of 2^-63: with the upper one alone 2^-32 would be the end."""
+    high, low = sums.limbs(weight)
+    assert high * 2**31 + low == int(weight * 2.0**63)

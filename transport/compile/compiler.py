@@ -28,6 +28,7 @@ from transport.compile.pieces import (
 from transport.compile.plan import Plan
 from transport.compile.points import fill_points
 from transport.compile.sizes import fill_sizes
+from transport.compile.slivers import check_slivers
 from transport.compile.space import space_of
 from transport.compile.volumes import fill_volumes
 from transport.estimators.methods import ANALOG, Method
@@ -61,6 +62,7 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     """The plan of a scene as it is."""
     sheets = sheets_of(scene)
     space = space_of(scene)
+    check_slivers(sheets, space)
     plan = Plan(scene, space, tracking or default_tracking(scene), method)
     fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}

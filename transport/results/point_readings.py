@@ -56,7 +56,7 @@ class PointReading(Quantified):
     def counts(self) -> Estimate:
         """Number of scores in the whole run: of events that the point was seen from."""
         counts = self._counts.sum(axis=1)
-        values = counts * self._run.sizes.sum() / self._run.sizes
+        values = counts * float(self._run.sizes.sum()) / self._run.sizes
         return Estimate(values, self._run, Unit.parse("1"), counts=int(counts.sum()))
 
     @property

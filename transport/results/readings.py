@@ -145,7 +145,7 @@ class Reading(Quantified):
         """Number of arrivals scored in the whole run, by bin."""
         sums, inner = self.sums, self.sums.place_axes | self.sums.direction_axes
         values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
-        return sums.estimate(values * sums.run.sizes.sum(), Unit.parse("1"), inner, values)
+        return sums.estimate(values * float(sums.run.sizes.sum()), Unit.parse("1"), inner, values)
 
     @cached_property
     def energy_in(self) -> Estimate | EstimateArray:

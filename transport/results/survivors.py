@@ -75,6 +75,8 @@ def missing_survivors(
         return None
     histories = run.sizes.sum()
     born = sum(batch.born for batch in batches) / histories
+    if born == 0:  # an aim behind its source: nothing could be missing
+        return None
     heaviest = born * _heaviest_share(plan, place)
     played = math.inf if plan.splits or plan.absorbs_by_share else _played(batches, run, heaviest)
     if not sums.any():

@@ -94,7 +94,7 @@ class VolumeReading(Quantified):
     def counts(self) -> Estimate | EstimateArray:
         """Number of scores in the whole run: of ways through each cell, or of collisions there."""
         counts = self._counts.sum(axis=-1)
-        return self._estimate(counts * self._run.sizes.sum(), Unit.parse("1"), counts)
+        return self._estimate(counts * float(self._run.sizes.sum()), Unit.parse("1"), counts)
 
     @cached_property
     def warning(self) -> str | None:

@@ -15,6 +15,9 @@ from transport.validation import (
 from transport.vectors import Frame, Vector, local_frame
 
 BLUNT = 0.5  # a cone whose smaller radius is below this share of the larger is described from its apex
+THINNEST = (
+    2.0**-40
+)  # of the larger of radius and length: of what is thinner, or flatter, rounding tells the sides no more
 
 
 @dataclass(frozen=True)
@@ -154,6 +157,16 @@ class Revolved(Shape):
         settle_vector(self, "center")
         settle_direction(self, "axis")
 
+    def _check_aspect(self, radius: float, height: float) -> None:
+        """Refuse needles and flat bodies whose two sides lie within rounding of one another."""
+        thin, wide = sorted((radius, height))
+        if thin * thin == 0:
+            refuse(self, f"squares of its lengths must not vanish, got {thin:.3g} m; change the unit")
+        if thin < THINNEST * wide:
+            cure = "make it thicker, or take a Disk for what is flat"
+            must = f"its radius and its length must not differ by more than 1 : {1 / THINNEST:.2g}"
+            refuse(self, f"{must}, got {radius:.3g} m and {height:.3g} m; {cure}")
+
 
 @scene_object(kw_only=True)
 class Cylinder(Revolved):
@@ -167,6 +180,7 @@ class Cylinder(Revolved):
     def __post_init__(self) -> None:
         self._settle_axis()
         settle_positive(self, "radius", "height")
+        self._check_aspect(self.radius, self.height)
         self._check_size("radius", "height")
 
     @property
@@ -202,6 +216,7 @@ class Cone(Revolved):
             refuse(
                 self, "radius and top_radius must not both be 0, got 0.0 and 0.0; make one of them positive"
             )
+        self._check_aspect(max(self.radius, self.top_radius), self.height)
         self._check_size("radius", "top_radius", "height")
 
     @property
@@ -250,6 +265,7 @@ class Paraboloid(Revolved):
         settle_nonnegative(self, "inner_radius")
         if self.inner_radius >= self.radius:
             refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
+        self._check_aspect(self.radius, self.radius / self.focal_length * self.radius / 4)
         self._check_size("focal_length", "radius", "inner_radius")
 
     @property

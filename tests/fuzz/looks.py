@@ -1,0 +1,123 @@
+"""Random detectors: meters on surfaces and on shapes of their own, with bins of all kinds; volumes and points."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import strategies as st
+
+import transport as tp
+from tests.fuzz import contacts, shapes
+from transport.materials import Surface, simple_parts
+from transport.shapes import Cone, Cylinder, Disk, FlatShape, Paraboloid, Rectangle, Shape, Sphere
+from transport.vectors import Vector
+
+METER = 0.4  # m
+PLACED = Disk | Rectangle | Sphere | Cylinder | Cone | Paraboloid  # shapes with coordinates
+
+
+@st.composite
+def looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector, duration, light: bool) -> list:
+    """One to three detectors, of which the last may ask what came by the first."""
+    found = []
+    for number in range(draw(st.integers(1, 3))):
+        name = f"meter {number}"
+        kind = draw(st.sampled_from(["own", "own", "surface", "volume", "point"]))
+        if kind == "volume":
+            found.append(draw(volumes(middle, name)))
+        elif kind == "point" and light and duration is None and _are_seen_by(surfaces):
+            found.append(tp.PointDetector(tuple(x + 0.01 for x in cells[0]), name))
+        else:
+            via = [each.name for each in found if isinstance(each, tp.Detector)]
+            named = [surface for surface in surfaces if not surface.shape.is_infinite]
+            found.append(
+                draw(meters(surfaces, named * (kind == "surface"), cells, middle, duration, name, via))
+            )
+    return found
+
+
+@st.composite
+def plain_looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector) -> list:
+    """Large meters without bins, a surface's, and a volume or a point."""
+    normal, place = draw(shapes.directions()), cells[0]
+    found = [
+        tp.Detector(
+            tp.Disk(center=place, normal=normal, radius=METER),
+            "disk",
+            draw(st.sampled_from(["front", "back"])),
+        ),
+        tp.Detector(tp.Sphere(center=middle, radius=METER), "ball"),
+        *(
+            tp.Detector(each.name, side="back" if each.name == "room" else "front")
+            for each in surfaces[:2]
+            if not each.shape.is_infinite
+        ),
+    ]
+    last = draw(st.sampled_from(["volume", "point", None]))
+    if last == "point" and _are_seen_by(surfaces):
+        found.append(tp.PointDetector(tuple(x + 0.01 for x in cells[1]), "point"))
+    if last == "volume":
+        found.append(tp.VolumeDetector(tp.Sphere(center=middle, radius=0.75), "volume"))
+    return found
+
+
+@st.composite
+def meters(
+    draw,
+    surfaces: list[Surface],
+    named: list[Surface],
+    cells: list[Vector],
+    middle: Vector,
+    duration,
+    name,
+    via,
+) -> tp.Detector:
+    """A meter on a surface, or one of its own in a cell or in the middle."""
+    if named:
+        surface = draw(st.sampled_from(named))
+        what, shape = surface.name, surface.shape
+    else:
+        place = draw(st.sampled_from([middle, cells[0]]))
+        kinds = (shapes.flat, shapes.flat, shapes.balls, shapes.boxes, shapes.sheets, shapes.meshes)
+        own = [kind(place, METER) for kind in kinds]
+        what = shape = draw(st.one_of([*contacts.patches(surfaces), *own]))
+    side = draw(st.sampled_from(["front", "back"]))
+    bins = {"directions": draw(directions(shape)), "positions": draw(positions(shape))}
+    bins["times"] = None if duration is None else draw(st.sampled_from([None, 3]))
+    bins["events"] = draw(st.sampled_from([None, None, None, 0, (1, math.inf), (0, 2)]))
+    bins["via"] = draw(st.sampled_from([None, None, *via])) if via else None
+    moments = duration is not None and draw(st.booleans())
+    return tp.Detector(what, name, side, **bins, moments=moments)
+
+
+def directions(shape: Shape) -> st.SearchStrategy:
+    """Bins of direction that go with the shape, or none."""
+    local = [tp.Directions(mu=4), tp.Directions(mu=3, phi=4), tp.Directions(theta=(0, 1e-3, 1.0))]
+    is_plain = isinstance(shape, FlatShape) or (shape.is_closed and isinstance(shape, Sphere))
+    world = [tp.Directions(mu=4, phi=2, frame="world"), tp.Directions.cone((0, 0.6, 0.8), 0.3)]
+    return st.sampled_from([None, *local, *(world if is_plain else ())])
+
+
+def positions(shape: Shape) -> st.SearchStrategy:
+    """Bins of place on shapes that have coordinates, or none."""
+    if not isinstance(shape, PLACED) or getattr(shape, "hole", None) is not None:
+        return st.none()
+    return st.sampled_from([None, None, tp.Positions(u=2, v=3), tp.Positions(v=5)])
+
+
+def _are_seen_by(surfaces: list[Surface]) -> bool:
+    """Whether a point detector sees by all of them."""
+    parts = [part for surface in surfaces for part in simple_parts(surface.material)]
+    return all(isinstance(part, tp.Black | tp.Diffuse | tp.Transparent) for part in parts)
+
+
+@st.composite
+def volumes(draw, middle: Vector, name: str) -> tp.VolumeDetector:
+    """A box or a ball about the middle, through whatever is there."""
+    how = {"directions": draw(st.sampled_from([None, None, tp.Directions.sphere(mu=2, phi=3)]))}
+    if draw(st.booleans()):
+        cells = draw(st.sampled_from([None, (2, 3, 1), (4, 4, 4)]))
+        return tp.VolumeDetector(tp.Box(center=middle, size=(1.5, 0.9, 1.2)), name, cells, **how)
+    return tp.VolumeDetector(
+        tp.Sphere(center=middle, radius=0.75), name, draw(st.sampled_from([None, 3])), **how
+    )

@@ -1,0 +1,141 @@
+"""What must hold of every run, whatever the scene: each property is a function that raises AssertionError."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+import transport as tp
+from tests.fuzz.dimensions import factor_of
+from tests.fuzz.worlds import World
+from transport.results import Result
+from transport.results.quantities import Quantity
+
+ROUNDING = 1e-12  # of a sum over histories, against its largest part
+SIGNED = ("net_flux_density", "roulette")  # quantities that may be below zero
+OBJECT = re.compile(r"(\w+)(\[\d+\]| '[^']*')?(:| )")  # what a refusal begins with
+CURE = re.compile(r"; \w+|, (write|leave|give|let|take|make) ")
+
+
+def run(world: World, threads: int = 1) -> Result:
+    """The world's run.  Raises SceneError where it is refused."""
+    scene = world.scene()
+    return tp.simulate(scene, threads=threads, **world.said(scene))
+
+
+def refusal_helps(message: str) -> None:
+    """A refusal begins with the object that it is about, and says what to do."""
+    begins = OBJECT.match(message)
+    assert begins and begins[1] in (*tp.__all__, "sources", "surfaces"), f"names no object: {message}"
+    assert CURE.search(message), f"tells no cure: {message}"
+
+
+def ledger_closes(result: Result) -> None:
+    """What was emitted is the sum of where it went, over all and in each batch."""
+    parts = [entry for name, entry in result.ledger.items() if name != "emitted"]
+    emitted = result.ledger["emitted"]
+    gap = emitted - sum(parts[1:], parts[0])
+    assert abs(gap.value) <= ROUNDING * emitted.value, f"open by {gap.value / emitted.value:.3g}"
+    for batch in result.batches:
+        ends = math.fsum(batch.ledger[name] for name in ("escaped", "in_flight", "roulette", "lost"))
+        rest = batch.born - ends - float(batch.absorbed.sum())
+        assert abs(rest) <= ROUNDING * max(batch.born, 1e-300), f"a batch is open by {rest / batch.born:.3g}"
+    owned = math.fsum(entry.value for entry in result.ledger.absorbed_by.values())
+    absorbed = result.ledger["absorbed"].value
+    assert abs(owned - absorbed) <= ROUNDING * emitted.value, f"absorbed {absorbed}, by its owners {owned}"
+
+
+def nothing_is_lost_in_silence(result: Result) -> None:
+    """Histories are lost by none, or a warning says so."""
+    if any(batch.lost for batch in result.batches):
+        assert any("lost" in told for told in result.warnings), "histories were lost, and no warning says so"
+
+
+def numbers_are_sound(result: Result) -> None:
+    """No value is nan or infinite but where it is said why, no error is either, and no flux is negative."""
+    for name, quantity in quantities_of(result).items():
+        value, error = np.asarray(quantity.value), np.asarray(quantity.error)
+        reason = np.asarray(quantity.reason, dtype=object)
+        unexplained = np.equal(reason, None)
+        assert np.isfinite(value[unexplained]).all(), f"{name} is {value[unexplained]}"
+        assert np.isfinite(error[unexplained]).all(), f"the error of {name} is {error[unexplained]}"
+        assert not (error[unexplained] < 0).any(), f"the error of {name} is negative"
+        assert _may_be_undefined(result, name) or np.isfinite(value).all(), f"{name} is {value}: {reason}"
+        assert not np.isinf(value).any(), f"{name} is {value}"
+        if not name.endswith(SIGNED):
+            least = -ROUNDING * float(np.max(np.abs(value), initial=0.0))
+            assert not (value < least).any(), f"{name} is negative: {value.min()}"
+
+
+def _may_be_undefined(result: Result, name: str) -> bool:
+    """Means of nothing, and the radiance in bins of the world's directions that lie behind the meter."""
+    detector, _, key = name.partition(".")
+    bins = getattr(result[detector].detector, "directions", None) if detector in result else None
+    is_world = (isinstance(bins, tp.Directions) and bins.frame == "world") or hasattr(bins, "half_angle")
+    return key.startswith("mean_") or (is_world and key.startswith(("radiance", "phase_density")))
+
+
+def is_told(result: Result) -> None:
+    """The report can be made."""
+    assert "ledger" in result.report()
+
+
+def quantities_of(result: Result) -> dict[str, Quantity]:
+    """All that a run has found, by name, the ledger first."""
+    found = {f"ledger.{name}": entry for name, entry in result.ledger.items()}
+    for name in result:
+        found |= {f"{name}.{key}": value for key, value in result[name].quantities.items()}
+    return found
+
+
+def are_the_same(one: Result, other: Result) -> None:
+    """All values and errors of two runs, bit by bit."""
+    first, second = quantities_of(one), quantities_of(other)
+    assert first.keys() == second.keys()
+    for name in first:
+        for part in ("value", "error"):
+            a, b = (np.asarray(getattr(found[name], part)) for found in (first, second))
+            assert np.array_equal(a, b, equal_nan=True), f"{part} of {name}: {a} and {b}"
+
+
+def grows_as_its_unit(one: Result, other: Result, length: float, power: float) -> None:
+    """The second run, of the same scene in other units, has the same digits in each quantity."""
+    is_light = one.scene.measured_in == "watts"
+    second = quantities_of(other)
+    is_share = one.plan.turned is not None  # the ledger of histories that run backwards is of shares
+    for name, quantity in quantities_of(one).items():
+        key = name.split(".", 1)[1]
+        factor = factor_of(key, quantity, length, power, is_light)
+        if is_share and name.startswith("ledger."):
+            factor = 1.0
+        a, b = np.asarray(quantity.value) * factor, np.asarray(second[name].value)
+        assert np.array_equal(np.isfinite(a), np.isfinite(b)), f"{name}: {a} and {b}"
+        most = np.nanmax(np.abs(np.where(np.isfinite(a), a, 0.0)), initial=0.0)
+        off = np.where(np.isfinite(a) & (a != b), np.abs(a - b), 0.0).max(initial=0.0)
+        assert off <= ROUNDING * most, f"{name} in other units is off by {off / most:.3g}: {a} and {b}"
+
+
+OF_ONE_RUN = (ledger_closes, nothing_is_lost_in_silence, numbers_are_sound, is_told)
+
+
+def check(world: World) -> list[str]:
+    """The names of the properties that hold.  Raises AssertionError where one does not, SceneError where it is refused."""
+    result = run(world)
+    for holds in OF_ONE_RUN:
+        holds(result)
+    are_the_same(result, run(world, threads=2))
+    length, power = (7, -9) if world.way % 2 else (-20, 30)
+    grows_as_its_unit(result, run(world.in_units(length, power)), 2.0**length, 2.0**power)
+    return [holds.__name__ for holds in (*OF_ONE_RUN, are_the_same, grows_as_its_unit)]
+
+
+def check_or_refused(world: World, look: Callable[[World], list[str]] = check) -> tuple[list[str], str]:
+    """What a check found, or what the refusal says, which must help.  Raises AssertionError."""
+    try:
+        return look(world), ""
+    except tp.SceneError as refusal:
+        refusal_helps(str(refusal))
+        return ["refusal_helps"], str(refusal)

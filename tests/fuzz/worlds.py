@@ -1,0 +1,182 @@
+"""Random worlds: things in the cells of a grid, a room about them or none, lamps, meters, media, clocks, and a way to run it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+from hypothesis import strategies as st
+
+import transport as tp
+from tests.fuzz import contacts, lamps, looks, shapes, stuff
+from tests.fuzz.dimensions import scaled, scaled_parameters
+from tests.fuzz.snippets import written
+from transport.estimators.methods import methods_for
+from transport.vectors import Vector
+
+PITCH, WITHIN = 1.0, 0.45  # of the grid [m]; the ball that holds what is in a cell
+ROOM = 2.0 * PITCH  # inner size [m]
+OFFSETS = (0.0, 0.0, 0.0, 0.1, -17.0, 1e3, 1e6)  # of the grid from the origin [m]
+MOST_RETURNED = 0.9  # by the walls of a room, so that every history ends soon
+
+
+@dataclass(frozen=True)
+class World:
+    """What a scene is made of, and how it is run.
+
+    parts: parameters of tp.Scene;  options: of tp.simulate;  way: which of the ways that the scene allows;
+    unit: powers of two by which lengths and powers are multiplied [m, W].
+    """
+
+    parts: dict[str, Any]
+    options: dict[str, Any] = field(default_factory=dict)
+    way: int = 0
+    particles: int = 2000
+    unit: tuple[int, int] = (0, 0)
+
+    def scene(self) -> tp.Scene:
+        """The scene.  Raises SceneError where it is refused."""
+        return tp.Scene(**scaled_parameters("Scene", self.parts, 2.0 ** self.unit[0], 2.0 ** self.unit[1]))
+
+    def said(self, scene: tp.Scene) -> dict[str, Any]:
+        """What simulate is told beside the scene, the number of threads aside."""
+        methods = methods_for(scene)
+        method = methods[self.way % len(methods)]
+        options = {name: scaled(value, 2.0 ** self.unit[0], 1.0) for name, value in self.options.items()}
+        how = {"estimator": method.estimator, "sampling": method.sampling} | options
+        return how | {"particles": self.particles, "seed": 1, "batches": 8, "progress": False}
+
+    def in_units(self, length: int, power: int) -> World:
+        """The same with lengths and powers multiplied by these powers of two."""
+        return dataclasses.replace(self, unit=(self.unit[0] + length, self.unit[1] + power))
+
+    def __repr__(self) -> str:
+        try:
+            scene = self.scene()
+            said = ", ".join(f"{name}={written(value)}" for name, value in self.said(scene).items())
+            return f"scene = {written(scene)}\nresult = tp.simulate(scene, {said})"
+        except tp.SceneError as refusal:
+            parts = ", ".join(f"{name}={written(part)}" for name, part in self.parts.items())
+            return f"tp.Scene({parts})  # in units of 2**{self.unit}: {refusal}"
+
+
+@st.composite
+def worlds(draw) -> World:
+    """A world of light or, in one of five, of particles; in one of four, and with particles, a clock runs."""
+    light = draw(st.sampled_from([True] * 4 + [False]))
+    clock = draw(st.sampled_from([False] * 3 + [True])) or not light
+    duration = draw(st.sampled_from([0.01, 1.0, 8.0])) * ROOM / tp.speed_of_light if clock else None
+    middle = tuple(draw(st.sampled_from(OFFSETS)) for _ in range(3))
+    cells, medium, surfaces = draw(_matter(middle, light))
+    lamp = lamps.lamps(surfaces, cells.pop(), middle, light, duration)
+    sources = draw(st.lists(lamp, min_size=1, max_size=2))
+    detectors = draw(looks.looks(surfaces, cells, middle, duration, light))
+    options = {} if clock else draw(_tracking(middle))
+    return draw(_world(sources, surfaces, detectors, medium, duration, options))
+
+
+@st.composite
+def bright_worlds(draw) -> World:
+    """A steady world of light, lit widely and metered plainly, so that several ways lead to good estimates."""
+    middle = (0.1, 0.0, -17.0)
+    cells, medium, surfaces = draw(_matter(middle, light=True))
+    sources = draw(st.lists(lamps.wide_lamps(cells.pop()), min_size=1, max_size=2))
+    detectors = draw(looks.plain_looks(surfaces, cells, middle))
+    return draw(_world(sources, surfaces, detectors, medium))
+
+
+@st.composite
+def _matter(draw, middle: Vector, light: bool) -> tuple[list[Vector], tp.Medium | None, list[tp.Surface]]:
+    """The cells that are left, what fills the space between, and the room and the things in it."""
+    cells = draw(st.permutations(cells_about(middle)))
+    things = [draw(_thing(cells.pop(), light, k)) for k in range(draw(st.integers(0, 3)))]
+    if draw(st.integers(0, 2)) == 0:
+        things += draw(contacts.pairs(cells.pop()))
+    medium = draw(st.one_of(st.none(), st.none(), stuff.media(ROOM))) if light else None
+    return cells, medium, _filled([*draw(_room(middle)), *things], medium)
+
+
+@st.composite
+def _world(draw, sources, surfaces, detectors, medium, duration=None, options=None) -> World:
+    """These parts in some units, and some way to run them."""
+    parts = {"sources": tuple(sources), "surfaces": tuple(surfaces), "detectors": tuple(detectors)}
+    parts |= {"medium": medium, "duration": duration}
+    unit = draw(st.tuples(st.integers(-30, 30), st.integers(-40, 40)))
+    return World(parts, options or {}, draw(st.integers(0, 11)), draw(st.sampled_from([500, 2000])), unit)
+
+
+def cells_about(middle: Vector) -> list[Vector]:
+    """The middles [m] of the eight cells."""
+    halves = (-PITCH / 2, PITCH / 2)
+    shifts = [(x, y, z) for x in halves for y in halves for z in halves]
+    return [tuple(m + s for m, s in zip(middle, shift, strict=True)) for shift in shifts]
+
+
+@st.composite
+def _room(draw, middle: Vector) -> list[tp.Surface]:
+    """No walls, a box, a ball, a floor without end, or a floor and a ceiling."""
+    kind = draw(st.sampled_from(["none", "none", "box", "ball", "floor", "gap", "mesh"]))
+    walls = stuff.opaque(MOST_RETURNED)
+    x, y, z = middle
+    match kind:
+        case "none":
+            return []
+        case "box":
+            size = ROOM * draw(st.sampled_from([1.0, 1.0, 3.0]))
+            return [tp.Surface(tp.Box(center=middle, size=size), draw(walls), "room")]
+        case "ball":
+            return [tp.Surface(tp.Sphere(center=middle, radius=ROOM), draw(walls), "room")]
+        case "mesh":
+            return [tp.Surface(tp.Mesh.box(center=middle, size=ROOM), draw(walls), "room")]
+    floor = tp.Surface(tp.Plane(center=(x, y, z - ROOM / 2)), draw(walls), "floor")
+    if kind == "floor":
+        return [floor]
+    return [floor, tp.Surface(tp.Plane(center=(x, y, z + ROOM / 2)), draw(walls), "ceiling")]
+
+
+@st.composite
+def _thing(draw, place: Vector, light: bool, number: int) -> tp.Surface:
+    """A surface in a cell: an opaque one, a sheet, a body of glass, of fog or of voxels."""
+    name = f"thing {number}"
+    kind = draw(st.sampled_from(["sheet", "sheet", "closed", "fog", "glass", "voxels"]))
+    if kind == "sheet" or (not light and kind == "glass"):
+        shape = draw(shapes.sheets(place, WITHIN))
+        return tp.Surface(shape, draw(stuff.of_shape(shape, light)), name)
+    if kind == "voxels":
+        grid = draw(stuff.grids(draw(shapes.boxes(place, WITHIN))))
+        return tp.Surface(grid.box, tp.Transparent(), name, inside=grid)
+    shape = draw(shapes.closed(place, WITHIN))
+    if kind == "closed":
+        return tp.Surface(shape, draw(stuff.opaque()), name)
+    if kind == "fog":
+        return tp.Surface(shape, tp.Transparent(), name, inside=draw(stuff.media(2 * WITHIN)))
+    index = draw(stuff.indices())
+    filling = draw(st.sampled_from([None, "clear", "turbid"]))
+    if filling is None:
+        return tp.Surface(shape, tp.Dielectric(index), name)
+    turbid = draw(stuff.media(2 * WITHIN, index)) if filling == "turbid" else tp.Medium(index=index)
+    return tp.Surface(shape, tp.Dielectric(index), name, inside=turbid)
+
+
+def _filled(surfaces: list[tp.Surface], medium: tp.Medium | None) -> list[tp.Surface]:
+    """Glass says what it is of where any medium is named."""
+    if medium is None and all(surface.back is None for surface in surfaces):
+        return surfaces
+    return [_of_glass(surface) if surface.back is None else surface for surface in surfaces]
+
+
+def _of_glass(surface: tp.Surface) -> tp.Surface:
+    if not isinstance(surface.material, tp.Dielectric):
+        return surface
+    glass = tp.Medium(index=surface.material.index_inside)
+    return tp.Surface(surface.shape, surface.material, surface.name, back=glass)
+
+
+@st.composite
+def _tracking(draw, middle: Vector) -> dict[str, Any]:
+    """How histories go through media, mostly left out."""
+    splitting = tp.Splitting(start=middle, end=tuple(x + PITCH for x in middle), gain=4.0)
+    said = [None, None, "analog", "weighted", tp.Tracking(forced=True), tp.Tracking(splitting=splitting)]
+    tracking = draw(st.sampled_from([*said, tp.Tracking(roulette=1.0)]))
+    return {} if tracking is None else {"tracking": tracking}

@@ -1,0 +1,77 @@
+"""Machine code of a copy of the project: what a fault does not touch is taken over, the rest is compiled anew.
+
+Passes are kept on disk in a folder named by a digest of their sources, in it by the path of these (Numba), and each under the
+name of its own module.  A fault may change those of its module, and of all modules that import it.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import shutil
+from pathlib import Path
+
+from tests.mutants.fault import LIBRARY, ROOT
+
+FOLDERS = ("engine", "physics")
+MARKS = ("@lane_pass", "@device", "njit")  # of modules that hold code to compile; others only hand it on
+VARIANTS = " by "  # in names of passes that draw in another way: they depend on more than they import
+
+
+def take_over(copy: Path) -> None:
+    """What the project itself has compiled of just these sources."""
+    name = name_of(copy)
+    theirs, ours = (root / LIBRARY / "__kernels__" / name / _of_engine(root) for root in (ROOT, copy))
+    if theirs.is_dir():
+        shutil.copytree(theirs, ours, dirs_exist_ok=True)
+
+
+def keep_untouched(copy: Path, sound: str, file: str) -> Path:
+    """A folder of machine code for the copy with a fault in one file, with all from the folder `sound` that stays as it was."""
+    folders = copy / LIBRARY / "__kernels__"
+    old, new = (folders / name / _of_engine(copy) for name in (sound, name_of(copy)))
+    new.mkdir(parents=True)
+    touched = importers_of(Path(file).with_suffix("").as_posix().replace("/", "."), imports(copy))
+    for kernel in old.glob("*") if file.startswith(FOLDERS) else ():
+        if kernel.name.split(".")[0] not in touched and VARIANTS not in kernel.name:
+            shutil.copy2(kernel, new / kernel.name)
+    return new.parent
+
+
+def name_of(copy: Path) -> str:
+    """The name of the folder of a copy's machine code, as its sources are now (transport/engine/cache.py)."""
+    path = copy / LIBRARY / "engine" / "cache.py"
+    spec = importlib.util.spec_from_file_location("cache_of_copy", path)
+    cache = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(cache)
+    return f"{cache.source_digest()}-{cache.LANES}"
+
+
+def importers_of(module: str, imported: dict[str, set[str]]) -> set[str]:
+    """Stems of a module and all that import it, directly or not; modules as "engine.sums"."""
+    found, left = set(), {module}
+    while left:
+        found |= left
+        left = {name for name, its in imported.items() if its & left} - found
+    return {name.rpartition(".")[2] for name in found}
+
+
+def imports(copy: Path) -> dict[str, set[str]]:
+    """What each module that is compiled imports of them."""
+    found = {}
+    for folder in FOLDERS:
+        for path in (copy / LIBRARY / folder).glob("*.py"):
+            text = path.read_text()
+            nodes = ast.walk(ast.parse(text)) if any(mark in text for mark in MARKS) else ()
+            froms = [node for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
+            names = {f"{node.module}.{alias.name}" for node in froms for alias in node.names}
+            names = {".".join(name.split(".")[1:3]) for name in names}
+            found[f"{folder}.{path.stem}"] = {name for name in names if name.startswith(FOLDERS)}
+    return found
+
+
+def _of_engine(root: Path) -> str:
+    """As Numba names the folder of what comes from one folder of sources."""
+    path = str(root / LIBRARY / "engine")
+    return f"engine_{hashlib.sha1(path.encode()).hexdigest()}"
