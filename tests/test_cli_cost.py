@@ -86,13 +86,7 @@ def test_every_file_of_passes_belongs_to_one_effect():
     files = [file for members in effect_costs.EFFECTS.values() for file in members]
     assert len(set(files)) == len(files)
     known = {family.__name__.rpartition(".")[2] for family in FAMILIES}
-    assert known - set(files) <= {
-        "expected_rays",
-        "expecting",
-        "sensors",
-        "told",
-    }  # of estimators that an analog program has not
-    assert set(files) <= known
+    assert set(files) == known
 
 
 def test_lanes_a_history_of_a_scene_are_counted(call):

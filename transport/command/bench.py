@@ -14,6 +14,7 @@ import numpy as np
 from rich.table import Table
 
 from transport.command.bench_rows import rates, row
+from transport.command.effect_prices import price_rows
 from transport.command.media_bench import half_space_scene, media_rows, slab_scene
 from transport.command.pass_costs import pass_costs
 from transport.detectors import Detector, Directions
@@ -101,6 +102,7 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
         *_clock_rows(repeats, share),
         *_optics_rows(repeats, share),
         *media_rows(repeats, share),
+        *price_rows(repeats, share),
         *_memory_rows(1_000_000_000 if long else 10_000_000),
         *_pass_rows("closed box", box_scene()),
         *_pass_rows("with clock, speeds and thermal walls", thermal_box_scene()),

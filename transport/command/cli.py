@@ -10,12 +10,17 @@ from typer.core import TyperGroup
 from transport import __version__
 from transport.command.console import INTERRUPTED, console, refusals, say, say_json
 from transport.command.costs import costs_of_case, draw_costs
+from transport.command.effect_report import (
+    print_base_prices,
+    print_cold_starts,
+    print_effects,
+    record_of_scene,
+)
 from transport.command.effects import costs_of, effects_of, record_of_effects
 from transport.command.hard_cases import verify_hard
 from transport.command.printout import (
     draw_picture,
     print_costs,
-    print_effects,
     print_menu,
     print_run,
     tell_picture,
@@ -24,6 +29,7 @@ from transport.command.printout import (
 from transport.command.running import checked, is_complete, record_of
 from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
 from transport.command.tables import law_tables
+from transport.command.treatment import treatment_by
 from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
 from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
@@ -236,24 +242,39 @@ def cost(
 
 
 @app.command()
-def effects(sim: Sim, set_: Set = None, json: Json = False) -> None:
-    """Tell which passes and fields an experiment's scenes call for, and which are absent."""
+def effects(
+    sim: Sim,
+    set_: Set = None,
+    cold: Annotated[
+        bool,
+        typer.Option("--cold", help="Time compilation with nothing on disk, too; in a process of its own."),
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out what effects more would cost.")] = False,
+    json: Json = False,
+) -> None:
+    """Tell which passes and fields an experiment's scenes call for, which are absent, and what each costs or would cost."""
     module, settings = checked(experiment(sim)), named_values(set_ or ())
     found = {}
     for parameters in cases_of(module, settings):
-        scene = scene_of(module, parameters, settings)
+        scene = treatment_by(module, scene_of(module, parameters, settings))
         told = effects_of(scene)
         found.setdefault((told.births, told.steps), (told, scene, []))[2].append(parameters)
     if json:
-        say_json(record_of_effects([(told, costs_of(scene)) for told, scene, _ in found.values()]))
+        costs = [costs_of(scene) for _, scene, _ in found.values()]
+        scenes = [
+            {"cases": cases} | record_of_scene(scene, ns, cold, more=kind == 0 and not quick)
+            for kind, ((_, scene, cases), ns) in enumerate(zip(found.values(), costs, strict=True))
+        ]
+        told = [told for told, *_ in found.values()]
+        say_json(record_of_effects(list(zip(told, costs, strict=True))) | {"scenes": scenes})
         return
-    for told, scene, cases in found.values():
+    for kind, (told, scene, cases) in enumerate(found.values()):
         if len(found) > 1:
             say(
                 "; ".join(", ".join(f"{name}={value}" for name, value in case.items()) for case in cases),
                 style="bold cyan",
             )
-        print_effects(told, scene)
+        print_effects(told, scene, cold, more=kind == 0 and not quick)
 
 
 @app.command()
@@ -263,14 +284,26 @@ def bench(
     long: Annotated[
         bool, typer.Option("--long", help="Peak memory at 1e9 particles instead of 1e7.")
     ] = False,
+    effects: Annotated[
+        bool, typer.Option("--effects", help="Only the price list: what each effect adds to a base room.")
+    ] = False,
+    cold: Annotated[
+        bool, typer.Option("--cold", help="Only how long each kind of scene compiles with nothing on disk.")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Measure the engine against a straightforward kernel: ratios first, then absolute figures."""
+    """Measure the engine against a straightforward kernel: ratios first, then absolute figures; then what effects cost."""
     from transport.command.bench import bench as measure
     from transport.command.bench import render
 
     if repeats < 5:
         raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
+    if effects or cold:
+        if effects:
+            print_base_prices(repeats, json)
+        if cold:
+            print_cold_starts(json)
+        return
     rows = measure(repeats=repeats, quick=quick, long=long)
     say_json(rows) if json else say(render(rows))
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from transport.command.pass_costs import lanes_a_history, pass_costs
+from transport.command.treatment import Treatment
 from transport.scene import Scene
 
 # The files of passes by the effects that they serve; what no scene can do without ends in a full stop.
@@ -27,6 +28,8 @@ EFFECTS = {
     "asking what histories went through": ("histories",),
     "snapshots": ("snapshots",),
     "point detectors": ("casting", "shadows", "detours"),
+    "rays to detectors": ("expecting", "expected_rays", "told"),
+    "histories run backwards": ("sensors",),
 }
 
 
@@ -41,7 +44,7 @@ class EffectCost:
     passes: tuple[str, ...]
 
 
-def effect_costs(scene: Scene) -> list[EffectCost]:
+def effect_costs(scene: Scene | Treatment) -> list[EffectCost]:
     """The effects of the scene with what they cost, measured now, the dearest first."""
     return grouped(pass_costs(scene), lanes_a_history(scene), files_of_passes())
 
@@ -53,7 +56,7 @@ def grouped(
     ns, passes = defaultdict(float), defaultdict(list)
     effects = {file: name for name, members in EFFECTS.items() for file in members}
     for name, cost in costs.items():
-        effect = effects.get(files.get(name, ""), "other")
+        effect = effects.get(files.get(plain_name(name), ""), "other")
         ns[effect] += 0.0 if math.isnan(cost) else cost * lanes.get(name, 0.0)
         passes[effect].append(name)
     total = math.fsum(ns.values())
@@ -68,6 +71,11 @@ def grouped(
         for effect, spent in ns.items()
     ]
     return sorted(told, key=lambda effect: -effect.ns)
+
+
+def plain_name(name: str) -> str:
+    """The name of a pass without that of the sampling for which it was made."""
+    return name.partition(" by ")[0]
 
 
 def files_of_passes() -> dict[str, str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from transport.compile import compile_scene
+from transport.command.treatment import Treatment, treatment_of
 from transport.runs.progress import progress_on
 from transport.scene import Scene
 
@@ -34,13 +34,12 @@ class Effects:
         return passes | {name: "field" for name in LANE_FIELDS if name not in self.fields}
 
 
-def effects_of(scene: Scene) -> Effects:
+def effects_of(scene: Scene | Treatment) -> Effects:
     """The effects of a scene.  Nothing is compiled and nothing is run."""
     from transport.engine.passes import LANE_FIELDS
     from transport.engine.program import program_of
 
-    plan = compile_scene(scene)
-    program = program_of(plan)
+    program = program_of(treatment_of(scene).plan)
     carried = program.carried
     touched = {name for lane_pass in program.passes for name in lane_pass.fields}
     fields = {
@@ -65,14 +64,14 @@ def known_passes() -> list[str]:
     return list(names)
 
 
-def costs_of(scene: Scene) -> dict[str, float]:
+def costs_of(scene: Scene | Treatment) -> dict[str, float]:
     """Nanoseconds a lane of each pass, measured now, nan for one that no lane reached; a bar names what is compiled."""
     from transport.command.pass_costs import pass_costs
     from transport.engine.driver import machine_of
     from transport.engine.program import program_of
 
     with progress_on(None) as bar:
-        machine_of(program_of(compile_scene(scene)), bar.compiling)
+        machine_of(program_of(treatment_of(scene).plan), bar.compiling)
     return pass_costs(scene)
 
 

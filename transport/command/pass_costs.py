@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from transport.compile import compile_scene
+from transport.command.treatment import Treatment, treatment_of
 from transport.scene import Scene
 
 WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
 TIMED, TIMINGS = 1e-3, 15  # [s] of one timing of a pass, and how many: short ones slip between disturbances
 
 
-def pass_costs(scene: Scene) -> dict[str, float]:
+def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
     """Nanoseconds a lane of one call of each pass of the scene's program, by its name; passes of the newborn first.
 
     Each is timed on states of a bundle taken before that pass in real steps: what it changes is put back before every
@@ -27,7 +27,7 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     from transport.engine.driver import Sums, machine_of
     from transport.engine.program import program_of
 
-    plan = compile_scene(scene)
+    plan = treatment_of(scene).plan
     program = machine_of(program_of(plan)).program
     sums = Sums(plan, MOST_STEPS * LANES)
     costs = defaultdict(list)
@@ -36,7 +36,7 @@ def pass_costs(scene: Scene) -> dict[str, float]:
     return {name: statistics.fmean(of_calls) if of_calls else math.nan for name, of_calls in costs.items()}
 
 
-def lanes_a_history(scene: Scene) -> dict[str, float]:
+def lanes_a_history(scene: Scene | Treatment) -> dict[str, float]:
     """How many lanes come to each pass of the scene's program for each history, by its name; calls are added up.
 
     Counted over steps with full bundles, once as many histories end as are born.
@@ -45,7 +45,7 @@ def lanes_a_history(scene: Scene) -> dict[str, float]:
     from transport.engine.driver import Sums, machine_of
     from transport.engine.program import program_of
 
-    plan = compile_scene(scene)
+    plan = treatment_of(scene).plan
     program, lanes, ready = machine_of(program_of(plan)).program, Counter(), 0
 
     def count(key, first, live, before, after):

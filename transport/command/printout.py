@@ -1,4 +1,4 @@
-"""What the commands print: the menu, an experiment's run as it goes, and the effects of its scenes."""
+"""What the commands print: the menu, and an experiment's run as it goes."""
 
 from collections.abc import Iterable
 from functools import partial
@@ -7,21 +7,17 @@ from types import ModuleType, SimpleNamespace
 
 from transport.command.console import UNBROKEN, console, say, say_labelled
 from transport.command.costs import Costs
-from transport.command.effects import Effects, costs_of
 from transport.command.running import is_complete, picture_of, total_cost, verdict_on, warnings_of
 from transport.command.tables import (
     bins_table,
     case_table,
     cost_table,
     effect_table,
-    effects_lines,
     ledger_line,
-    pass_table,
 )
 from transport.experiment import Outcome, experiment, experiment_names, name_of
 from transport.pricing.price_table import price_notes
 from transport.results.report import cost_lines, method_lines, tracking_lines
-from transport.scene import Scene
 
 
 def print_menu(with_commands: bool = True) -> None:
@@ -89,18 +85,6 @@ def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
         say_labelled("picture", ", ".join(str(path).replace(" ", UNBROKEN) for path in paths))
-
-
-def print_effects(told: Effects, scene: Scene) -> None:
-    """What a scene calls for and what is absent; then, measured now, what each of its passes costs."""
-    for label, names in effects_lines(told):
-        say_labelled(label, names)
-    costs = costs_of(scene)
-    for number, births in enumerate(told.births):
-        say(f"\nborn of emitter {number}", style="bold")
-        say(pass_table(births, costs))
-    say("\nevery step", style="bold")
-    say(pass_table(told.steps, costs))
 
 
 def print_costs(costs: Costs) -> None:

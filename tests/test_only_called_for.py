@@ -1,0 +1,142 @@
+"""Nothing absent is compiled, loaded or touched; a second process compiles nothing; what is priced covers the engine."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from numba import config
+
+from transport.command.cold_start import copied_library
+from transport.command.effect_costs import plain_name
+from transport.command.effects import effects_of
+from transport.command.footprints import footprint_of
+from transport.command.price_list import ADDITIONS, base_room, with_addition
+from transport.command.treatment import treatment_of
+from transport.engine.bundle import empty_bundle
+from transport.engine.driver import machine_of, run_batch
+from transport.engine.passes import LANE_FIELDS
+from transport.engine.program import program_of
+from transport.engine.registry import FAMILIES, PASSES
+from transport.validation import SceneError
+
+CHILD = """
+import json, sys
+import transport as tp
+meter = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
+scene = tp.Scene(tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0)), (), tp.Detector(meter, "meter"))
+tp.simulate(scene, 1000, seed=1, threads=1, progress=False)
+from transport.engine.cache import kernel_folder
+from transport.engine.driver import drive
+from transport.engine.registry import PASSES
+ready = {name: one.compiled.cache_hits for name, one in PASSES.items() if "compiled" in vars(one)}
+index = sorted(path.name.partition("-")[0] for path in kernel_folder().rglob("*.nbi"))
+print(json.dumps([ready, index, sum(drive.stats.cache_hits.values()), tp.__file__]))
+"""
+NEEDED = {  # by a disk that shines on another one, and what it sends past that
+    "begin", "born_on_disk", "emit_lambertian_from_plane", "look_ahead", "cover_disk", "leave", "fill_gaps", "move",
+    "stand_on_sheet", "take_cosine", "look_up_meter", "bin_crossings", "score",
+}  # fmt: skip
+ROOM = {  # a room of rectangles, diffuse walls, a lamp and a meter
+    "begin", "born_on_rectangle", "emit_lambertian_from_plane", "begin_events", "remember_birth_weight", "look_ahead",
+    "meet_rectangle", "leave", "fill_gaps", "move", "stand_on_sheet", "take_cosine", "draw_back_from_edge",
+    "look_up_meter", "bin_arrivals", "score", "look_up_surface", "absorb", "account_absorbed", "draw",
+    "reflect_diffusely", "bin_departures", "play_roulette", "give_up",
+}  # fmt: skip
+
+
+def family_of(name):
+    return PASSES[plain_name(name)].function.__module__.rpartition(".")[2]
+
+
+@pytest.fixture(scope="module")
+def processes():
+    """What two processes compiled and loaded, one after another, of a library without machine code."""
+    with copied_library() as folder:
+        environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1"}
+        environment.pop("NUMBA_DISABLE_JIT", None)
+        found = []
+        for _ in range(2):
+            done = subprocess.run(
+                [sys.executable, "-c", CHILD], env=environment, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, done.stderr
+            found.append(json.loads(done.stdout))
+            assert found[-1][-1].startswith(str(folder)), "another library was tested"
+    return found
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="looks at what is compiled")
+def test_a_process_compiles_and_keeps_just_what_its_scene_calls_for(processes):
+    (ready, index, driver_hits, _), _ = processes
+    assert set(ready) == NEEDED
+    assert not any(ready.values()) and driver_hits == 0  # all of it new
+    assert set(index) == {f"{family_of(name)}.{name}" for name in NEEDED} | {"driver._drive"}
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="looks at what is compiled")
+def test_a_second_process_loads_all_of_it_and_compiles_nothing(processes):
+    (_, before, _, _), (ready, index, driver_hits, _) = processes
+    assert set(ready) == NEEDED and all(ready.values()) and driver_hits == 1
+    assert index == before
+
+
+def test_the_program_of_a_plain_room_names_no_other_effect():
+    told = effects_of(base_room())
+    assert set(told.passes) == ROOM
+    assert set(told.absent) >= set(PASSES) - ROOM
+
+
+@pytest.mark.parametrize("name", [None, "... a gas of many speeds", "... of 8 x 8 x 8 voxels"])
+def test_no_memory_of_an_absent_field_is_touched(name):
+    """Fields that the passes do not name are as empty after a batch as before; those that they name are not."""
+    treatment, bundle = with_addition(name, base_room()), empty_bundle()
+    run_batch(machine_of(program_of(treatment.plan)), 1, 0, 2000, bundle)
+    touched = {field for field in LANE_FIELDS if bundle[field].view(np.int64).any()}
+    told = set(effects_of(treatment).fields)
+    assert touched <= told
+    assert len(touched) > 0.8 * len(told)  # but for what stays 0
+
+
+def test_every_effect_of_the_price_list_has_passes_or_tables_of_its_own():
+    """None is priced that the scene has already; what does not go with the room says so."""
+    refused = []
+    for addition in ADDITIONS.values():
+        try:
+            after, before = (with_addition(name, base_room()) for name in (addition.name, addition.over))
+        except SceneError:
+            refused.append(addition.name)
+        else:
+            assert after != before, addition.name
+    assert refused == ["estimator aimed"]  # there are diffuse walls
+
+
+def test_the_price_list_calls_for_every_file_of_passes():
+    """What is built later adds its line: a new file of passes that nothing here calls for is not priced."""
+    called = {family_of(name) for name in effects_of(base_room()).passes}
+    for name in ADDITIONS:
+        with contextlib.suppress(SceneError):
+            called |= {family_of(one) for one in effects_of(with_addition(name, base_room())).passes}
+    assert {family.__name__.rpartition(".")[2] for family in FAMILIES} - called == set()
+
+
+def test_bytes_of_a_lane_are_those_of_the_fields_that_passes_name():
+    program = program_of(base_room().plan)
+    footprint = footprint_of(program)
+    named = {field for each, _ in program.steps for field in each.fields}
+    assert footprint.touched == 8 * len(named | set(program.carried))
+    assert footprint.carried == 8 * len(program.carried)
+    assert footprint.touched < footprint.known / 4
+    assert footprint.used < footprint.bundle
+
+
+def test_effects_are_those_of_the_way_in_which_an_experiment_runs():
+    """A camera is seen by histories that run backwards: its program is not that of analog ones."""
+    scene = with_addition("... a camera of 16 x 16 pixels", base_room()).scene
+    assert {"look_through_pixel", "draw_cell"} <= set(effects_of(scene).passes)
+    expected = effects_of(treatment_of(base_room().scene, estimator="expected"))
+    assert "expect_from_walls" in expected.passes
+    assert "expect_from_walls" in effects_of(base_room().scene).absent
