@@ -13,8 +13,7 @@ import math
 from transport.compile.pieces import slack_of
 from transport.compile.space import Space
 from transport.materials import Dielectric
-from transport.shapes import Disk, Rectangle, Shape, Triangle
-from transport.shapes.revolved import Revolved
+from transport.shapes import Cone, Cylinder, Disk, Paraboloid, Rectangle, Shape, Triangle
 from transport.sheets import Member, Sheet
 from transport.validation import refuse
 
@@ -30,7 +29,9 @@ def check_slivers(sheets: list[Sheet], space: Space) -> None:
 
 
 def _check(member: Member, space: Space) -> None:
-    if isinstance(member.shape, Revolved) and isinstance(member.surface.material, Dielectric):
+    if isinstance(member.shape, Cylinder | Cone | Paraboloid) and isinstance(
+        member.surface.material, Dielectric
+    ):
         _check_fibre(member, space)
     width, slack = _width(member.shape), slack_of(member, space) * space.size
     if slack > WIDENED * width:
