@@ -101,3 +101,11 @@ def test_shells_have_the_volumes_between_their_spheres():
     assert tp.VolumeDetector(BOX, "box", (2, 3, 4)).volumes(BOX) == pytest.approx(
         np.full((2, 3, 4), 1 / 24), rel=1e-15
     )
+
+
+@pytest.mark.parametrize(("shape", "way"), [(tp.Box(size=1.2), 0.5), (tp.Sphere(radius=0.6), 0.5)])
+def test_what_begins_within_counts_from_where_it_begins(shape, way):
+    """A beam of 1 W from 0.1 beyond the middle: its way to the side, over the volume."""
+    beam = tp.Source(tp.Point(position=(0.1, 0, 0)), tp.Beam((1, 0, 0), power=1.0))
+    result = tp.simulate(tp.Scene(beam, detectors=tp.VolumeDetector(shape, "volume")), 100, seed=1)
+    assert result["volume"].fluence_rate.value == pytest.approx(way / shape.volume, rel=1e-12)
