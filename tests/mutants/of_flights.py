@@ -342,7 +342,7 @@ FAULTS = (
         "depth = -log_positive(BELOW_ONE - uniform(w0, w1))",
         "depth = -log_positive(BELOW_ONE - uniform(w2, w3))",
         "delta tracking: a path made of the number that decides at its end",
-        ("test_grid::test_weights_and_chance_agree_where_voxels_absorb_and_scatter",),
+        ("test_grid::test_a_layered_grid_is_a_stack_of_media",),
     ),
     Fault(
         "engine/snapshots.py",
