@@ -215,7 +215,7 @@ FAULTS = (
         "b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
         "b.u0[k] = u",
         "a number used twice: for the part of a mixture and its angle",
-        ("test_scattering_passes",),
+        ("test_mixed_phases",),
     ),
     Fault(
         "engine/importances.py",
