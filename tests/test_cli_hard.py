@@ -44,6 +44,18 @@ def test_a_case_that_fails_is_told(hard, found):
     assert "1 of 2 hard cases hold" in answer.output and "FAILS" in answer.output
 
 
+@pytest.mark.parametrize("option", [("--seed", "1"), ("--particles", "10"), ("--threads", "2")])
+def test_what_it_would_not_heed_is_refused(hard, option):
+    answer = hard(wrong(1.0), more=option)
+    assert answer.exit_code == 2 and "leave out --particles, --seed, --threads" in " ".join(
+        answer.output.split()
+    )
+
+
+def test_a_naive_number_is_told_to_the_digit_that_is_wrong(hard):
+    assert "1.0001" in hard(wrong(1.0, naive=1.00010001)).output
+
+
 def test_machines_are_told_the_reason(hard):
     (record,) = json.loads(hard(wrong(1.0), more=["--json"]).output)
     assert record["reason"] == "It rounds to 0." and record["naive_value"] == 0 and record["holds"] is True

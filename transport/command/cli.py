@@ -180,6 +180,10 @@ def verify(
 ) -> None:
     """Judge every law against its exact value; status 1 if one fails."""
     if hard:
+        if particles is not None or seed != 0 or threads is not None:
+            raise SceneError(
+                "verify --hard: its cases have numbers of their own; leave out --particles, --seed, --threads"
+            )
         raise typer.Exit(verify_hard(sims, json))
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
     laws, complete = [], True

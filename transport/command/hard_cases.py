@@ -13,6 +13,10 @@ from transport.command.tables import estimate_cell, plain_table, z_cell
 from transport.hard.cases import FALSE_ALARM, Case, Seen, cases_of, family_title
 from transport.results.estimates import Estimate
 
+NOTE = """off: in standard errors where it has a sign, else relative, with what is allowed where that is more than rounding;
+–: the naive way has no number, as it is lost or never ends; cases in other units or places share their random numbers
+with the plain one; --json tells why each is hard"""
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -58,6 +62,7 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
     else:
         style = "bold red" if failed else "bold green"
         say(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
+        say(NOTE)
     return int(failed > 0)
 
 
@@ -80,11 +85,20 @@ def _cells(row: Judged) -> tuple[str | Text, ...]:
     seen = row.seen
     state = Text("holds", "green") if row.holds else Text("FAILS", "bold red")
     found = estimate_cell(seen.found) if seen.is_noisy else f"{seen.value:.7g}"
-    off = z_cell(seen.off) if seen.is_noisy else Text(f"{seen.off:.1e}" if seen.off else "0")
+    off = z_cell(seen.off) if seen.is_noisy else Text(_rounding(seen))
     return (row.case.title, found, f"{seen.exact:.7g}", off, row.case.naive, _naive(seen), state)
+
+
+def _rounding(seen: Seen) -> str:
+    """How far off a number is that has no error, and what is allowed where rounding alone would not do it."""
+    allowed = f" < {seen.within:.2g}" if seen.within > 1e-6 else ""
+    return f"{seen.off:.1e}{allowed}" if seen.off else "0"
 
 
 def _naive(seen: Seen) -> str:
     if seen.naive is None:
         return "–"
-    return "NaN" if math.isnan(seen.naive) else f"{seen.naive:.4g}"
+    if math.isnan(seen.naive):
+        return "NaN"
+    short = f"{seen.naive:.4g}"
+    return short if float(short) != float(f"{seen.exact:.4g}") else f"{seen.naive:.9g}"

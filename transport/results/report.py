@@ -28,8 +28,15 @@ def report_of(result) -> str:
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
     lines += ["", *cost_lines(result)]
     warnings = result.warnings
-    lines += [f"warning: {warning}" for warning in warnings] or ["error bars: nothing speaks against them"]
+    lines += [f"warning: {warning}" for warning in warnings] or [_all_is_well(result)]
     return "\n".join(lines)
+
+
+def _all_is_well(result) -> str:
+    """What may be said of the error bars: nothing of those that are not known."""
+    quantities = (q for look in result.scene.detectors for q in result[look.name].quantities.values())
+    unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
+    return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
 
 
 def _ledger_title(result) -> str:

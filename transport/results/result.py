@@ -15,6 +15,7 @@ from transport.points import PointDetector
 from transport.results.backward_readings import backward_reading
 from transport.results.batches import Batch
 from transport.results.estimates import Batches, Estimate
+from transport.results.faint_sources import faint_sources
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
 from transport.results.prices import BY_CHANCE, price_of
@@ -165,6 +166,7 @@ class Result:
         is_aimed = is_forward and any(emitter.target is not None for emitter in self.plan.emitters)
         if is_aimed and carried == 0:
             found.append("nothing is emitted towards the aim: it lies behind its source")
+        found += faint_sources(self.plan, self.particles)
         looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
         found += doubts_of(self)
