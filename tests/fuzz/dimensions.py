@@ -25,7 +25,7 @@ POWERS = {
     ("Effusive", "exitance"): (-3, 1),  # a number over area and time
     ("Maxwellian", "sigma"): (0, 0),  # a speed
 }
-OF_SYMBOLS = {"m": 1, "s": 1, "J": 1}
+OF_SYMBOLS = {"m": 1, "s": 1}
 WITHOUT_AMOUNT = ("counts", "mean_")  # what does not grow with what is emitted
 
 
@@ -63,5 +63,6 @@ def factor_of(name: str, quantity: Quantity, length: float, power: float, is_lig
     """By what a quantity of that name should have grown."""
     powers = dict(quantity.unit.powers)
     grows = sum(float(powers.get(symbol, 0)) * by for symbol, by in OF_SYMBOLS.items())
-    grows += float(powers.get("Pa", 0)) * (-2 if is_light else -3)
+    of_energy = 1 if is_light else 0  # a power over a time; a mass and its speed keep their energy
+    grows += float(powers.get("J", 0)) * of_energy + float(powers.get("Pa", 0)) * (of_energy - 3)
     return length**grows * (1.0 if name.startswith(WITHOUT_AMOUNT) else power)
