@@ -66,7 +66,9 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     told = dict.fromkeys(
         line for o in outcomes for line in (*method_lines(o.result), *tracking_lines(o.result))
     )
-    for line in (*told, *cost_lines(SimpleNamespace(cost=total_cost(outcomes)))):
+    kept = sum(outcome.result.particles for outcome in outcomes)
+    whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
+    for line in (*told, *cost_lines(whole)):
         label, _, text = line.partition(": ")
         say_labelled(label, text)
     for warning in warnings_of(outcomes):

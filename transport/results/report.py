@@ -84,9 +84,16 @@ def cost_lines(result) -> list[str]:
     return [
         f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
         f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
+        *_pilots(result),
         *_foretold(cost),
         f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
     ]
+
+
+def _pilots(result) -> list[str]:
+    """How many of the particles only found out how many are needed, or of which way: by pilots and earlier rounds of nets."""
+    earlier = result.cost.particles - result.particles
+    return [f"pilots: {earlier:.3g} of them, which the result leaves out"] if earlier > 0 else []
 
 
 def _foretold(cost) -> list[str]:
