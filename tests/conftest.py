@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import one_thread  # noqa: F401
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
 
