@@ -65,7 +65,7 @@ def test_the_radiance_is_met_bin_by_bin():
 def test_other_media_are_rejected():
     """Isotropic scattering of the same albedo, similarity by (1 - g) tau, a beam that stands higher."""
     _, rows = run()
-    for wrong in ({"g": 0.7}, {"albedo": 0.89}, {"tau": 2.03}, {"phase": "rayleigh"}):
+    for wrong in ({"g": 0.0}, {"g": 0.7}, {"albedo": 0.89}, {"tau": 2.03}, {"phase": "rayleigh"}):
         assert_rejected(rows[sim.ON], sim.exact(**wrong)[sim.ON])
     similar = 2 * (1 - 0.9 * 0.75)
     alike = sim.exact(tau=similar, albedo=0.9 * 0.25 / (1 - 0.9 * 0.75), g=0.0)

@@ -49,22 +49,21 @@ def blocks(counters, keys):
     return words
 
 
-@njit(**ARITHMETIC)
-def words_at(places):
-    words = np.empty((len(places), 4), np.uint64)
-    for k in range(len(places)):
-        p = places[k]
-        words[k, 0], words[k, 1], words[k, 2], words[k, 3] = random_words(p[0], p[1], p[2], p[3], p[4], p[5])
-    return words
+def drawn_at(draw):
+    """The four words at each of many places."""
+
+    @njit(**ARITHMETIC)
+    def at(places):
+        words = np.empty((len(places), 4), np.uint64)
+        for k in range(len(places)):
+            p = places[k]
+            words[k, 0], words[k, 1], words[k, 2], words[k, 3] = draw(p[0], p[1], p[2], p[3], p[4], p[5])
+        return words
+
+    return at
 
 
-@njit(**ARITHMETIC)
-def event_words_at(places):
-    words = np.empty((len(places), 4), np.uint64)
-    for k in range(len(places)):
-        p = places[k]
-        words[k, 0], words[k, 1], words[k, 2], words[k, 3] = event_words(p[0], p[1], p[2], p[3], p[4], p[5])
-    return words
+words_at, event_words_at = drawn_at(random_words), drawn_at(event_words)
 
 
 @njit(**ARITHMETIC)

@@ -40,9 +40,7 @@ MOST_BINS = 1_000_000  # of one axis; more would be a slip
 MOST_BINS_IN_ALL = 10_000_000  # of a detector
 BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 32, 24, 32  # memory that a bin takes; sums on each side
 PI = math.pi
-NARROWEST = (
-    2.0**-43
-)  # of a bin, in cosines: the rounding of a direction moves a thousandth of it over its edges
+NARROWEST = 2.0**-43  # of a bin, in cosines: rounding moves a thousandth of it over its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},

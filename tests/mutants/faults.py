@@ -1,5 +1,11 @@
 """All faults, by subject."""
 
-from tests.mutants import of_estimates, of_flights, of_physics, of_theory
+from tests.mutants import of_counting, of_estimates, of_flights, of_physics, of_theory
 
-FAULTS = (*of_physics.FAULTS, *of_flights.FAULTS, *of_estimates.FAULTS, *of_theory.FAULTS)
+FAULTS = (
+    *of_physics.FAULTS,
+    *of_flights.FAULTS,
+    *of_counting.FAULTS,
+    *of_estimates.FAULTS,
+    *of_theory.FAULTS,
+)

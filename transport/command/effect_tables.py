@@ -2,16 +2,17 @@
 
 from collections.abc import Iterable, Mapping
 
-from rich import box
 from rich.table import Table
 
 from transport.command.cold_start import Start
 from transport.command.effect_prices import AS_IT_IS, Price, PriceList
 from transport.command.footprints import Footprint
+from transport.command.tables import plain_table
 from transport.pricing.price_table import duration
 
 PRICE_HEADS = (
     "effect",
+    "over",
     "ns a history>",
     "adds ns>",
     "times>",
@@ -24,12 +25,13 @@ COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>",
 
 
 def price_table(prices: Iterable[Price]) -> Table:
-    """A line each; what is told over something else than the scene as it is stands under that, indented."""
-    table = heads_only(PRICE_HEADS)
+    """A line each, with what it is told over where that is not the scene as it is."""
+    table = plain_table(*PRICE_HEADS)
     for price in prices:
         of_scene = price.over is None
         table.add_row(
             price.name,
+            "" if of_scene or price.over == AS_IT_IS else price.over,
             f"{price.ns:.3g}",
             "" if of_scene else f"{price.added:+.3g}",
             "" if of_scene else f"{price.ratio:.2f}",
@@ -43,19 +45,23 @@ def price_table(prices: Iterable[Price]) -> Table:
 
 def price_lines(prices: PriceList) -> list[tuple[str, str]]:
     """(label, text): what the table means, and what is not in it."""
-    over = sorted({price.over for price in prices.prices} - {None, AS_IT_IS})
     lines = [
         (
             "note",
             "CPU time of a history, medians of runs taken in turns; an event is a crossing or a collision",
         )
     ]
-    if over:
-        lines.append(("note", f"what begins with ... is told over what it needs: {', '.join(over)}"))
+    if any(price.over not in (None, AS_IT_IS) for price in prices.prices):
+        lines.append(
+            (
+                "note",
+                "what needs another effect is told over that: a run with both against a run with it alone",
+            )
+        )
     if prices.idle:
         lines.append(("no change", f"there already, or nothing to do: {', '.join(prices.idle)}"))
     if prices.refused:
-        lines.append(("refused", f"does not go with this scene: {', '.join(prices.refused)}"))
+        lines.append(("refused", f"does not go with this scene: {', '.join(dict.fromkeys(prices.refused))}"))
     return lines
 
 
@@ -80,7 +86,7 @@ def start_line(start: Start) -> str:
 
 def cold_table(starts: Mapping[str, tuple[Start, Start, Footprint]]) -> Table:
     """The first start of kinds of scenes, with nothing on disk, and the second, each in a new process."""
-    table = heads_only(COLD_HEADS)
+    table = plain_table(*COLD_HEADS)
     for name, (first, second, footprint) in starts.items():
         table.add_row(
             name,
@@ -91,12 +97,4 @@ def cold_table(starts: Mapping[str, tuple[Start, Start, Footprint]]) -> Table:
             str(footprint.touched),
             str(footprint.carried),
         )
-    return table
-
-
-def heads_only(heads: Iterable[str]) -> Table:
-    """A table without rows; heads that end in > stand to the right."""
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
-    for head in heads:
-        table.add_column(head.rstrip(">"), justify="right" if head.endswith(">") else "left", no_wrap=True)
     return table

@@ -20,7 +20,13 @@ from transport.results import Result
 from transport.results.estimates import Estimate
 from transport.results.notation import measured
 
-IN_WORDS = ("quantity", "case", "naive way")  # columns that fold where the console is too narrow
+IN_WORDS = (
+    "quantity",
+    "case",
+    "naive way",
+    "effect",
+    "over",
+)  # columns that fold where the console is too narrow
 
 
 def case_table(outcome: Outcome) -> Table:

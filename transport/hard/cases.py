@@ -40,15 +40,18 @@ class Seen:
 
     def holds(self, false_alarm: float) -> bool:
         """Whether what was found agrees: an estimate two-sided at this rate of false alarms."""
-        return self._agrees(self.found, false_alarm)
+        from scipy.special import ndtri
 
-    def is_needed(self, false_alarm: float) -> bool:
+        limit = -ndtri(false_alarm / 2) if self.is_noisy else self.within
+        return bool(abs(self.off) <= limit)
+
+    @property
+    def is_needed(self) -> bool:
         """Whether the naive formula fails where this does not: by as much as would be noticed."""
         if self.naive is None:
             return True
-        error = self.found.error if isinstance(self.found, Estimate) else 0.0
-        off = abs(self.naive - self.exact)
-        return not off <= max(3 * error, self.within * abs(self.exact))
+        allowed = 3 * self.found.error if self.is_noisy else self.within * (abs(self.exact) or 1.0)
+        return not abs(self.naive - self.exact) <= allowed
 
     @property
     def value(self) -> float:
@@ -66,12 +69,6 @@ class Seen:
     def is_noisy(self) -> bool:
         """Whether it is judged by its error."""
         return isinstance(self.found, Estimate) and self.found.error > 0
-
-    def _agrees(self, found: Estimate | float, false_alarm: float) -> bool:
-        from scipy.special import ndtri
-
-        limit = -ndtri(false_alarm / 2) if self.is_noisy else self.within
-        return bool(abs(self.off) <= limit)
 
 
 @dataclass(frozen=True)

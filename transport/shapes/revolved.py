@@ -15,9 +15,7 @@ from transport.validation import (
 from transport.vectors import Frame, Vector, local_frame
 
 BLUNT = 0.5  # a cone whose smaller radius is below this share of the larger is described from its apex
-THINNEST = (
-    2.0**-40
-)  # of the larger of radius and length: of what is thinner, or flatter, rounding tells the sides no more
+THINNEST = 2.0**-40  # of the larger of radius and length: beyond, rounding does not tell the sides apart
 
 
 @dataclass(frozen=True)
