@@ -81,12 +81,11 @@ def test_an_effect_costs_its_passes_for_each_history():
 
 
 def test_every_file_of_passes_belongs_to_one_effect():
-    from transport.engine.registry import FAMILIES
+    from transport.engine.families import FAMILIES
 
     files = [file for members in effect_costs.EFFECTS.values() for file in members]
     assert len(set(files)) == len(files)
-    known = {family.__name__.rpartition(".")[2] for family in FAMILIES}
-    assert set(files) == known
+    assert set(files) == set(FAMILIES)
 
 
 def test_lanes_a_history_of_a_scene_are_counted(call):

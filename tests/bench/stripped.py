@@ -22,9 +22,9 @@ import numpy as np
 import transport
 from transport.command.price_list import base_room
 from transport.compile import compile_scene
+from transport.engine.families import FAMILIES
 from transport.engine.passes import LANE_FIELDS, Pass
 from transport.engine.program import program_of
-from transport.engine.registry import FAMILIES
 
 LIBRARY = Path(transport.__file__).parent
 CHILD = """
@@ -113,7 +113,7 @@ def strip(engine: Path) -> str:
     fields = {name for lane_pass in program.passes for name in lane_pass.fields}
     lines = sum(_lines(path) for path in engine.glob("*.py"))
     gone, empty = 0, 0
-    for family in FAMILIES:
+    for family in FAMILIES.values():
         names = {each.name for each in vars(family).values() if isinstance(each, Pass)}
         path = engine / Path(family.__file__).name
         gone += len(names - kept)

@@ -80,6 +80,6 @@ def plain_name(name: str) -> str:
 
 def files_of_passes() -> dict[str, str]:
     """The engine's file of each pass, by the pass's name."""
-    from transport.engine.registry import PASSES
+    from transport.engine.families import HOMES
 
-    return {name: lane_pass.function.__module__.rpartition(".")[2] for name, lane_pass in PASSES.items()}
+    return HOMES

@@ -1,55 +1,31 @@
 """Every pass by its name, and steps: a pass with its table."""
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
 from transport.compile import layout
 from transport.compile.plan import Plan
-from transport.engine import (
-    aims,
-    bank,
-    birthplaces,
-    births,
-    bodies,
-    casting,
-    clocks,
-    collisions,
-    densities,
-    detours,
-    expected_rays,
-    expecting,
-    flats,
-    flights,
-    forcing,
-    grids,
-    histories,
-    importances,
-    landings,
-    lanes,
-    meshes,
-    meters,
-    optics,
-    quadrics,
-    refinements,
-    rims,
-    roulette,
-    sensors,
-    shadows,
-    sizes,
-    snapshots,
-    speeds,
-    surfaces,
-    told,
-    volume_cells,
-    volumes,
-)
+from transport.engine.families import FAMILIES, HOMES
 from transport.engine.passes import Pass
 
 Step = tuple[Pass, np.ndarray]
-FAMILIES = (
-    aims, bank, birthplaces, births, bodies, casting, clocks, collisions, densities, detours, expected_rays, expecting, flats, flights, forcing, grids, histories, importances, landings, lanes, meshes, meters, optics, quadrics,
-    refinements, rims, roulette, sensors, shadows, sizes, snapshots, speeds, surfaces, told, volume_cells, volumes,
-)  # fmt: skip
-PASSES = {each.name: each for family in FAMILIES for each in vars(family).values() if isinstance(each, Pass)}
+
+
+class _Passes(Mapping):
+    """Every pass by its name; its file is read when it is first asked for."""
+
+    def __getitem__(self, name: str) -> Pass:
+        return getattr(FAMILIES[HOMES[name]], name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(HOMES)
+
+    def __len__(self) -> int:
+        return len(HOMES)
+
+
+PASSES = _Passes()
 NOTHING = layout.row(layout.NO_TABLE)
 
 
