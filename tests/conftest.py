@@ -7,6 +7,20 @@ import pytest
 from tests import one_thread  # noqa: F401
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
+# The first looks at the machine code of all passes while it compiles them, for all others; then what takes longest,
+# so that two workers end together.
+FIRST = ("test_vectorised.py", "test_sims.py", "test_plain_python.py", "test_fuzz.py", "test_error_bars.py")
+
+
+def pytest_configure(config):
+    if hasattr(config.option, "loadscopereorder"):  # of pytest-xdist: by the number of tests in a file
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    places = {name: place for place, name in enumerate(FIRST)}
+    items.sort(key=lambda item: places.get(item.path.name, len(FIRST)))
+
 
 @pytest.fixture
 def call(tmp_path, monkeypatch):

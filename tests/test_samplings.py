@@ -19,7 +19,7 @@ import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
 from tests.refusals import assert_refused
 from tests.test_reproducible import digest
-from tests.test_structure import assembly, host_has, is_vectorised
+from tests.vectorisation import assembly, host_has, is_vectorised
 from transport.compile import compile_scene
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of

@@ -1,0 +1,114 @@
+"""The speed of the engine is that of its lane loops: which are vectorised, and why the others are not."""
+
+import pytest
+from numba import config
+
+from tests.vectorisation import assembly, host_has, is_vectorised
+from transport.engine.passes import Pass
+from transport.engine.registry import PASSES
+
+# Passes whose loops are not vectorised, and why.
+SCALAR_PASSES = {
+    "stand_on_sheet": "gathers from the sheets",
+    "put_back_on_sphere": "gathers from the sheets",
+    "tell_leaving": "gathers from the sheets",
+    "look_up_meter": "gathers from the layer's rows",
+    "look_up_surface": "gathers from the surfaces",
+    "know_meter": "gathers from the layer's rows",
+    "refine_by_cosine": "searches among edges, for few lanes",
+    "refine_by_azimuth": "searches among edges, for few lanes",
+    "refine_by_place": "searches among edges, for few lanes",
+    "refine_by_cell": "gathers from the meters, for few lanes",
+    "find_place": "gathers from the edges of bins",
+    "find_direction": "gathers from the edges of bins",
+    "find_hemisphere_direction": "gathers from the edges of bins",
+    "score_way_by_cell": "scatters to the cells' rows",
+    "score_way_by_cell_in_media": "scatters to the cells' rows",
+    "draw_back_from_edge": "gathers from the walls, for few lanes",
+    "score": "scatters to the meters' rows",
+    "score_all": "scatters to the meters' rows",
+    "score_and_size": "scatters to the meters' rows and the cells of sizes",
+    "score_all_and_size": "scatters to the meters' rows and the cells of sizes",
+    "account_absorbed": "scatters to the surfaces' rows",
+    "fill_gaps": "works on a list of lanes",
+    "take_quantile": "gathers from the cells of the speeds",
+    "take_stepped_quantile": "gathers from the cells of the speeds",
+    "emit_from_drifting_gas": "gathers from the cells of the speeds",
+    "take_wall_speed": "gathers from the surfaces and the cells of the speeds, for few lanes",
+    "choose_part": "gathers from the surfaces, for few lanes",
+    "count_phase_space": "searches among edges, for the lanes of an instant",
+    "record_snapshot": "writes down the lanes of an instant",
+    "mark_visit": "gathers from the layer's rows",
+    "require_visits": "gathers from the meters, for few lanes",
+    "require_reflections": "gathers from the meters, for few lanes",
+    "refine_by_time": "searches among edges, for few lanes",
+    "refine_by_speed": "searches among edges, for few lanes",
+    "score_moments": "scatters to the meters' rows",
+    "born_beside_hole": "draws again where a place lies in the hole",
+    "born_on_paraboloid": "a logarithm and an exponential that keep the digits of shallow ones",
+    "born_on_mesh": "searches for a facet by its share of the area",
+    "meet_mesh": "descends a hierarchy of boxes, ray by ray",
+    "cover_mesh": "descends a hierarchy of boxes, ray by ray",
+    "stand_on_facet": "gathers from the facets",
+    "put_back_on_quadric": "gathers from the sheets",
+    "look_up_optics": "gathers from the surfaces",
+    "spread_lobe": "gathers from the cells of the lobe, for few lanes",
+    "bend_by_lens": "gathers from the surfaces, for few lanes",
+    "cross_boundary": "gathers from the layer's rows",
+    "lose_strays_of_many": "gathers from the bodies, where they are many",
+    "know_bodies": "gathers from the media, where they are many",
+    "choose_phase": "gathers from the media and searches among the parts of a mixture",
+    "choose_segment_of_table": "gathers from the segments of a table",
+    "deposit": "copies lanes into the bank, for few",
+    "deposit_forced": "copies lanes into the bank, for few",
+    "withdraw": "copies lanes out of the bank, for few",
+    "attenuate_in_grid": "walks from voxel to voxel, ray by ray",
+    "walk_through_grid": "walks from voxel to voxel, ray by ray",
+    "walk_through_cells": "walks from cell to cell, ray by ray",
+    "reach_until_end_in_media": "gathers from the media",
+    "know_collisions_in_grid": "gathers from the voxels",
+    "score_collisions_in_box": "scatters to the cells' rows",
+    "score_collisions_in_ball": "searches among the shells and scatters to their rows",
+    "know_phase": "gathers from the media",
+    "know_phase_at_collisions": "gathers from the media",
+    "weigh_in_grid": "gathers from the voxels",
+    "weigh_by_table": "searches among the points of a table",
+    "list_shadows": "works on a list of lanes",
+    "take_shadows": "copies rays from bundle to bundle",
+    "turn_to_point": "gathers from the points and the media, for few lanes",
+    "dim_in_grid": "walks from voxel to voxel, ray by ray",
+}
+# AVX2 cannot convert packed int64 to float64 and back, nor mask as AVX-512 does.
+SCALAR_WITHOUT_AVX512 = {"absorb", "born_over_rectangle", "born_over_disk"}
+
+
+@pytest.mark.skipif(
+    config.DISABLE_JIT or not host_has("avx2"), reason="looks for the wide registers of x86-64 CPUs"
+)
+def test_every_lane_loop_is_vectorised():
+    """One branch, table look-up or libm call in a loop over lanes makes it five times slower, and nothing else shows."""
+    share, exceptions = 0.05, set(SCALAR_PASSES)
+    if not host_has("avx512dq"):
+        share, exceptions = 1.5, exceptions | SCALAR_WITHOUT_AVX512
+    assert set(SCALAR_PASSES) <= set(PASSES)
+    slow = [
+        name for name, p in PASSES.items() if name not in exceptions and not is_vectorised(assembly(p), share)
+    ]
+    assert slow == []
+
+
+def branching(b, table, first, live):
+    """A pass as it must not be: a branch with a store in it, and a recurrence from lane to lane."""
+    for k in range(first, live):
+        if b.weight[k] < 0.5:
+            b.x[k] = b.y[k - 1] * b.x[k - 1]
+        else:
+            b.bin[b.hit[k]] += 1
+    return live
+
+
+@pytest.mark.skipif(
+    config.DISABLE_JIT or not host_has("avx2"), reason="looks for the wide registers of x86-64 CPUs"
+)
+def test_a_loop_that_is_not_vectorised_is_seen():
+    assert not is_vectorised(assembly(Pass(branching, PASSES["move"].table)), 1.5)
