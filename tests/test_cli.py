@@ -56,6 +56,7 @@ def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeyp
     for module in (cli, printout):
         monkeypatch.setattr(module, "experiment_names", lambda: list(modules))
         monkeypatch.setattr(module, "experiment", modules.__getitem__)
+    assert "..." not in call("--help").output.partition("Commands:")[2]  # each command in a line of 80
     lines = [line.split() for line in call().output.splitlines()]
     order = [lines.index(words.split()) for words in ("Why?", "a A = 1", "c C = 3", "How?", "b B = 2")]
     assert order == sorted(order)
@@ -78,7 +79,19 @@ def test_verify_has_one_row_a_law_with_formula_source_and_smallest_bias(call):
     assert sum(line.rstrip().endswith("holds") for line in answer.output.splitlines()) == 2
     rows = json.loads(call("verify", "disks.py", "--json").output)
     assert [row["quantity"] for row in rows] == ["distance=2: irradiance", "distance=4: irradiance"]
-    keys = ["law", "source", "sim", "quantity", "value", "error", "unit", "exact", "z", "smallest_bias"]
+    keys = [
+        "law",
+        "source",
+        "sim",
+        "quantity",
+        "value",
+        "error",
+        "unit",
+        "exact",
+        "z",
+        "smallest_bias",
+        "holds",
+    ]
     assert all(list(row) == keys for row in rows)
     assert all(0 < row["smallest_bias"] < 0.01 for row in rows)
 

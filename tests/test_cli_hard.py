@@ -2,6 +2,9 @@
 
 import json
 import math
+import os
+import signal
+from contextlib import suppress
 
 import pytest
 
@@ -42,6 +45,20 @@ def test_a_case_that_fails_is_told(hard, found):
     answer = hard(wrong(found), wrong(1.0))
     assert answer.exit_code == 1
     assert "1 of 2 hard cases hold" in answer.output and "FAILS" in answer.output
+
+
+def test_an_interruption_that_a_case_has_taken_ends_it_too(hard):
+    """A run within the case ends early for Ctrl-C, and what the case makes of that is not told."""
+
+    def cut_short():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        return Seen(2.0, 1.0, 0.0)
+
+    answer = hard(wrong(1.0), Case("spheres", "cut short", "", "", cut_short), wrong(1.0))
+    assert answer.exit_code == 130 and "the rows are incomplete" in answer.output
+    assert "1 of 1 hard cases hold" in answer.output and "cut short" not in answer.output
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize("option", [("--seed", "1"), ("--particles", "10"), ("--threads", "2")])

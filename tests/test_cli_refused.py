@@ -25,7 +25,7 @@ from tests.own_experiments import EXPERIMENT, ROOT
         (["run", "disk.py", "--set", "radius"], "--set must be name=value"),
         (["run", "disk.py", "--set", "radius=1", "--set", "radius=2"], "given twice"),
         (["run", "disk.py", "--particles", "1.5"], "--particles must be a whole number"),
-        (["run", "disk.py", "--particles", "many"], "--particles must be a finite number"),
+        (["run", "disk.py", "--particles", "many"], "--particles must be a whole number such as 1e7"),
         (["run", "disk.py", "--error", "meter.fluxin=1e-3"], "did you mean 'flux_in'?"),
         (["run", "disk.py", "--error", "meter.flux_in=small"], "--error must be a finite number"),
         (["run", "disk.py", "--seconds", "0"], "seconds must be positive"),
@@ -38,9 +38,14 @@ from tests.own_experiments import EXPERIMENT, ROOT
             ["run", "disk.py", "--set", "distance=-1", "--set", "radius=0"],
             "disk with distance=-1, radius=0: ",
         ),
-        (["verify", "dsik"], "no experiment 'dsik'"),
+        (["verify", "dsik"], "refused: no experiment 'dsik'"),
+        (["verify", "disk.py", "dsik"], "no experiment 'dsik'"),
+        (["verify", "geometry"], "a family of hard cases; write transport verify --hard geometry"),
+        (["cost", "disk.py", "--seconds", "-1"], "seconds must be positive"),
         (["effects", "disk.py", "--set", "distnace=3"], "did you mean 'distance'?"),
         (["bench", "--repeats", "2"], "repeats must be at least 5"),
+        (["bench", "--effects", "--quick"], "leave out --quick and --long"),
+        (["bench", "--effects", "--cold", "--json"], "leave out --effects or --cold"),
     ],
 )
 def test_refused_input_is_one_line_and_status_2(call, arguments, words):
@@ -98,7 +103,7 @@ def test_refusal_is_red_on_a_terminal(call):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=its, env=environment, check=False)
     os.close(its)
     assert done.returncode == 2
-    assert b"\x1b[1;31mrefused: run: no file nowhere.py" in os.read(own, 4096)
+    assert b"\x1b[1;31mrefused: no file nowhere.py" in os.read(own, 4096)
     os.close(own)
 
 

@@ -61,6 +61,7 @@ class Directions:
 
     frame "local": `mu` = cos(theta) to the normal of the side looked at, `phi` from e_u towards e_v.
     frame "world": `mu` = cos(theta) to +z in [-1, 1], `phi` about +z from +x.
+    Radiance is undefined in bins of the world that the side looked at cannot see; where it sees none they are refused.
     Edges of `phi` lie within [-2 pi, 2 pi], one turn in all at most: (-pi/4, pi/4) is a sector across phi = 0.
     """
 

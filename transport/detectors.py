@@ -13,6 +13,7 @@ from transport.bins import (
     edges_of,
     settle_bins,
 )
+from transport.horizon import is_in_sight
 from transport.shapes import Box, Cloud, FlatShape, Point, Shape, Slab, Sphere
 from transport.sides import Sided
 from transport.validation import (
@@ -101,7 +102,7 @@ class Detector(Sided):
                 refuse(self, str(error))
 
     def _check_frame(self, shape: Shape) -> None:
-        """Refuse directions in the world's frame on shapes whose mean of |cosθ| over such a bin has no closed form here."""
+        """Refuse directions in the world's frame where the mean of |cosθ| over a bin has no closed form, or is 0 in all."""
         directions = self.directions
         is_world = isinstance(directions, DirectionCone) or getattr(directions, "frame", "local") == "world"
         is_plain = isinstance(shape, FlatShape | Box | Slab) or (
@@ -113,6 +114,18 @@ class Detector(Sided):
             refuse(
                 self, f"directions must be in the local frame on a {kind}, got {shown(directions)}; {cure}"
             )
+
+        if is_world and isinstance(shape, FlatShape):
+            self._check_horizon(shape)
+
+    def _check_horizon(self, shape: FlatShape) -> None:
+        """Refuse directions in the world's frame of which the side looked at can see none."""
+        side = -1.0 if self.is_back else 1.0
+        normal = tuple(side * x + 0.0 for x in shape.normal)
+        if not is_in_sight(self.directions, normal):
+            must = f"directions must be above the horizon of its {self.side}, which faces {normal}, in one bin at least"
+            cure = f"write side={'front' if self.is_back else 'back'!r}, or turn the directions or the shape round"
+            refuse(self, f"{must}, got {shown(self.directions)}; {cure}")
 
     def _settle_bins(self) -> None:
         if self.directions is not None:

@@ -89,7 +89,7 @@ def experiment(name: str) -> ModuleType:
     if name.endswith(".py"):
         path = Path(name)
         if not path.is_file():
-            raise SceneError(f"run: no file {name}")
+            raise SceneError(f"no file {name}")
         spec = importlib.util.spec_from_file_location(path.stem, path)
         module = importlib.util.module_from_spec(spec)
         with blamed(module):
@@ -97,7 +97,7 @@ def experiment(name: str) -> ModuleType:
         return module
     names = experiment_names()
     if name not in names:
-        raise SceneError(f"run: no experiment {name!r}; {suggestion(name, names)}")
+        raise SceneError(f"no experiment {name!r}; {suggestion(name, names)}")
     return importlib.import_module(f"sims.{name}")
 
 

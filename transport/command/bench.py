@@ -17,6 +17,7 @@ from transport.command.bench_rows import rates, row
 from transport.command.effect_prices import price_rows
 from transport.command.media_bench import half_space_scene, media_rows, slab_scene
 from transport.command.pass_costs import pass_costs
+from transport.command.tables import plain_table
 from transport.detectors import Detector, Directions
 from transport.emissions import Effusive, Lambertian
 from transport.materials import Black, Dielectric, Diffuse, Surface
@@ -117,9 +118,7 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
 
 def render(rows: list[dict]) -> Table:
     """The rows as a table, ratios first."""
-    table = Table("measured", title="medians of one run, one thread unless said")
-    for column in ("ratio", "value", "unit"):
-        table.add_column(column, justify="left" if column == "unit" else "right")
+    table = plain_table("measured", "ratio>", "value>", "unit")
     for each in sorted(rows, key=lambda each: each["ratio"] is None):
         ratio = "" if each["ratio"] is None else f"{each['ratio']:.2f}"
         value = f"{each['value'] / 1e6:.1f} M" if each["value"] >= 1e6 else f"{each['value']:.3g}"

@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from transport import __version__
-from transport.command.console import INTERRUPTED, console, refusals, say, say_json
+from transport.command.console import INTERRUPTED, TEXT_WIDTH, refusals, say, say_json
 from transport.command.costs import costs_of_case, draw_costs
 from transport.command.effect_report import (
     print_base_prices,
@@ -18,6 +18,7 @@ from transport.command.effect_report import (
 )
 from transport.command.effects import costs_of, effects_of, record_of_effects
 from transport.command.hard_cases import verify_hard
+from transport.command.long_proof import verify_long
 from transport.command.printout import (
     draw_picture,
     print_costs,
@@ -28,9 +29,8 @@ from transport.command.printout import (
 )
 from transport.command.running import checked, is_complete, record_of
 from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
-from transport.command.tables import law_tables
 from transport.command.treatment import treatment_by
-from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
+from transport.command.verifying import verify_laws
 from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.experiment import cases_of, experiment, experiment_names, outcomes_of, scene_of
 from transport.pricing.cost import SECONDS
@@ -59,7 +59,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": TEXT_WIDTH},
 )
 
 Sim = Annotated[
@@ -127,7 +127,7 @@ def run(
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
     json: Json = False,
 ) -> None:
-    """Run an experiment: estimates beside exact values, verdict, ledger, cost, picture."""
+    """Run an experiment: estimates, exact values, verdict, picture."""
     limits = {
         "particles": whole_number("--particles", particles),
         "error": named_errors(error or ()),
@@ -168,7 +168,7 @@ def list_(json: Json = False) -> None:
 def verify(
     sims: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[SIM]...", help="All if not said; with --hard families of hard cases."),
+        typer.Argument(metavar="SIM", help="All if not said; with --hard families of hard cases."),
     ] = None,
     particles: Particles = None,
     seed: Seed = 0,
@@ -176,9 +176,17 @@ def verify(
     hard: Annotated[
         bool, typer.Option("--hard", help="Instead, hard cases beside what the naive formula gives.")
     ] = False,
+    long: Annotated[
+        bool,
+        typer.Option(
+            "--long", help="The proof: 1e8 particles a case, and all hard cases; tells first how long."
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Judge every law against its exact value; status 1 if one fails."""
+    if hard and long:
+        raise SceneError("verify: --long has the hard cases in it; leave out --hard")
     if hard:
         if particles is not None or seed != 0 or threads is not None:
             raise SceneError(
@@ -186,33 +194,7 @@ def verify(
             )
         raise typer.Exit(verify_hard(sims, json))
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
-    laws, complete = [], True
-    for name in sims or experiment_names():
-        module = checked(experiment(name))
-        outcomes = list(outcomes_of(module, {}, limits))
-        laws += laws_of(module, outcomes)
-        complete = is_complete(outcomes)
-        if not complete:
-            break
-    if not laws:
-        raise SceneError("verify: nothing to judge; give an experiment, or a .py file, that has exact values")
-    rate = FALSE_ALARM / len(laws)
-    failed = sum(not law.holds(rate) for law in laws)
-    if json:
-        say_json([_law_record(law, rate) for law in laws])
-    else:
-        say(*law_tables(laws, rate))
-        say(
-            f"{len(laws) - failed} of {len(laws)} rows hold", style="bold green" if not failed else "bold red"
-        )
-        say(
-            f"false alarms: {FALSE_ALARM:g} over all rows; smallest bias: relative, caught with {POWER:.0%} power"
-        )
-    if not complete:
-        console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
-        raise typer.Exit(INTERRUPTED)
-    if failed:
-        raise typer.Exit(1)
+    raise typer.Exit((verify_long if long else verify_laws)(sims, limits, json))
 
 
 @app.command()
@@ -234,7 +216,7 @@ def cost(
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
     json: Json = False,
 ) -> None:
-    """Measure what accuracy costs in time: every way to estimate a quantity, error against seconds."""
+    """Measure what accuracy costs: error against seconds, in every way."""
     module, settings = checked(experiment(sim)), named_values(set_ or ())
     costs = costs_of_case(module, settings, quantity, number("--seconds", seconds), seed, threads)
     if json:
@@ -256,7 +238,7 @@ def effects(
     quick: Annotated[bool, typer.Option("--quick", help="Leave out what effects more would cost.")] = False,
     json: Json = False,
 ) -> None:
-    """Tell which passes and fields an experiment's scenes call for, which are absent, and what each costs or would cost."""
+    """Tell what an experiment calls for, and what each effect costs."""
     module, settings = checked(experiment(sim)), named_values(set_ or ())
     found = {}
     for parameters in cases_of(module, settings):
@@ -296,10 +278,14 @@ def bench(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Measure the engine against a straightforward kernel: ratios first, then absolute figures; then what effects cost."""
+    """Measure the engine against a plain kernel, and price effects."""
     from transport.command.bench import bench as measure
     from transport.command.bench import render
 
+    if (effects or cold) and (quick or long):
+        raise SceneError("bench: --effects and --cold are measured in one way; leave out --quick and --long")
+    if effects and cold and json:
+        raise SceneError("bench: --json tells one table; leave out --effects or --cold")
     if repeats < 5:
         raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
     if effects or cold:
@@ -309,19 +295,4 @@ def bench(
             print_cold_starts(json)
         return
     rows = measure(repeats=repeats, quick=quick, long=long)
-    say_json(rows) if json else say(render(rows))
-
-
-def _law_record(law: Law, rate: float) -> dict[str, object]:
-    return {
-        "law": law.law,
-        "source": law.source,
-        "sim": law.sim,
-        "quantity": law.quantity,
-        "value": law.estimate.value,
-        "error": law.estimate.error,
-        "unit": str(law.estimate.unit),
-        "exact": law.exact,
-        "z": law.z,
-        "smallest_bias": law.smallest_bias(rate),
-    }
+    say_json(rows) if json else say(render(rows), "medians of one run, one thread unless said")

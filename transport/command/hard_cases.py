@@ -1,14 +1,16 @@
 """`transport verify --hard`: the hard cases, a table a family, with what the naive formula gives instead."""
 
 import math
+import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import groupby
 
 from rich.table import Table
 from rich.text import Text
 
-from transport.command.console import say, say_json
+from transport.command.console import say, say_json, status_of
 from transport.command.tables import estimate_cell, plain_table, z_cell
 from transport.hard.cases import FALSE_ALARM, Case, Seen, cases_of, family_title
 from transport.results.estimates import Estimate
@@ -50,12 +52,14 @@ class Judged:
 
 
 def verify_hard(families: list[str] | None, json: bool) -> int:
-    """Run and print the cases of these families, or of all; the status: 1 if one fails."""
-    found = []
-    for family, rows in groupby(_judged(families), key=lambda row: row.case.family):
+    """Run and print the cases of these families, or of all; the status: 1 if one fails, 130 if it was interrupted."""
+    cases, found = list(cases_of(families)), []
+    for family, rows in groupby(judged(cases), key=lambda row: row.case.family):
         found += (of_family := list(rows))
         if not json:
-            say(Text(family_title(family), "bold"), _table_of(of_family), "")
+            say(Text(family_title(family), "bold"), hard_table(of_family), "")
+    if not found:
+        raise KeyboardInterrupt
     failed = sum(not row.holds for row in found)
     if json:
         say_json([row.record for row in found])
@@ -63,17 +67,35 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
         style = "bold red" if failed else "bold green"
         say(f"{len(found) - failed} of {len(found)} hard cases hold", style=style)
         say(NOTE)
-    return int(failed > 0)
+    return status_of(failed, complete=len(found) == len(cases))
 
 
-def _judged(families: list[str] | None) -> Iterator[Judged]:
-    """Each case of these families, or of all, as it is done."""
-    cases = list(cases_of(families))
-    for case in cases:
-        yield Judged(case, case.see(), FALSE_ALARM / len(cases))
+def judged(cases: list[Case], others: int = 0) -> Iterator[Judged]:
+    """Each case as it is done, until Ctrl-C.  others: rows that share the rate of false alarms with them."""
+    with suppress(KeyboardInterrupt):
+        for case in cases:
+            yield Judged(case, _seen(case), FALSE_ALARM / (len(cases) + others))
 
 
-def _table_of(rows: list[Judged]) -> Table:
+def _seen(case: Case) -> Seen:
+    """What the case comes to.  Raises KeyboardInterrupt after Ctrl-C, also where it has only cut short a run within."""
+    came, usual = [], signal.getsignal(signal.SIGINT)
+
+    def note(*_: object) -> None:
+        came.append(True)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        seen = case.see()
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    if came:
+        raise KeyboardInterrupt
+    return seen
+
+
+def hard_table(rows: list[Judged]) -> Table:
     """What was found, what is exact, and what the naive way gives."""
     table = plain_table("case", "found>", "exact>", "off>", "naive way", "gives>", "")
     for row in rows:

@@ -21,20 +21,20 @@ def whole_number(option: str, text: str | None) -> int | None:
     """10000000 from "1e7" or "10_000_000".  Raises SceneError where a fraction would be left."""
     if text is None:
         return None
-    value = number(option, text)
+    value = number(option, text, "whole number such as 1e7")
     if not value.is_integer():
         raise SceneError(f"{option} must be a whole number such as 1e7, got {text!r}")
     return int(text) if text.replace("_", "").lstrip("+-").isdigit() else int(value)
 
 
-def number(option: str, text: str) -> float:
+def number(option: str, text: str, kind: str = "finite number such as 1e-3") -> float:
     """A finite number.  Raises SceneError for anything else."""
     try:
         value = float(text)
     except ValueError:
         value = float("nan")
     if value - value != 0:
-        raise SceneError(f"{option} must be a finite number such as 1e-3, got {text!r}")
+        raise SceneError(f"{option} must be a {kind}, got {text!r}")
     return value
 
 

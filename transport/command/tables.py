@@ -26,6 +26,8 @@ IN_WORDS = (
     "naive way",
     "effect",
     "over",
+    "measured",
+    "kind of scene",
 )  # columns that fold where the console is too narrow
 
 

@@ -104,6 +104,8 @@ def cost_of_accuracy(
     ways = _chosen_ways(scene, methods)
     read = _reader(scene, quantity)
     threads, seed = checked_threads(threads), checked_whole("seed", seed, 0, 2**32 - 1)
+    if not 0 < seconds < math.inf:
+        raise SceneError(f"cost_of_accuracy: seconds must be positive and finite, got {shown(seconds)}")
     for target in targets:
         if not 0 < target < 1:
             raise SceneError(
