@@ -94,6 +94,17 @@ def test_pilots_that_are_refused_are_told_and_not_taken(monkeypatch):
         stand_in_choice(monkeypatch, {ANALOG: None, AIMED: None}, {})
 
 
+def test_where_the_ways_that_reach_it_are_refused_a_detector_is_not_said_to_get_nothing():
+    """Analog histories find a speck of 1e-200 sr by no chance; what would aim at it refuses."""
+    speck = scene(detectors=[tp.Detector(tp.Disk(center=(0, 0, 1e100), radius=1.0), "speck")])
+    said = []
+    for estimator in ("aimed", "auto"):
+        with pytest.raises(tp.SceneError, match="seen under more than 1e-200 sr") as refusal:
+            tp.simulate(speck, particles=1000, estimator=estimator)
+        said.append(str(refusal.value))
+    assert said[0] == said[1]
+
+
 def test_a_quantity_that_a_way_cannot_read_is_a_refusal_of_that_way(monkeypatch):
     monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG, AIMED])
 

@@ -261,7 +261,7 @@ def test_the_scene_can_be_had_by_itself():
 
 # ---- refusals ----
 
-DISK = tp.Disk(radius=1)
+DISK, BALL = tp.Disk(radius=1), tp.Sphere(radius=1)
 
 
 @pytest.mark.parametrize(
@@ -283,6 +283,12 @@ DISK = tp.Disk(radius=1)
         ({"a": DISK, "b": tp.Disk(radius=0.5)}, "'a' and Surface 'b' overlap"),
         ({"a": DISK, "b": disks(1, 1, 1)[1], "blockers": [DISK]}, r"overlap on one plane"),
         ({"a": DISK, "b": disks(1, 1, 1)[1], "particles": 0}, "particles must be"),
+        (
+            {"a": BALL, "b": tp.Sphere(radius=1.1)},
+            "side_b must be 'back' where a lies inside b.*write side_b",
+        ),
+        ({"a": tp.Box(size=4), "b": BALL}, "side_a must be 'back' where b lies inside a"),
+        ({"a": DISK, "b": tp.Sphere(radius=3)}, "side_b must be 'back'"),
     ],
 )
 def test_what_has_no_answer_is_refused(arguments, words):

@@ -1,5 +1,6 @@
 """How a run ends: by particles, error, seconds or Ctrl-C; what it refuses; what it says while it runs."""
 
+import re
 import signal
 import threading
 import time
@@ -79,7 +80,7 @@ def test_ctrl_c_returns_what_is_done():
     assert "INCOMPLETE" in result.report()
 
 
-def test_ctrl_c_within_the_first_batch_stops_at_once():
+def test_ctrl_c_within_the_first_batch_stops_at_once_and_says_how_to_have_shorter_ones():
     walls = [
         tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in tp.Box(size=2.0).faces().items()
     ]
@@ -87,9 +88,15 @@ def test_ctrl_c_within_the_first_batch_stops_at_once():
     tp.simulate(bright, particles=10)
     threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()
     begun = time.perf_counter()
-    with pytest.raises(KeyboardInterrupt):
-        tp.simulate(bright, particles=2 * 10**5, batches=2, seed=1)
+    with pytest.raises(KeyboardInterrupt) as interruption:
+        tp.simulate(bright, particles=10**7, batches=2, seed=1, threads=1)
     assert time.perf_counter() - begun < 2
+    said = str(interruption.value)
+    takes, unit, more = re.search(
+        r"of 5000000 particles.*takes about ([\d.]+) (\w+).*batches=(\d+)", said
+    ).groups()
+    seconds = float(takes) * {"s": 1, "min": 60, "hours": 3600}[unit]
+    assert 2 * seconds / int(more) == pytest.approx(1, rel=0.02) or int(more) == 4096
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from transport.bodies.solids import holds, is_within
 from transport.detectors import Detector
 from transport.emissions import Lambertian
 from transport.materials import Black, Surface
 from transport.results import Result
 from transport.results.estimates import Estimate
 from transport.scene import Scene
-from transport.shapes import Cloud, FlatShape, Point, Shape, Sphere
+from transport.shapes import Box, Cloud, FlatShape, Point, Shape, Sphere
 from transport.sheets import are_on_one_support
 from transport.sides import IS_BACK
 from transport.simulate import simulate
@@ -46,7 +47,7 @@ def view_factor(
     give ten digits in milliseconds, where counting needs a hundred times the particles for one more.  Its
     worth is obstacles, meshes and shapes without a formula, and an error bar.  Calls with the same `seed` share their
     random numbers: give each its own where you add factors up, lest their errors be correlated.  Raises SceneError for what has
-    no area, and for shapes that overlap.
+    no area, for shapes that overlap, and for the outside of a ball or box round the other shape, which it cannot see.
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")
     return counted_view_factor(simulate(scene, particles=particles, seed=seed))
@@ -102,7 +103,10 @@ def view_factor_scene(
     aim = shapes[end] if _is_far(shapes[start], shapes[end]) else None
     place, looked_at = (name if name in surfaces else "a" for name in (start, end))
     source = Source(place, Lambertian(power=1.0), aim=aim, side=sides[start])
-    return Scene(source, surfaces.values(), Detector(looked_at, "arrived", side=sides[end]))
+    scene = Scene(source, surfaces.values(), Detector(looked_at, "arrived", side=sides[end]))
+    _check_sight(caller, a, b, side_a, "side_a", "b lies inside a")
+    _check_sight(caller, b, a, side_b, "side_b", "a lies inside b")
+    return scene
 
 
 def counted_view_factor(result: Result) -> Estimate:
@@ -145,6 +149,24 @@ def _check_shape(caller: str, name: str, shape: object) -> None:
         raise SceneError(
             f"{must}, and of finite area, got {shown(shape)}; exchange a and b, A_a F_ab = A_b F_ba"
         )
+
+
+def _check_sight(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
+    """Refuse the outside of a ball or box about the other shape: what they exchange is nothing, and surely not meant."""
+    if not IS_BACK[side] and shell != other and _surrounds(shell, other):
+        raise SceneError(
+            f"{caller}: {name} must be 'back' where {why}, got {shown(side)}, its outside; write {name}='back'"
+        )
+
+
+def _surrounds(shell: Shape, other: Shape) -> bool:
+    """Whether all of a shape surely lies inside a ball or a box."""
+    if not (isinstance(shell, Sphere | Box) and shell.is_closed) or other.is_infinite:
+        return False
+    if isinstance(other, Sphere | Box):
+        return is_within(other, shell)
+    corners = np.array(np.meshgrid(*zip(*other.bounds, strict=True))).reshape(3, -1).T
+    return bool(holds(shell, corners).all())
 
 
 def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:

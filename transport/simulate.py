@@ -35,7 +35,7 @@ def simulate(
     particles: histories to emit, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
     are powers of two: up to twice as many, result.particles says how many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
     seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
-    done so far, labelled incomplete.  The same seed gives bitwise the same result for any number of threads.
+    done so far, labelled incomplete, and before the first one raises KeyboardInterrupt, which says how long a batch takes.  The same seed gives bitwise the same result for any number of threads.
     tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
     says which, and what of it had nothing to do).
     estimator, sampling: see transport.estimators.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
@@ -67,7 +67,7 @@ def simulate(
         run = Run(scene, machine, seed, limits, threads, bar)
         run.go()
     if not run.batches:
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt(run.why_nothing())
     done = time.perf_counter()
     cost = Cost(
         seconds=done - ready,

@@ -27,6 +27,8 @@ GRAZING_CUT = (
     1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
 )
 
+COUNT_BITS = 36  # of a row's number of scores; above them is what grazes it (engine/grazing.py)
+
 # The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts, of BORN: the bits of the heaviest birth towards an aim); the absorbed weight follows, a row for each surface, then one for each row of MEDIA.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 

@@ -20,7 +20,8 @@ from transport.compile.phase_tables import SEGMENT
 from transport.engine.addresses import add_to_row, view
 from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs
+from transport.engine.sums import limbs, salt_of
+from transport.engine.thinning import is_thin, thinned
 from transport.physics.device import device
 from transport.physics.directions import either, sample_isotropic
 from transport.physics.elementary import exp_negative
@@ -94,6 +95,12 @@ def collide(b, table, first, live):
 @lane_pass(NO_TABLE)
 def attenuate(b, table, first, live):
     """Absorption along the way lessens the weight; what is lost, as a difference of exact sums, is the medium's."""
+    any_thin = 0
+    for k in range(first, live):
+        any_thin |= 1 if is_thin(b.sigma_a[k] * (b.distance[k] - b.start[k])) else 0
+    if any_thin != 0:
+        attenuate_thinly(b, first, live)
+        return live
     for k in range(first, live):
         way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
         depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
@@ -103,6 +110,21 @@ def attenuate(b, table, first, live):
         b.high[k], b.low[k] = high - left_high, low - left_low
         b.weight[k] = after
     return live
+
+
+@device
+def attenuate_thinly(b, first, live):
+    """The same where some ways are so thin that the digits of a weight do not tell what is lost on them."""
+    salt = salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
+        depth = sigma_a * way if (b.flies[k] != 0) & (sigma_a > 0.0) else 0.0
+        fair = is_thin(depth) and before != 0.0
+        after = thinned(before, depth, salt + b.history[k]) if fair else before * exp_negative(-depth)
+        high, low = limbs(before)
+        left_high, left_low = limbs(after)
+        b.high[k], b.low[k] = high - left_high, low - left_low
+        b.weight[k] = after
 
 
 @lane_pass(NO_TABLE)

@@ -13,7 +13,8 @@ from transport.engine.bundle import PITCH
 from transport.engine.collisions import takes_off
 from transport.engine.ledger import enter
 from transport.engine.passes import lane_pass
-from transport.engine.sums import limbs
+from transport.engine.sums import limbs, salt_of
+from transport.engine.thinning import is_thin, thinned
 from transport.engine.voxels import cell_at, coefficients, grid_depth, pace
 from transport.engine.walks import (
     COLLIDED,
@@ -145,14 +146,16 @@ def attenuate_in_grid(b, table, first, live):
     """A grid that only absorbs lessens weights by the exact transmittance; what is lost is entered as a difference of exact sums."""
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
-    high, low = 0, 0
+    high, low, salt = 0, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         if b.flies[k] == 0 or b.medium[k] != table.medium or b.weight[k] == 0.0:
             continue
         x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
         depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, b.start[k], b.distance[k])
         before = b.weight[k]
-        after = before * exp_negative(-depth)
+        after = (
+            thinned(before, depth, salt + b.history[k]) if is_thin(depth) else before * exp_negative(-depth)
+        )
         w_high, w_low = limbs(before)
         left_high, left_low = limbs(after)
         high += w_high - left_high

@@ -18,6 +18,7 @@ from transport.compile.layout import (
     SHEET_SHIFT,
 )
 from transport.engine.addresses import add_to_row, view
+from transport.engine.grazing import balance_grazing, grazes
 from transport.engine.passes import lane_pass
 from transport.engine.sums import chance_of, fair_limbs, long_limbs, salt_of, slant
 from transport.physics.bits import bits_of
@@ -50,45 +51,51 @@ def cosine_bin(look, mu):
 @lane_pass(LAYERS)
 def bin_arrivals(b, table, first, live):
     """The cosine bin of what comes towards the meter's side."""
-    layer, salt = table.layer, salt_of(b.seed_low, b.batch)
+    layer, any_grazes, salt = table.layer, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         base = look & LOOK_BASE
         here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        any_grazes |= grazes(here, mu)
         chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
     return live
 
 
 @lane_pass(LAYERS)
 def bin_departures(b, table, first, live):
     """The cosine bin of what leaves from the meter's side."""
-    layer, half, salt = table.layer, table.half, salt_of(b.seed_low, b.batch)
+    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         base = (look & LOOK_BASE) + half
         here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        any_grazes |= grazes(here, mu)
         chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
     return live
 
 
 @lane_pass(LAYERS)
 def bin_crossings(b, table, first, live):
     """Where nothing acts, a crossing is an arrival on one side and a departure from the other."""
-    layer, half, salt = table.layer, table.half, salt_of(b.seed_low, b.batch)
+    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
         side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
         base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
         b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        any_grazes |= grazes((side != 0.0), mu)
         chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
         b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
         b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
     return live
 
 
@@ -102,6 +109,7 @@ def score(b, table, first, live):
     for j in range(n):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    balance_grazing(b, first, live)
     return live
 
 
@@ -110,6 +118,7 @@ def score_all(b, table, first, live):
     """The same where nearly every lane has a bin; row 0 takes the others and is nobody's."""
     for k in range(first, live):
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    balance_grazing(b, first, live)
     return live
 
 

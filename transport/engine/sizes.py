@@ -8,6 +8,7 @@ from numba import uint64
 
 from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
 from transport.engine.addresses import add_to_row, view
+from transport.engine.grazing import balance_grazing
 from transport.engine.passes import lane_pass
 from transport.physics.bits import bits_of
 from transport.physics.device import device
@@ -34,6 +35,7 @@ def score_and_size(b, table, first, live):
         k = uint64(b.listed[j])
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
         sizes[uint64(numbers[uint64(b.home[k])] + cell_of_size(b.weight[k]))] += one
+    balance_grazing(b, first, live)
     return live
 
 
@@ -44,6 +46,7 @@ def score_all_and_size(b, table, first, live):
     if b.batch & table.resting != 0:
         for k in range(first, live):
             add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+        balance_grazing(b, first, live)
         return live
     for k in range(first, live):
         cell = numbers[uint64(b.home[k])] + cell_of_size(b.weight[k])
@@ -51,4 +54,5 @@ def score_all_and_size(b, table, first, live):
     for k in range(first, live):  # one loop for both, which wait for memory side by side
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
         sizes[uint64(b.listed[k])] += 1
+    balance_grazing(b, first, live)
     return live

@@ -139,9 +139,10 @@ def _pilot(method: Method, targets: Mapping[str, float], run: Callable, clock: C
 
 
 def _settled(pilots: list[Pilot]) -> list[Pilot]:
-    """The pilots, if any of them could be run."""
-    if all(pilot.note for pilot in pilots):
-        raise SceneError(pilots[0].note)
+    """The pilots, if any of them tells something: where all that could be run scored nothing, the refusals of the others do."""
+    if not any(pilot.rate > 0 for pilot in pilots):
+        for refused in filter(lambda pilot: pilot.note, pilots):
+            raise SceneError(refused.note)
     return pilots
 
 

@@ -25,6 +25,9 @@ class Batch:
     weights: np.ndarray  # (rows,) sums
     counts: np.ndarray  # (rows,) scores
     slants: np.ndarray  # (rows,) sums of weight/|mu|
+    grazing: (
+        np.ndarray
+    )  # (meters,) crossings beyond the grazing cut: how many more in its inner half than in the outer
     born: float
     heaviest: float  # of births towards an aim
     ledger: dict[str, float]
@@ -45,6 +48,7 @@ class Batch:
             self.weights + other.weights,
             self.counts + other.counts,
             self.slants + other.slants,
+            self.grazing + other.grazing,
             self.born + other.born,
             max(self.heaviest, other.heaviest),
             {name: value + other.ledger[name] for name, value in self.ledger.items()},
@@ -81,8 +85,9 @@ def batch_of(plan: Plan, raw) -> Batch:
     return Batch(
         raw.histories,
         raw.meters[:, 0] * HIGH + raw.meters[:, 1] * LOW,
-        raw.meters[:, 2].copy(),
+        raw.meters[:, 2] & ((1 << layout.COUNT_BITS) - 1),
         raw.meters[:, 3] * SLANT,
+        _grazing(plan, raw.meters[:, 2]),
         born * LOW,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
         {name: whole[row] * LOW for name, row in rows.items()},
@@ -96,3 +101,12 @@ def batch_of(plan: Plan, raw) -> Batch:
         records_of(raw.records, raw.stride, raw.seed),
         raw.sizes,
     )
+
+
+def _grazing(plan: Plan, counts: np.ndarray) -> np.ndarray:
+    """What the upper bits of the numbers of scores tell of each meter, both sides together."""
+    firsts = [plan.bases[detector.name] for detector in plan.scene.meters]
+    if not firsts:
+        return np.zeros(0, np.int64)
+    excess = counts[: 2 * plan.half] >> layout.COUNT_BITS
+    return sum(np.add.reduceat(side, firsts) for side in excess.reshape(2, -1))

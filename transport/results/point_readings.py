@@ -11,6 +11,7 @@ from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
 from transport.results import near_walls
+from transport.results.deep_ways import why_so_deep
 from transport.results.estimates import Estimate
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
@@ -79,7 +80,8 @@ class PointReading(Quantified):
         """What to know before trusting it: it is shut in, it lies too near a wall, or a few scores carry its error."""
         position, fluence = self.detector.position, self.fluence_rate
         if self.is_blind:
-            return shut_in(self._plan, f"point detector {self.name!r}", position)
+            title, particles = f"point detector {self.name!r}", int(self._run.sizes.sum())
+            return shut_in(self._plan, title, position) or why_so_deep(self._plan, title, position, particles)
         near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
         near = near or self._unvisited
         if near or self.carriers >= FEW or not fluence.relative_error > SMALL:

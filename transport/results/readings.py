@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.detectors import Detector
+from transport.results.deep_ways import why_so_deep
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.quantified import Quantified
@@ -75,6 +76,11 @@ class Reading(Quantified):
     @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it, where a history that has not come yet would outweigh all that came."""
+        if not any(self.sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
+            particles = int(self.sums.run.sizes.sum())
+            why = why_so_deep(self._plan, f"detector {self.name!r}", self.sums.shape, particles)
+            if why:
+                return why
         return doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
 
     @cached_property
@@ -135,8 +141,8 @@ class Reading(Quantified):
         """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2]: what both directions of crossing bring.
 
         Scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 a crossing scores its expectation for a constant
-        radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971); a beam closer to grazing than
-        that is underestimated.
+        radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971); of a beam closer to grazing than
+        that it is wrong, and the result warns where such light matters.
         """
         return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 

@@ -16,6 +16,7 @@ from transport.results.backward_readings import backward_reading
 from transport.results.batches import Batch
 from transport.results.estimates import Batches, Estimate
 from transport.results.faint_sources import faint_sources
+from transport.results.grazing import doubts_of_fluence
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
 from transport.results.prices import BY_CHANCE, price_of
@@ -170,6 +171,7 @@ class Result:
         looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
         found += doubts_of(self)
+        found += doubts_of_fluence(self)
         for meter in self.scene.meters:
             if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
                 found.append(

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.bodies.contents import may_absorb
+from transport.results.deep_ways import why_so_deep
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
@@ -103,9 +104,11 @@ class VolumeReading(Quantified):
         And why nothing came, where that is sure.
         """
         title = f"volume detector {self.name!r}"
-        why = shut_in(self._plan, title, self._volume.shape) if self.is_blind else None
-        if why:
-            return why
+        if self.is_blind or not self._sums.any():
+            shape, particles = self._volume.shape, int(self._run.sizes.sum())
+            why = shut_in(self._plan, title, shape) or why_so_deep(self._plan, title, shape, particles)
+            if why:
+                return why
         cells = self._sums.sum(axis=-1)
         found = missing_survivors(
             self._plan, self._batches, self._run, cells, self._volume.shape.middle, self._way_through_cell()

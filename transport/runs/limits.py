@@ -25,6 +25,7 @@ FEWEST_FOR_ERROR = 16  # batches
 MANY_FOR_ERROR = (
     128  # batches, and up to twice as many: they know an error to 1 / sqrt(2 × 128) = 6 % or better
 )
+MOST_BATCHES = 4096
 HOPELESS = 10**7  # particles without a score, after which a run for an error ends
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
 
@@ -56,7 +57,7 @@ def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> 
     is_free = batches is None
     if is_free:
         batches = _usual_batches(method, error)
-    batches = checked_whole("batches", batches, 2, 4096)
+    batches = checked_whole("batches", batches, 2, MOST_BATCHES)
     if error and batches < FEWEST_FOR_ERROR:
         raise SceneError(
             f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches}; of fewer the run"

@@ -8,13 +8,16 @@ from itertools import chain
 
 from transport.results import Result
 from transport.results.batches import Batch
+from transport.results.report import duration_text
 from transport.runs.crew import GLANCE, Crew
-from transport.runs.limits import HOPELESS, Limits
+from transport.runs.limits import HOPELESS, MOST_BATCHES, Limits
 from transport.runs.outlook import Forecast, Outlook
 from transport.runs.progress import Progress
 from transport.runs.schedules import schedule_for
 from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
+
+SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
 
 
 @dataclass
@@ -70,6 +73,7 @@ class Run:
         first = next(sizes, None)
         if first is None:
             return False
+        self.size = first
         with closing(self.crew.work(chain([first], sizes))) as batches:
             for batch in batches:
                 if batch is not None:
@@ -94,6 +98,20 @@ class Run:
     @property
     def _elapsed(self) -> float:
         return time.perf_counter() - self.begun
+
+    def why_nothing(self) -> str:
+        """What to say of a run that was interrupted before a batch was whole: how long one takes, and how to have shorter ones."""
+        rate = (
+            self.crew.started / self._elapsed / self.threads
+        )  # histories a second of one thread, so of one batch
+        said = f"interrupted before the first batch, of {self.size} particles, was done, so nothing is known"
+        if not rate > 0:
+            return said
+        takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
+        said += f"; one takes about {duration_text(takes)} on {self.threads} at a time"
+        if not self.limits.batches < wanted or takes < 2 * SHORT:
+            return said
+        return f"{said}; batches={min(wanted, MOST_BATCHES)} makes them shorter"
 
     # ---- between legs: is it enough, and when will it be ----
 
