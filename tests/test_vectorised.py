@@ -38,6 +38,7 @@ SCALAR_PASSES = {
     "choose_part": "gathers from the surfaces, for few lanes",
     "count_phase_space": "searches among edges, for the lanes of an instant",
     "record_snapshot": "writes down the lanes of an instant",
+    "write_ways": "writes down the flights of a picture",
     "mark_visit": "gathers from the layer's rows",
     "require_visits": "gathers from the meters, for few lanes",
     "require_reflections": "gathers from the meters, for few lanes",

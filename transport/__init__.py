@@ -46,6 +46,7 @@ from transport.simulate import simulate
 from transport.sources import Source
 from transport.speeds import InverseCDF, Maxwellian, SpeedTable
 from transport.tracking import Splitting, Tracking
+from transport.tracks import Tracks, tracks
 from transport.units import (
     Unit,
     UnitError,
@@ -74,8 +75,8 @@ __all__ = [
     "Grid", "HenyeyGreenstein", "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian",
     "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
     "PointDetector", "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
-    "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Transparent",
+    "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent",
     "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "bins_against_noise", "cm", "cost_of_accuracy", "deg",
-    "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "um", "us",
+    "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
     "view_factor",
 ]  # fmt: skip

@@ -27,6 +27,7 @@ EFFECTS = {
     "speeds": ("speeds",),
     "asking what histories went through": ("histories",),
     "snapshots": ("snapshots",),
+    "tracks for a picture": ("tracks",),
     "point detectors": ("casting", "shadows", "detours"),
     "rays to detectors": ("expecting", "expected_rays", "told"),
     "histories run backwards": ("sensors",),

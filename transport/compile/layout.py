@@ -263,6 +263,10 @@ VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
 SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
 RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch snapshot"))
 
+# Ways written down for a picture: from x + start u to x + reach u, infinite where nothing is ahead.  met: whether they end at
+# a surface that acts, and not at a meter, a collision or the end of the clock.
+WAY = np.dtype(_floats("x y z ux uy uz start reach weight") + _integers("history met"))
+
 # Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
 BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
 MEDIUM = np.dtype(_floats("index"))  # 0 where it is not known

@@ -56,6 +56,7 @@ class Plan:
     snapshots: list[np.ndarray] = field(default_factory=list)
     long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
     long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
+    ways_room: int = 0  # how many ways are written down for a picture; 0: none
     volumes: list = field(default_factory=list)  # a compile.volumes.Volume for each volume detector
     volume_rows: int = 0  # of their sums, behind those of phase space
     points: list = field(default_factory=list)  # a compile.points.PointPlan for each point detector
@@ -163,7 +164,8 @@ class Plan:
     def can_escape_at_once(self) -> bool:
         """Whether what leaves to where nothing is need not fly to find that out."""
         is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
-        return is_empty and self.scatters and not self.has_clock and not self.scene.volumes
+        is_unseen = not self.scene.volumes and not self.ways_room
+        return is_empty and self.scatters and not self.has_clock and is_unseen
 
     @property
     def bounds_bodies(self) -> bool:

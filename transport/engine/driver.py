@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 from numba import config, float64, int64, njit
 
-from transport.compile.layout import ABSORBED, RECORD
+from transport.compile.layout import ABSORBED, RECORD, WAY
 from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
 from transport.engine.bank import FIELDS, ROOM
@@ -38,6 +38,8 @@ class RawSums:
     sizes: np.ndarray  # (cells,) int64: how often scores of each size came
     records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
     stride: int
+    ways: np.ndarray  # of layout.WAY, where a picture asks for them
+    walked: int  # how many there were, written down or not
     seed: int
     crossings: int
     collisions: int
@@ -54,13 +56,15 @@ class Sums:
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
         self.stride = max(1, histories * batches // wanted)
         self.bank = np.zeros((ROOM, FIELDS) if plan.splits or plan.forces else (1, 1), np.int64)
+        self.ways = np.zeros(plan.ways_room, WAY)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
         """Tell a bundle where to count."""
-        for name in ("tallies", "ledger", "moments", "sizes", "records", "bank"):
+        for name in ("tallies", "ledger", "moments", "sizes", "records", "ways", "bank"):
             bundle[name] = getattr(self, name).ctypes.data
         bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
+        bundle["ways_room"], bundle["walked"] = len(self.ways), 0
 
 
 class Stopped(Exception):
@@ -288,6 +292,8 @@ def run_batch(
         sums.sizes,
         records,
         sums.stride,
+        sums.ways[: int(bundle["walked"][0])],
+        int(bundle["walked"][0]),
         seed,
         crossings,
         int(bundle["collisions"][0]),

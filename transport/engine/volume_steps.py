@@ -1,19 +1,21 @@
-"""The steps of volume detectors, in a flight: ways before absorption on them, collisions before what they do."""
+"""The steps of volume detectors and of pictures' tracks, in a flight: ways before absorption on them, collisions before what they do."""
 
 from transport.compile import layout
-from transport.engine import sensors, volume_cells, volumes
+from transport.engine import sensors, tracks, volume_cells, volumes
 from transport.engine.registry import step
 
 
 def ways(plan):
     """Count how far each flight goes in volumes, before its end at the end of the clock and its lost weight are told."""
-    tracks = [volume for volume in plan.volumes if not volume.counts_collisions]
-    if not tracks:
+    counting = [volume for volume in plan.volumes if not volume.counts_collisions]
+    if not (counting or plan.ways_room):
         return
     yield step(volumes.reach_next_in_media if plan.has_media else volumes.reach_next)
     if plan.has_clock:
         yield _end_of_clock(plan)
-    for volume in tracks:
+    if plan.ways_room:
+        yield step(tracks.write_ways)
+    for volume in counting:
         yield step(volumes.clip_to_box if volume.is_box else volumes.clip_to_ball, volume.row)
         yield from _directions(volume)
         for row in volume.grids:

@@ -1,0 +1,96 @@
+"""Tracks are what the engine flies: the same histories, whole, without gaps, by the laws of flight."""
+
+import importlib
+import math
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.compile import compile_scene
+from transport.compile.layout import COUNT_BITS
+from transport.engine.driver import machine_of, run_batch
+from transport.engine.program import program_of
+
+COUNT = 2  # column of a row of sums
+FOG = tp.Medium(absorption=0.1, scattering=0.9, phase=tp.HenyeyGreenstein(0.75))
+BEAM = tp.Source(tp.Point(position=(0, 0, 3)), tp.Beam((0, 0, -1), power=1.0))
+
+
+def slab(thickness=2.0):
+    layer = tp.Slab(center=(0, 0, -thickness / 2), thickness=thickness)
+    top = tp.Detector(tp.Plane(), "top")
+    return tp.Scene([BEAM], [tp.Surface(layer, tp.Transparent(), inside=FOG)], [top])
+
+
+def room(**more):
+    walls = [tp.Surface(face, tp.Diffuse(0.5), name) for name, face in tp.Box(size=2.0).faces().items()]
+    return tp.Scene(
+        tp.Source("+z", tp.Lambertian(exitance=1.0), side="back"),
+        walls,
+        tp.Detector("-z", "floor", side="back"),
+        **more,
+    )
+
+
+@pytest.mark.parametrize("scene", [slab(), room(), room(duration=1e-8)], ids=["slab", "room", "with a clock"])
+def test_each_flight_begins_where_the_one_before_it_ended(scene):
+    found = tp.tracks(scene, 300, seed=1)
+    goes_on = found.histories[1:] == found.histories[:-1]
+    gaps = np.abs(found.ends(1.0)[:-1] - found.starts[1:]).max(axis=1)
+    assert gaps[goes_on].max() < 1e-14 * 4
+    assert len(np.unique(found.histories)) == 300
+    assert np.allclose(np.linalg.norm(found.directions, axis=1), 1, atol=1e-14)
+
+
+def test_they_are_the_histories_of_a_run_without_them():
+    """As many arrivals at walls as the engine counts of the same histories, and as many on the floor."""
+    plan = compile_scene(room())
+    raw = run_batch(machine_of(program_of(plan)), 7, 0, 500)
+    found = tp.tracks(room(), 500, seed=7)
+    assert np.count_nonzero(found.meets) == raw.crossings
+    arrivals = raw.meters[plan.bases["floor"] + 1, COUNT] & ((1 << COUNT_BITS) - 1)
+    assert np.count_nonzero(found.meets & (np.abs(found.ends(1.0)[:, 2] + 1) < 1e-12)) == arrivals > 50
+
+
+def test_free_paths_are_exponential():
+    found = tp.tracks(slab(1e3), 4000, seed=3)
+    first = found.lengths[
+        np.searchsorted(found.histories, np.arange(4000)) + 1
+    ]  # the second flight, in the fog
+    mean = first.mean()
+    assert abs(mean - 1 / 0.9) < 4 * (1 / 0.9) / math.sqrt(4000)
+
+
+def test_what_flies_off_has_no_end_and_is_drawn_so_far():
+    scene = tp.Scene(
+        tp.Source(tp.Sphere(radius=1.0), tp.Lambertian(radiance=1.0)),
+        (),
+        tp.Detector(tp.Sphere(radius=2.0), "shell"),
+    )
+    found = tp.tracks(scene, 50)
+    off = np.isinf(found.lengths)
+    assert off.sum() == 50
+    assert np.allclose(np.linalg.norm(found.ends(7.0) - found.starts, axis=1)[off], 7.0)
+    assert (found.ages[off] > 0).all() and (found.ages[~off] == 0).all()
+
+
+def test_room_for_flights_grows_and_none_is_lost(monkeypatch):
+    scene = room()
+    whole = tp.tracks(scene, 40, seed=2)
+    monkeypatch.setattr(importlib.import_module("transport.tracks"), "EACH", 1)
+    again = tp.tracks(scene, 40, seed=2)
+    assert np.array_equal(whole.starts, again.starts) and len(whole) > 40
+
+
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        (lambda: tp.tracks("room"), "scene must be a Scene"),
+        (lambda: tp.tracks(room(), 0), "particles"),
+        (lambda: tp.tracks(slab(), 9, tracking=tp.Tracking(forced=True)), "without splitting or forced"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(wrong, words):
+    with pytest.raises(tp.SceneError, match=words):
+        wrong()
