@@ -41,8 +41,9 @@ def test_absorption_by_chance_leaves_the_albedo_and_a_number_as_good_as_new(surv
                 assert_follows(np.histogram(left * survival, 50, (0, 1))[0], np.full(50, 0.02), FALSE_ALARM)
 
 
-def test_weights_fall_exponentially_along_the_way_and_nothing_is_lost():
-    depths = np.geomspace(1e-12, 1e3, LANES)
+@pytest.mark.parametrize("least", [1e-12, 1e-5], ids=["beside thin ways", "no thin way"])
+def test_weights_fall_exponentially_along_the_way_and_nothing_is_lost(least):
+    depths = np.geomspace(least, 1e3, LANES)
     lanes = Lanes(start=0.5, distance=0.5 + depths, sigma_a=1.0, flies=1, weight=0.8, mfp=1.0)
     way = lanes["distance"] - 0.5
     lanes.run(collisions.attenuate)

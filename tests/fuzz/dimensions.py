@@ -24,9 +24,11 @@ POWERS = {
     "energy": (1, 1),
     ("Effusive", "exitance"): (-3, 1),  # a number over area and time
     ("Maxwellian", "sigma"): (0, 0),  # a speed
+    "look_at": (1, 0),
+    **{("PhaseSpace", axis): (1, 0) for axis in "xyz"},
 }
 OF_SYMBOLS = {"m": 1, "s": 1}
-WITHOUT_AMOUNT = ("counts", "mean_")  # what does not grow with what is emitted
+WITHOUT_AMOUNT = ("counts", "mean_", "variance_", "temperature")  # what does not grow with what is emitted
 
 
 def scaled(value: object, length: float, power: float) -> object:

@@ -14,11 +14,19 @@ WARM = tp.Maxwellian(temperature=300.0, mass=4.65e-26)
 
 
 @st.composite
-def lamps(draw, surfaces: list[Surface], cell: Vector, middle: Vector, light: bool, duration: float | None):
-    """A source on one of the surfaces, on the wall of a room, or in a cell of its own."""
+def lamps(
+    draw,
+    surfaces: list[Surface],
+    cell: Vector,
+    middle: Vector,
+    light: bool,
+    duration: float | None,
+    is_broad: bool = False,
+):
+    """A source on one of the surfaces, on the wall of a room, or in a cell of its own; a broad one is of some size and shines all ways."""
     glowing = [surface for surface in surfaces if glows_well(surface)]
-    kinds = ["shape", "volume", "point"] + ["surface", "surface"] * bool(glowing)
-    kinds += ["beam"] * light
+    kinds = ["shape", "volume"] + ["point"] * (not is_broad) + ["surface", "surface"] * bool(glowing)
+    kinds += ["beam"] * (light and not is_broad)
     kind = draw(st.sampled_from(kinds))
     pulse = draw(pulses(duration)) if light else None
     if kind == "surface":

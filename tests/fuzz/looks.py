@@ -7,10 +7,11 @@ import math
 from hypothesis import strategies as st
 
 import transport as tp
-from tests.fuzz import contacts, shapes
+from tests.fuzz import contacts, pictures, shapes
+from transport.bins import DirectionCone
 from transport.materials import Surface, simple_parts
 from transport.shapes import Cone, Cylinder, Disk, FlatShape, Paraboloid, Rectangle, Shape, Sphere
-from transport.vectors import Vector
+from transport.vectors import Vector, local_frame
 
 METER = 0.4  # m
 PLACED = Disk | Rectangle | Sphere | Cylinder | Cone | Paraboloid  # shapes with coordinates
@@ -23,9 +24,12 @@ def looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector, du
     for number in range(draw(st.integers(1, 3))):
         name = f"meter {number}"
         kind = draw(st.sampled_from(["own", "own", "surface", "volume", "point"]))
+        if kind in ("own", "point") and duration is not None and draw(st.booleans()):
+            found.append(draw(pictures.pictures(middle, duration, name, light)))
+            continue
         if kind == "volume":
             found.append(draw(volumes(middle, name)))
-        elif kind == "point" and light and duration is None and _are_seen_by(surfaces):
+        elif kind == "point" and light and duration is None and are_seen_by(surfaces):
             found.append(tp.PointDetector(tuple(x + 0.01 for x in cells[0]), name))
         else:
             via = [each.name for each in found if isinstance(each, tp.Detector)]
@@ -39,8 +43,20 @@ def looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector, du
 @st.composite
 def plain_looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector) -> list:
     """Large meters without bins, a surface's, and a volume or a point."""
+    found = draw(plain_meters(surfaces, cells, middle))
+    last = draw(st.sampled_from(["volume", "point", None]))
+    if last == "point" and are_seen_by(surfaces):
+        found.append(tp.PointDetector(tuple(x + 0.01 for x in cells[1]), "point"))
+    if last == "volume":
+        found.append(tp.VolumeDetector(tp.Sphere(center=middle, radius=0.75), "volume"))
+    return found
+
+
+@st.composite
+def plain_meters(draw, surfaces: list[Surface], cells: list[Vector], middle: Vector) -> list:
+    """Large meters without bins, of their own and of surfaces."""
     normal, place = draw(shapes.directions()), cells[0]
-    found = [
+    return [
         tp.Detector(
             tp.Disk(center=place, normal=normal, radius=METER),
             "disk",
@@ -53,12 +69,6 @@ def plain_looks(draw, surfaces: list[Surface], cells: list[Vector], middle: Vect
             if not each.shape.is_infinite
         ),
     ]
-    last = draw(st.sampled_from(["volume", "point", None]))
-    if last == "point" and _are_seen_by(surfaces):
-        found.append(tp.PointDetector(tuple(x + 0.01 for x in cells[1]), "point"))
-    if last == "volume":
-        found.append(tp.VolumeDetector(tp.Sphere(center=middle, radius=0.75), "volume"))
-    return found
 
 
 @st.composite
@@ -94,8 +104,16 @@ def directions(shape: Shape) -> st.SearchStrategy:
     """Bins of direction that go with the shape, or none."""
     local = [tp.Directions(mu=4), tp.Directions(mu=3, phi=4), tp.Directions(theta=(0, 1e-3, 1.0))]
     is_plain = isinstance(shape, FlatShape) or (shape.is_closed and isinstance(shape, Sphere))
-    world = [tp.Directions(mu=4, phi=2, frame="world"), tp.Directions.cone((0, 0.6, 0.8), 0.3)]
-    return st.sampled_from([None, *local, *(world if is_plain else ())])
+    world = [tp.Directions(mu=4, phi=2, frame="world"), oblique(shape)] if is_plain else []
+    return st.sampled_from([None, *local, *world])
+
+
+def oblique(shape: Shape) -> DirectionCone:
+    """One bin about an oblique ray; on flat shapes it is cut by the horizon of either side."""
+    if not isinstance(shape, FlatShape):
+        return tp.Directions.cone((0, 0.6, 0.8), 0.3)
+    e_u, _, n = local_frame(shape.normal, None)
+    return tp.Directions.cone(tuple(u + 0.2 * m for u, m in zip(e_u, n, strict=True)), 0.3)
 
 
 def positions(shape: Shape) -> st.SearchStrategy:
@@ -105,7 +123,7 @@ def positions(shape: Shape) -> st.SearchStrategy:
     return st.sampled_from([None, None, tp.Positions(u=2, v=3), tp.Positions(v=5)])
 
 
-def _are_seen_by(surfaces: list[Surface]) -> bool:
+def are_seen_by(surfaces: list[Surface]) -> bool:
     """Whether a point detector sees by all of them."""
     parts = [part for surface in surfaces for part in simple_parts(surface.material)]
     return all(isinstance(part, tp.Black | tp.Diffuse | tp.Transparent) for part in parts)

@@ -11,24 +11,34 @@ from dataclasses import dataclass
 from hypothesis import given, settings
 
 from tests.fuzz.agreements import check_furnace, check_ways
+from tests.fuzz.gases import check_gas, gases
+from tests.fuzz.lefts import check_left
 from tests.fuzz.properties import check, check_or_refused
 from tests.fuzz.rooms import furnaces
-from tests.fuzz.worlds import World, bright_worlds, worlds
+from tests.fuzz.views import seen_worlds
+from tests.fuzz.worlds import World, bright_worlds, clocked_worlds, worlds
 
 BYTES = 8192  # of random numbers, of which a scene is drawn
 FAMILIES = {
+    "views": (seen_worlds(), check),
     "worlds": (worlds(), check),
     "furnaces": (furnaces(), check_furnace),
+    "gases": (gases(), check_gas),
+    "clocks": (clocked_worlds(), check_left),
     "ways": (bright_worlds(), check_ways),
 }
-TURNS = ("worlds",) * 7 + ("furnaces",) * 2 + ("ways",)  # which family a number belongs to, in turn
+TURNS = (  # which family a number belongs to, in turn
+    *("worlds", "views", "worlds", "furnaces", "worlds", "gases", "worlds", "views", "worlds", "ways"),
+    *("worlds", "furnaces", "worlds", "clocks", "worlds", "views", "worlds", "furnaces", "worlds", "ways"),
+)
 
 
 @dataclass(frozen=True)
 class Outcome:
     """What came of one scene.
 
-    refused: its message, if it was;  failed: what did not hold, if anything;  snippet: the scene as Python, of a failure.
+    refused: its message, if it was;  failed: what did not hold, if anything;  slow: how long it was waited for in vain, in
+    words, of a scene that is neither right nor wrong then;  snippet: the scene as Python, of a failure.
     """
 
     number: int
@@ -36,6 +46,7 @@ class Outcome:
     checks: int = 0
     refused: str = ""
     failed: str = ""
+    slow: str = ""
     snippet: str = ""
     seconds: float = 0.0
 

@@ -9,13 +9,21 @@ from collections.abc import Callable
 import numpy as np
 
 import transport as tp
+from tests.fuzz import samples
 from tests.fuzz.dimensions import factor_of
 from tests.fuzz.worlds import World
 from transport.results import Result
 from transport.results.quantities import Quantity
 
 ROUNDING = 1e-12  # of a sum over histories, against its largest part
-SIGNED = ("net_flux_density", "roulette")  # quantities that may be below zero
+SIGNED = (
+    "net_flux_density",
+    "roulette",
+    "mean_vx",
+    "mean_vy",
+    "mean_vz",
+)  # quantities that may be below zero
+MEANS = ("mean_", "variance_", "temperature", "pressure")  # of nothing, or of too few, they are not known
 OBJECT = re.compile(r"(\w+)(\[\d+\]| '[^']*')?(:| )")  # what a refusal begins with
 CURE = re.compile(r"; \w+|, (write|leave|give|let|take|make) ")
 
@@ -73,9 +81,10 @@ def numbers_are_sound(result: Result) -> None:
 def _may_be_undefined(result: Result, name: str) -> bool:
     """Means of nothing, and the radiance in bins of the world's directions that lie behind the meter."""
     detector, _, key = name.partition(".")
-    bins = getattr(result[detector].detector, "directions", None) if detector in result else None
+    look = next((look for look in result.scene.detectors if look.name == detector), None)
+    bins = getattr(look, "directions", None)
     is_world = (isinstance(bins, tp.Directions) and bins.frame == "world") or hasattr(bins, "half_angle")
-    return key.startswith("mean_") or (is_world and key.startswith(("radiance", "phase_density")))
+    return key.startswith(MEANS) or (is_world and key.startswith(("radiance", "phase_density")))
 
 
 def is_told(result: Result) -> None:
@@ -118,7 +127,14 @@ def grows_as_its_unit(one: Result, other: Result, length: float, power: float) -
         assert off <= ROUNDING * most, f"{name} in other units is off by {off / most:.3g}: {a} and {b}"
 
 
-OF_ONE_RUN = (ledger_closes, nothing_is_lost_in_silence, numbers_are_sound, is_told)
+OF_ONE_RUN = (
+    ledger_closes,
+    nothing_is_lost_in_silence,
+    numbers_are_sound,
+    is_told,
+    samples.instants_add_up,
+    samples.whole_samples_are_binned,
+)
 
 
 def check(world: World) -> list[str]:
@@ -126,10 +142,14 @@ def check(world: World) -> list[str]:
     result = run(world)
     for holds in OF_ONE_RUN:
         holds(result)
-    are_the_same(result, run(world, threads=2))
+    again = run(world, threads=2)
     length, power = (7, -9) if world.way % 2 else (-20, 30)
-    grows_as_its_unit(result, run(world.in_units(length, power)), 2.0**length, 2.0**power)
-    return [holds.__name__ for holds in (*OF_ONE_RUN, are_the_same, grows_as_its_unit)]
+    other = run(world.in_units(length, power))
+    are_the_same(result, again)
+    samples.samples_grow(result, again, 1.0, 1.0)
+    grows_as_its_unit(result, other, 2.0**length, 2.0**power)
+    samples.samples_grow(result, other, 2.0**length, 2.0**power)
+    return [holds.__name__ for holds in (*OF_ONE_RUN, are_the_same, grows_as_its_unit, samples.samples_grow)]
 
 
 def check_or_refused(world: World, look: Callable[[World], list[str]] = check) -> tuple[list[str], str]:

@@ -6,13 +6,14 @@ import numpy as np
 from hypothesis import strategies as st
 
 import transport as tp
-from tests.fuzz import shapes, stuff
+from tests.fuzz import looks, shapes, stuff, views
 from tests.fuzz.worlds import OFFSETS, ROOM, WITHIN, World, cells_about
 from transport.materials import Material, simple_parts
 from transport.shapes import Shape
 from transport.vectors import Vector
 
 DIM = 1e-6  # a share below which nothing needs to glow
+FOGGY = 0.04  # optical depth, beyond which light gets out of glass that reflects it totally
 METERED = tp.Directions(mu=2, phi=2)
 OUTLINE_OF_L = [(-1, -1), (1, -1), (1, 0.1), (0.1, 0.1), (0.1, 1), (-1, 1)]  # turning left
 
@@ -35,7 +36,27 @@ def furnaces(draw) -> World:
         meters.append(tp.Detector(draw(shapes.flat(cells.pop(), WITHIN)), "free", directions=METERED))
     parts = {"sources": tuple(sources), "surfaces": tuple(surfaces), "detectors": tuple(meters)}
     unit = draw(st.tuples(st.integers(-30, 30), st.integers(-40, 40)))
-    return World({**parts, "medium": None, "duration": None}, particles=20_000, unit=unit)
+    parts |= {"medium": None, "duration": None}
+    return World(parts, particles=20_000, unit=unit, views=draw(_views(middle, things, surfaces)))
+
+
+@st.composite
+def _views(draw, middle: Vector, things: list[tp.Surface], surfaces: list[tp.Surface]) -> tuple:
+    """A camera, a map and perhaps a point: in the room, or in what fills a thing where light finds out of it."""
+    places = [views.aside(middle), *(views.aside(each.shape.center) for each in things if _lets_out(each))]
+    found = [draw(views.views(places, f"view {k}")) for k in range(2)]
+    if looks.are_seen_by(surfaces):
+        found.append(tp.PointDetector(draw(st.sampled_from(places)), "point"))
+    return tuple(found)
+
+
+def _lets_out(thing: tp.Surface) -> bool:
+    """Whether light of the room is about the middle of a thing, and comes from there without a million reflections."""
+    if not thing.shape.is_closed:
+        return hasattr(thing.shape, "center")
+    if isinstance(thing.material, tp.Dielectric):
+        return isinstance(thing.shape, tp.Sphere) or thing.back.extinction * WITHIN > FOGGY
+    return isinstance(thing.material, tp.Transparent)
 
 
 def boxes(middle: Vector) -> st.SearchStrategy[list[Shape]]:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from transport.media.phases import PiecewiseLinear
 from transport.shapes import Mesh
 
 ALIASES = ("outside", "inside")  # of front and back
@@ -17,6 +18,8 @@ def written(value: object) -> str:
     if isinstance(value, Mesh):
         arrays = f"vertices={written(value.vertices)}, faces={written(value.faces)}"
         return f"tp.Mesh({arrays})"
+    if isinstance(value, PiecewiseLinear):
+        return written(value.values)
     if dataclasses.is_dataclass(value):
         return f"tp.{getattr(type(value), 'written', type(value).__name__)}({', '.join(_parameters(value))})"
     if isinstance(value, np.ndarray):

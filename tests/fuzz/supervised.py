@@ -1,4 +1,4 @@
-"""Scenes in a process of their own, so that one that never ends, or that kills it, is a failure like others."""
+"""Scenes in a process of their own, so that one that kills it is a failure like others, and one without an end is told as too slow."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import multiprocessing
 import signal
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 
 from tests.fuzz.numbered import TURNS, Outcome, outcome_of
 
-KILLED = "process"  # how the failure of a scene begins after which another process is needed
 PATIENCE = 60  # times the limit of processor time, that a scene may take on a busy machine
 
 
@@ -22,10 +22,10 @@ def outcomes_of(numbers: range, seed: int, limit: float) -> Iterator[Outcome]:
         worker.start()
         there.close()
         for number in numbers:
-            outcome = _received(here, number, PATIENCE * limit)
+            outcome = received(here, number, worker, PATIENCE * limit)
             yield outcome
             numbers = range(number + 1, numbers.stop)
-            if outcome.failed.startswith(KILLED):
+            if not worker.is_alive():
                 break
         worker.kill()
         worker.join()
@@ -38,11 +38,17 @@ def _work(there: Connection, numbers: range, seed: int, limit: float) -> None:
         there.send(outcome_of(number, seed))
 
 
-def _received(here: Connection, number: int, patience: float) -> Outcome:
+def received(here: Connection, number: int, worker: BaseProcess, patience: float) -> Outcome:
+    """What the worker sends of a scene within so many seconds; the worker is dead if it was nothing."""
     family = TURNS[number % len(TURNS)]
     if not here.poll(patience):
-        return Outcome(number, family, failed=f"{KILLED}: no end within {patience:g} s", seconds=patience)
+        worker.kill()
+        worker.join()
+        return Outcome(number, family, slow=f"no end within {patience:g} s", seconds=patience)
     try:
         return here.recv()
     except EOFError:
-        return Outcome(number, family, failed=f"{KILLED}: it died, or took more than its limit")
+        worker.join()
+    if worker.exitcode == -signal.SIGPROF:
+        return Outcome(number, family, slow="no end within its seconds of processor time")
+    return Outcome(number, family, failed=f"its process died, exit code {worker.exitcode}")

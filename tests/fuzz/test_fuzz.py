@@ -12,10 +12,11 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
 import transport as tp
-from tests.fuzz import agreements, properties, rooms
+from tests.fuzz import agreements, gases, lefts, properties, rooms
 from tests.fuzz.numbered import world_of
 from tests.fuzz.snippets import written
-from tests.fuzz.worlds import bright_worlds, worlds
+from tests.fuzz.views import seen_worlds
+from tests.fuzz.worlds import bright_worlds, clocked_worlds, worlds
 
 few = settings(
     derandomize=True,
@@ -38,6 +39,27 @@ def test_any_world_keeps_its_promises_or_says_why_not(world):
 @given(rooms.furnaces())
 def test_any_furnace_is_uniform(world):
     properties.check_or_refused(world, agreements.check_furnace)
+
+
+@pytest.mark.timeout(300)
+@settings(few, max_examples=6)
+@given(seen_worlds())
+def test_any_world_that_is_seen_by_cameras_keeps_its_promises(world):
+    properties.check_or_refused(world)
+
+
+@pytest.mark.timeout(300)
+@settings(few, max_examples=3)
+@given(gases.gases())
+def test_a_gas_that_nothing_changes_stays_uniform(world):
+    properties.check_or_refused(world, gases.check_gas)
+
+
+@pytest.mark.timeout(300)
+@settings(few, max_examples=3)
+@given(clocked_worlds())
+def test_what_is_alive_is_what_was_emitted_and_has_not_gone(world):
+    properties.check_or_refused(world, lefts.check_left)
 
 
 @pytest.mark.timeout(300)

@@ -8,9 +8,10 @@ from dataclasses import replace
 import pytest
 
 import transport as tp
-from tests.fuzz import agreements, properties
+from tests.fuzz import agreements, gases, lefts, properties, samples, sightings, views
+from tests.fuzz.lamps import WARM
 from tests.fuzz.rooms import METERED, ell
-from tests.fuzz.supervised import KILLED, _received
+from tests.fuzz.supervised import received
 from tests.fuzz.worlds import World
 
 
@@ -77,9 +78,10 @@ def test_walls_that_shine_three_percent_too_much_are_seen():
 
 
 def test_a_way_that_gives_five_percent_too_much_is_seen(monkeypatch):
-    sound = agreements._run
+    sound = agreements.run_of
 
-    def biased(scene, *how, **way):
+    def biased(world, *how, **way):
+        scene = world.scene() if isinstance(world, World) else world
         factor = 1.05 if way.get("estimator") == "backward" else 1.0
         sources = [
             replace(s, emission=tp.Lambertian(radiance=factor * s.emission.radiance)) for s in scene.sources
@@ -87,16 +89,104 @@ def test_a_way_that_gives_five_percent_too_much_is_seen(monkeypatch):
         return sound(replace(scene, sources=sources), *how, **way)
 
     assert len(agreements.check_ways(room())) >= 2
-    monkeypatch.setattr(agreements, "_run", biased)
+    monkeypatch.setattr(agreements, "run_of", biased)
     with pytest.raises(AssertionError, match="backward"):
         agreements.check_ways(room())
 
 
-def test_a_scene_without_an_end_is_seen():
-    here, _there = multiprocessing.Pipe(duplex=False)
-    assert _received(here, 3, patience=0.01).failed.startswith(KILLED)
+@pytest.mark.parametrize(
+    ("code", "slow", "failed"),
+    [
+        ("import time; time.sleep(100)", "no end within 0.01 s", ""),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGPROF)", "processor time", ""),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "", "exit code -9"),
+    ],
+)
+def test_a_scene_that_takes_too_long_is_slow_and_one_that_kills_its_process_has_failed(code, slow, failed):
+    here, there = multiprocessing.Pipe(duplex=False)
+    worker = multiprocessing.get_context("fork").Process(target=exec, args=(code, {}), daemon=True)
+    worker.start()
+    there.close()
+    outcome = received(here, 3, worker, patience=0.01 if "sleep" in code else 60.0)
+    assert slow in outcome.slow and failed in outcome.failed
+    assert bool(outcome.slow) != bool(outcome.failed)
 
 
 def test_the_room_in_the_shape_of_an_l_is_closed():
     mesh = ell((0.0, 0.0, 0.0), 2.0)
     assert mesh.is_closed and mesh.volume == pytest.approx(2 * (4 - 0.81))
+
+
+def test_pixels_of_cameras_and_octants_of_maps_show_the_same_directions():
+    """A fault in either's axes: what one octant shows, from a lamp in it, others show."""
+    lamp = tp.Source(tp.Sphere(center=(3.0, 2.0, 1.0), radius=0.9), tp.Lambertian(radiance=1.0))
+    far = tp.Source(tp.Sphere(center=(-3.0, -1.0, -3.0), radius=0.9), tp.Lambertian(radiance=7.0))
+    looks = (sightings.octants("map", (0.0, 0.0, 0.0)), *views.cube((0.0, 0.0, 0.0)))
+    seen = tp.simulate(tp.Scene([lamp, far], (), looks), 200_000, seed=1, progress=False)
+    flux = seen["map"].radiance * seen["map"].detector.solid_angles()
+    lit = set()
+    for octant, pixels in sightings.pixels_of_octants(seen).items():
+        parts = sum(pixels[1:], pixels[0])
+        assert len(pixels) == 3 and (flux[octant].value > 0) == (parts.value > 0), octant
+        if parts.value > 0:
+            lit.add(octant)
+            assert abs((parts - flux[octant]).z(0.0)) < 4
+            assert abs((1.5 * parts - flux[octant]).z(0.0)) > 4
+    assert lit == {(0, 0), (1, 2)}
+
+
+def test_a_camera_that_shows_too_much_is_seen_in_a_furnace(monkeypatch):
+    here = replace(
+        room(), views=(tp.Camera(name="view", position=(0.1, 0, 0), direction=(1, 0, 0), pixels=(2, 2)),)
+    )
+    assert any(name.startswith("view.radiance") for name in agreements.check_furnace(here))
+    angles = tp.Camera.solid_angles
+    monkeypatch.setattr(tp.Camera, "solid_angles", lambda self: 1.03 * angles(self))
+    with pytest.raises(AssertionError, match=r"view\.radiance"):
+        agreements.check_furnace(here)
+
+
+def gas(**changes):
+    """A box of gas, and the looks of such rooms."""
+    box = tp.Box(size=2.0)
+    looks = tuple(gases.looks_at((0.0, 0.0, 0.0), [(0.5, 0.5, 0.5)], 4e-3))
+    source = tp.Source(box, tp.Gas(density=gases.DENSITY, speed=WARM))
+    parts = {"sources": (source,), "surfaces": (tp.Surface(box, tp.Diffuse(1.0, speed=WARM), "room"),)}
+    return World({**parts, "medium": None, "detectors": looks, "duration": 4e-3, **changes}, unit=(3, -5))
+
+
+def test_walls_of_another_temperature_are_seen(monkeypatch):
+    monkeypatch.setattr(agreements, "MORE", 2)
+    gases.check_gas(gas())
+    cold = tp.Maxwellian(temperature=150.0, mass=WARM.mass)
+    walls = (tp.Surface(tp.Box(size=2.0), tp.Diffuse(1.0, speed=cold), "room"),)
+    with pytest.raises(AssertionError, match="temperature"):
+        gases.check_gas(gas(surfaces=walls))
+
+
+def test_an_instant_that_is_another_one_is_seen(monkeypatch):
+    glow = tp.Source(tp.Disk(radius=0.5), tp.Effusive(exitance=1e6, speed=500.0))
+    walls = (tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.8), "room"),)
+    world = gas(sources=(glow,), surfaces=walls)
+    assert lefts.check_left(world)
+    monkeypatch.setattr(agreements, "MORE", 4)
+    cut = lefts._cut
+    monkeypatch.setattr(lefts, "_cut", lambda world, instant: cut(world, 0.95 * instant))
+    with pytest.raises(AssertionError, match="emitted and not gone"):
+        lefts.check_left(world)
+
+
+def test_bins_that_lose_a_particle_or_look_elsewhere_are_seen():
+    scene = gas().scene()
+    result = tp.simulate(scene, particles=2000, seed=1, progress=False)
+    samples.instants_add_up(result)
+    samples.whole_samples_are_binned(result)
+    samples.samples_grow(result, result, 1.0, 1.0)
+    with pytest.raises(AssertionError, match="off by"):
+        samples.samples_grow(result, result, 2.0, 1.0)
+    result["sample"].positions[:7] += 0.5
+    with pytest.raises(AssertionError, match="of a sample of all"):
+        samples.whole_samples_are_binned(result)
+    result["sample"].histories[7] = result["sample"].histories[8]
+    with pytest.raises(AssertionError, match="twice"):
+        samples.instants_add_up(result)

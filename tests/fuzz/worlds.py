@@ -18,6 +18,8 @@ from transport.vectors import Vector
 PITCH, WITHIN = 1.0, 0.45  # of the grid [m]; the ball that holds what is in a cell
 ROOM = 2.0 * PITCH  # inner size [m]
 OFFSETS = (0.0, 0.0, 0.0, 0.1, -17.0, 1e3, 1e6)  # of the grid from the origin [m]
+MIDDLES = st.tuples(*[st.sampled_from(OFFSETS)] * 3)
+SLOW = 500.0  # m/s, of particles
 MOST_RETURNED = 0.9  # by the walls of a room, so that every history ends soon
 
 
@@ -26,7 +28,8 @@ class World:
     """What a scene is made of, and how it is run.
 
     parts: parameters of tp.Scene;  options: of tp.simulate;  way: which of the ways that the scene allows;
-    unit: powers of two by which lengths and powers are multiplied [m, W].
+    unit: powers of two by which lengths and powers are multiplied [m, W];  free: a place [m] where no body is;
+    views: what looks at it in a run of their own, that goes backwards.
     """
 
     parts: dict[str, Any]
@@ -34,6 +37,8 @@ class World:
     way: int = 0
     particles: int = 2000
     unit: tuple[int, int] = (0, 0)
+    free: Vector | None = None
+    views: tuple = ()
 
     def scene(self) -> tp.Scene:
         """The scene.  Raises SceneError where it is refused."""
@@ -42,14 +47,20 @@ class World:
     def said(self, scene: tp.Scene) -> dict[str, Any]:
         """What simulate is told beside the scene, the number of threads aside."""
         methods = methods_for(scene)
-        method = methods[self.way % len(methods)]
         options = {name: scaled(value, 2.0 ** self.unit[0], 1.0) for name, value in self.options.items()}
-        how = {"estimator": method.estimator, "sampling": method.sampling} | options
-        return how | {"particles": self.particles, "seed": 1, "batches": 8, "progress": False}
+        how = {}  # that the run is refused for, where there is no way
+        if methods:
+            method = methods[self.way % len(methods)]
+            how = {"estimator": method.estimator, "sampling": method.sampling}
+        return how | options | {"particles": self.particles, "seed": 1, "batches": 8, "progress": False}
 
     def in_units(self, length: int, power: int) -> World:
         """The same with lengths and powers multiplied by these powers of two."""
         return dataclasses.replace(self, unit=(self.unit[0] + length, self.unit[1] + power))
+
+    def with_detectors(self, *detectors) -> World:
+        """The same, looked at by these alone."""
+        return dataclasses.replace(self, parts=self.parts | {"detectors": detectors})
 
     def __repr__(self) -> str:
         try:
@@ -67,27 +78,40 @@ def worlds(draw) -> World:
     light = draw(st.sampled_from([True] * 4 + [False]))
     clock = draw(st.sampled_from([False] * 3 + [True])) or not light
     duration = draw(st.sampled_from([0.01, 1.0, 8.0])) * ROOM / tp.speed_of_light if clock else None
-    middle = tuple(draw(st.sampled_from(OFFSETS)) for _ in range(3))
-    cells, medium, surfaces = draw(_matter(middle, light))
+    middle = draw(MIDDLES)
+    cells, medium, surfaces = draw(matter(middle, light))
     lamp = lamps.lamps(surfaces, cells.pop(), middle, light, duration)
     sources = draw(st.lists(lamp, min_size=1, max_size=2))
     detectors = draw(looks.looks(surfaces, cells, middle, duration, light))
     options = {} if clock else draw(_tracking(middle))
-    return draw(_world(sources, surfaces, detectors, medium, duration, options))
+    return draw(assembled(sources, surfaces, detectors, medium, duration, options))
+
+
+@st.composite
+def clocked_worlds(draw) -> World:
+    """A world in which a clock runs, of light or particles, without detectors."""
+    light = draw(st.booleans())
+    middle = draw(MIDDLES)
+    duration = draw(st.sampled_from([0.5, 1.0, 8.0])) * ROOM / (tp.speed_of_light if light else SLOW)
+    cells, medium, surfaces = draw(matter(middle, light))
+    lamp = lamps.lamps(surfaces, cells.pop(), middle, light, duration)
+    sources = draw(st.lists(lamp, min_size=1, max_size=2))
+    return draw(assembled(sources, surfaces, (), medium, duration))
 
 
 @st.composite
 def bright_worlds(draw) -> World:
     """A steady world of light, lit widely and metered plainly, so that several ways lead to good estimates."""
     middle = (0.1, 0.0, -17.0)
-    cells, medium, surfaces = draw(_matter(middle, light=True))
+    cells, medium, surfaces = draw(matter(middle, light=True))
     sources = draw(st.lists(lamps.wide_lamps(cells.pop()), min_size=1, max_size=2))
     detectors = draw(looks.plain_looks(surfaces, cells, middle))
-    return draw(_world(sources, surfaces, detectors, medium))
+    world = draw(assembled(sources, surfaces, detectors, medium))
+    return dataclasses.replace(world, free=cells[0])
 
 
 @st.composite
-def _matter(draw, middle: Vector, light: bool) -> tuple[list[Vector], tp.Medium | None, list[tp.Surface]]:
+def matter(draw, middle: Vector, light: bool) -> tuple[list[Vector], tp.Medium | None, list[tp.Surface]]:
     """The cells that are left, what fills the space between, and the room and the things in it."""
     cells = draw(st.permutations(cells_about(middle)))
     things = [draw(_thing(cells.pop(), light, k)) for k in range(draw(st.integers(0, 3)))]
@@ -98,7 +122,7 @@ def _matter(draw, middle: Vector, light: bool) -> tuple[list[Vector], tp.Medium 
 
 
 @st.composite
-def _world(draw, sources, surfaces, detectors, medium, duration=None, options=None) -> World:
+def assembled(draw, sources, surfaces, detectors, medium, duration=None, options=None) -> World:
     """These parts in some units, and some way to run them."""
     parts = {"sources": tuple(sources), "surfaces": tuple(surfaces), "detectors": tuple(detectors)}
     parts |= {"medium": medium, "duration": duration}
@@ -155,7 +179,7 @@ def _thing(draw, place: Vector, light: bool, number: int) -> tp.Surface:
     filling = draw(st.sampled_from([None, "clear", "turbid"]))
     if filling is None:
         return tp.Surface(shape, tp.Dielectric(index), name)
-    turbid = draw(stuff.media(2 * WITHIN, index)) if filling == "turbid" else tp.Medium(index=index)
+    turbid = draw(stuff.turbid(2 * WITHIN, index)) if filling == "turbid" else tp.Medium(index=index)
     return tp.Surface(shape, tp.Dielectric(index), name, inside=turbid)
 
 
