@@ -69,3 +69,9 @@ def test_even_light_from_the_horizon_is_not():
     found, reading = warnings_of(lamp, particles=1_000_000)
     assert not found
     assert reading.fluence_rate.value / (reading.flux_in.value + reading.flux_out.value) * DISK.area > 200
+
+
+def test_of_one_batch_nothing_is_sure():
+    """An interrupted run may have one; its spread is 0/0."""
+    assert not _is_sure(np.array([1000.0]))
+    assert _is_sure(np.array([1000.0, 1000.0]))

@@ -65,14 +65,20 @@ def fill_media(plan: Plan) -> None:
 
 
 def _check_density(plan: Plan, medium) -> None:
-    """Collisions keep clear of surfaces by a rounding of the scene's size: next to that a free path must be long."""
-    if not _scatters(medium):
+    """Collisions keep clear of surfaces by a rounding of the scene's size: next to that a free path must be long.
+
+    So must it where ways are measured: of what only absorbs the ledger knows all, a VolumeDetector the length of the way.
+    """
+    if not (_scatters(medium) or (plan.scene.volumes and np.any(medium.absorption))):
         return
     path, size = 1.0 / float(np.max(medium.extinction)), plan.space.size
     if path < THINNEST * size:
+        cure = "bring what is far away nearer, as a Disk that shines as the far lamp does"
+        if not _scatters(medium):
+            cure += ", let it absorb less, which is as black, or leave out the VolumeDetectors"
         raise SceneError(
             f"{type(medium).__name__}: mean free paths must be above {THINNEST * size:.2g} m in a scene of {size:.2g} m, got"
-            f" {path:.2g} m; bring what is far away nearer, as a Disk that shines as the far lamp does"
+            f" {path:.2g} m; {cure}"
         )
 
 

@@ -63,5 +63,7 @@ def grazing_share(sums: MeterSums, number: int) -> float:
 
 def _is_sure(excess: np.ndarray) -> bool:
     """Whether batches agree that the mean is not zero: a history may graze many times, and its batch alone tells then."""
+    if len(excess) < 2:  # of a run that was interrupted: nothing to compare
+        return False
     limit = student_quantile(1 - CHANCE / 2, len(excess) - 1) * excess.std(ddof=1) / math.sqrt(len(excess))
     return abs(excess.mean()) > limit

@@ -1,0 +1,34 @@
+"""Files of passes are read by one thread, once; others that look at the same moment wait until it is done."""
+
+import sys
+from threading import Barrier, Thread
+
+from transport.engine import families
+
+SLOW = """
+import time
+ready = False
+time.sleep(0.05)
+ready = True
+"""
+
+
+def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path, monkeypatch):
+    """As users' threads do that each begin a run: seven of eight raised "has no attribute 'begin'"."""
+    file = tmp_path / "slow_family.py"
+    file.write_text(SLOW, encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "transport.engine.slow_family", None)
+    module, at_once, seen = families._unread(file), Barrier(4), []
+    assert type(module) is families.Unread
+
+    def look():
+        at_once.wait()
+        seen.append(getattr(module, "ready", None))
+
+    threads = [Thread(target=look) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert seen == [True] * 4
+    assert type(module).__name__ == "module"
