@@ -20,7 +20,7 @@ from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, Mixture, simple_parts
-from transport.shapes import Disk, FlatShape, Shape, Sphere
+from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
 from transport.shapes.distances import least_distance, least_height
 from transport.shapes.supports import are_on_one_support
 from transport.validation import refuse, shown
@@ -139,7 +139,7 @@ def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
     """The same of collisions in media that scatter."""
     if not scatters_anywhere(plan):
         return None
-    return max(map(peak_of, plan.phase_numbers)), _nearest_collision(plan, shape)
+    return max(map(peak_of, plan.phase_numbers)), nearest_collision(plan, shape)
 
 
 def peak_of(phase) -> float:
@@ -150,14 +150,17 @@ def peak_of(phase) -> float:
     return float(np.max(phase.density(np.array([-1.0, 1.0])) if values is None else values))
 
 
-def _nearest_collision(plan: Plan, shape: Shape) -> float:
-    """How near the detector collisions can be [m]: 0 where it lies in what scatters."""
+def nearest_collision(plan: Plan, shape: Shape) -> float:
+    """How near a detector, or a point, collisions can be [m]: 0 where it lies in what scatters."""
     rows = np.flatnonzero(plan.media["phase"] != 0).tolist()
     bits = int(body_bits_around(plan.scene, np.array([shape.middle]))[0])
     if 0 in rows or any(bits >> (row - 1) & 1 for row in rows):
         return 0.0
     bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
-    return min(_gap(plan.scene.surfaces[number].shape, shape) for number in bounds)
+    shapes = [plan.scene.surfaces[number].shape for number in sorted(bounds)]
+    if isinstance(shape, Point):
+        return min(least_distance(bound, shape.position) for bound in shapes)
+    return min(_gap(bound, shape) for bound in shapes)
 
 
 def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:

@@ -13,6 +13,7 @@ from transport.points import PointDetector
 from transport.results import near_walls
 from transport.results.deep_ways import why_so_deep
 from transport.results.estimates import Estimate
+from transport.results.peaked import doubt_of_forward_point
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
@@ -83,7 +84,7 @@ class PointReading(Quantified):
             title, particles = f"point detector {self.name!r}", int(self._run.sizes.sum())
             return shut_in(self._plan, title, position) or why_so_deep(self._plan, title, position, particles)
         near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
-        near = near or self._unvisited
+        near = near or self._unvisited or self._peaked
         if near or self.carriers >= FEW or not fluence.relative_error > SMALL:
             return near
         return (
@@ -97,6 +98,12 @@ class PointReading(Quantified):
         title, error = f"point detector {self.name!r}", float(np.nan_to_num(self.fluence_rate.error))
         place, light = self.detector.position, self.fluence_rate.value / 4
         return unvisited_wall(self._plan, self._batches, title, place, 0.0, light, error)
+
+    @property
+    def _peaked(self) -> str | None:
+        """Light scattered sharply forward, of which hardly any has come."""
+        error, particles = float(np.nan_to_num(self.fluence_rate.error)), int(self._run.sizes.sum())
+        return doubt_of_forward_point(self._plan, self.name, self.detector.position, error, particles)
 
     @property
     def _is_sure(self) -> bool:

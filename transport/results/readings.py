@@ -16,6 +16,7 @@ from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
+from transport.results.peaked import doubt_of_forward_rays
 from transport.results.quantified import Quantified
 from transport.results.solid_angles import solid_angles_of
 from transport.results.survivors import doubt_of_meter
@@ -81,7 +82,8 @@ class Reading(Quantified):
             why = why_so_deep(self._plan, f"detector {self.name!r}", self.sums.shape, particles)
             if why:
                 return why
-        return doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
+        doubt = doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
+        return doubt or doubt_of_forward_rays(self.sums, self.flux_in)
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:
