@@ -11,6 +11,16 @@ from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLI
 # so that two workers end together.
 FIRST = ("test_vectorised.py", "test_sims.py", "test_plain_python.py", "test_fuzz.py", "test_error_bars.py")
 
+APPROX = pytest.approx
+
+
+def approx(expected, rel=None, abs=None, nan_ok=False):
+    """pytest.approx without the absolute tolerance of 1e-12 that it adds to a relative one: what is tiny must agree as well."""
+    return APPROX(expected, rel, 0.0 if rel is not None and abs is None else abs, nan_ok)
+
+
+pytest.approx = approx
+
 
 def pytest_configure(config):
     if hasattr(config.option, "loadscopereorder"):  # of pytest-xdist: by the number of tests in a file
