@@ -39,6 +39,8 @@ def test_what_leaves_the_range_is_refused():
     strong = tp.Source(tp.Point(), tp.Isotropic(power=1.5e308))
     with pytest.raises(tp.SceneError, match="power of all sources together"):
         tp.simulate(tp.Scene(sources=[strong, strong]), particles=10)
+    with pytest.raises(tp.SceneError, match="power of all sources together"):
+        tp.simulate(disks(1.0, 5e-324), particles=10)
     fast = tp.Source(tp.Point(), tp.Isotropic(power=1.0, speed=1e300))
     with pytest.raises(tp.SceneError, match="speed must cross"):
         tp.simulate(tp.Scene(sources=[fast], duration=1e100), particles=10)

@@ -1,6 +1,5 @@
 """A scene becomes a plan: tables in scene lengths for just the steps that it calls for.  No Numba here."""
 
-import math
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -40,6 +39,7 @@ from transport.tracking import Tracking
 from transport.validation import SceneError, shown
 
 CLEARANCE = 2.0**-48  # [scene lengths] of a point from a surface that cuts or touches its own
+FAINTEST, BRIGHTEST = 1e-300, 1e300  # of all sources, in W or particles: their sums stay normal numbers
 MOST_MARKS = 62  # bits of a history
 
 
@@ -67,9 +67,11 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
     plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
-    if not 0 < sum(emitter.bound for emitter in plan.emitters) < math.inf:
+    power = sum(emitter.bound for emitter in plan.emitters)
+    if not FAINTEST <= power <= BRIGHTEST:
+        must = f"must be between {FAINTEST:g} and {BRIGHTEST:g}"
         raise SceneError(
-            "Scene: the power of all sources together must be a finite number; use a larger unit"
+            f"Scene: the power of all sources together {must}, got {power:.3g}; use another unit"
         )
     if len(sheets) >= 1 << 15:
         raise SceneError(
