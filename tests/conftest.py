@@ -7,9 +7,10 @@ import pytest
 from tests import one_thread  # noqa: F401
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
-# The first looks at the machine code of all passes while it compiles them, for all others; then what takes longest,
-# so that two workers end together.
-FIRST = ("test_vectorised.py", "test_sims.py", "test_plain_python.py", "test_fuzz.py", "test_error_bars.py")
+# The first compiles all passes and looks at their machine code, while the second, beside it, needs next to none of them; then
+# what takes longest, so that two workers end together.
+FIRST = ("test_vectorised.py", "test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
+
 
 APPROX = pytest.approx
 
