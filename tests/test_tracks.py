@@ -1,7 +1,11 @@
 """Tracks are what the engine flies: the same histories, whole, without gaps, by the laws of flight."""
 
 import importlib
+import json
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -81,6 +85,32 @@ def test_room_for_flights_grows_and_none_is_lost(monkeypatch):
     monkeypatch.setattr(importlib.import_module("transport.tracks"), "EACH", 1)
     again = tp.tracks(scene, 40, seed=2)
     assert np.array_equal(whole.starts, again.starts) and len(whole) > 40
+
+
+PLAIN = """
+import json, transport as tp
+fog = tp.Medium(absorption=0.1, scattering=0.9)
+ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), inside=fog)
+lamp = tp.Source(tp.Point(position=(0, 0, 2)), tp.Isotropic(power=1.0))
+found = tp.tracks(tp.Scene(lamp, ball, tp.Detector(tp.Sphere(radius=3.0), "shell")), 10, seed=4)
+print(json.dumps([found.starts.tolist(), found.weights.tolist(), found.histories.tolist(), found.meets.tolist()]))
+"""
+
+
+def told(disable_jit):
+    environment = os.environ | {"NUMBA_DISABLE_JIT": disable_jit}
+    done = subprocess.run(
+        [sys.executable, "-c", PLAIN], env=environment, capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout)
+
+
+def test_plain_python_writes_down_the_same():
+    compiled, plain = told("0"), told("1")
+    assert compiled[2:] == plain[2:]
+    assert len(plain[2]) >= 10
+    assert np.allclose(compiled[0], plain[0], rtol=0, atol=1e-12)
+    assert np.allclose(compiled[1], plain[1], rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize(
