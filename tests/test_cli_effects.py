@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.own_experiments import EXPERIMENT
-from transport.command import cli, effect_report, effects
+from transport.command import effect_report, effects, measuring
 from transport.command.effect_prices import prices_of
 from transport.command.price_list import ADDITIONS, base_room
 from transport.command.treatment import Treatment
 
 
 def test_effects_tell_passes_in_order_fields_and_what_is_absent(call, monkeypatch):
-    for module in (cli, effect_report):
+    for module in (measuring, effect_report):
         monkeypatch.setattr(module, "costs_of", lambda scene: {"begin": 0.5})
     record = json.loads(call("effects", "disk.py", "--json", "--quick").output)
     assert list(record) == ["passes", "fields", "absent", "ns", "scenes"]

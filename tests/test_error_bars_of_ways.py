@@ -1,6 +1,6 @@
 """Error bars of the ways to estimate are right: over 2000 seeds z follows Student's t of batches - 1.
 
-One way of each kind; all ways on all cost scenes: `python -m tests.bench.error_bars` (its results are in README.md).
+One way of each kind; all ways on all cost scenes: `python -m tests.bench.error_bars` (its results are in the guide on cost).
 """
 
 from concurrent.futures import ProcessPoolExecutor

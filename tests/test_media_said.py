@@ -1,9 +1,8 @@
-"""What the README's section on media, docstrings and messages say of layers, glass, points and events, done."""
+"""What the guides on media and surfaces, docstrings and messages say of layers, glass, points and events, done."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,13 +10,16 @@ import pytest
 import transport as tp
 from tests.test_asked import LAMP, refusal, run
 from transport.bodies.listing import MOST_BODIES
+from transport.command.site import GUIDES
 
-README = " ".join((Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8").split())
+SAID = " ".join(
+    " ".join((GUIDES / name).read_text(encoding="utf-8").split()) for name in ("media.md", "surfaces.md")
+)
 
 
 @pytest.mark.parametrize("is_empty_below", [True, False])
 def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
-    """As the README says it: what lies below the last plane is inside of the first one's body."""
+    """As the guide says it: what lies below the last plane is inside of the first one's body."""
     media = [None, *(tp.Medium(absorption=1.0, index=index) for index in (1.5, 1.37, 1.44))]
     media.append(tp.Vacuum() if is_empty_below else None)
     indices = [1, 1.5, 1.37, 1.44, 1]
@@ -31,15 +33,15 @@ def test_layers_of_unlike_index_end_in_a_vacuum_that_is_named(is_empty_below):
         for z in range(4)
     ]
     beam = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
-    assert "below the last one say `back=Vacuum()`" in README
+    assert "below the last one say `back=Vacuum()`" in SAID
     if is_empty_below:
         assert run(tp.Scene(beam, planes)).ledger["lost"].value == 0
     else:
         assert "write back=Vacuum()" in refusal(lambda: tp.Scene(beam, planes))
 
 
-def test_the_readme_tells_the_most_bodies_and_what_to_do_with_more():
-    assert f"At most {MOST_BODIES} bodies" in README
+def test_the_guide_tells_the_most_bodies_and_what_to_do_with_more():
+    assert f"At most {MOST_BODIES} bodies" in SAID
     layers = [
         tp.Surface(tp.Slab(center=(0, 0, -z), thickness=1), tp.Transparent(), inside=tp.Medium(0.1 * z))
         for z in range(1, MOST_BODIES + 2)
@@ -53,7 +55,7 @@ def test_the_readme_tells_the_most_bodies_and_what_to_do_with_more():
 
 def test_glass_with_a_clock_needs_its_medium():
     """Two metres of index 1.5 on four of way: all that comes straight through arrives at 5 m / c."""
-    assert "With a clock a `Dielectric` needs its medium" in README
+    assert "With a clock a `Dielectric` needs its medium" in SAID
     slab, glass = tp.Slab(center=(0, 0, -1), thickness=2.0), tp.Dielectric(1.5)
     flash = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), energy=1.0), pulse=tp.Instant(0.0))
     metre = 1 / 299792458.0  # [s]

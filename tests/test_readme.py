@@ -1,30 +1,147 @@
-"""The README's experiments, run as they stand, print what the README says."""
+"""The README and the guides: their experiments print what they say, their commands, links and files are there."""
+
+from __future__ import annotations
 
 import contextlib
 import io
+import re
+from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
+from transport.command.site import GUIDES, ORDER
+
 ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+PAGES = (README, *(GUIDES / f"{name}.md" for name in ORDER))
+TIMED = ("cost:", "next digit:", "price of")  # lines that tell how fast this machine is
 
 
-def test_the_readmes_experiments_print_what_it_says():
-    """Each block of Python is followed by what it prints; the first is a whole experiment in a dozen lines."""
-    blocks = (ROOT / "README.md").read_text(encoding="utf-8").split("```")
-    places = [i for i, block in enumerate(blocks) if block.startswith("python\n")]
-    assert len(places) == 5
-    first = blocks[places[0]].removeprefix("python\n")
-    assert len([line for line in first.splitlines() if line.strip()]) <= 12
-    for place in places:
-        code, said = blocks[place].removeprefix("python\n"), blocks[place + 2].removeprefix("text\n")
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(compile(code, "README.md", "exec"), {})
-        assert _without_times(printed.getvalue()) == _without_times(said)
+def fences(page):
+    """Blocks between fences: language and text, in order."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
+    return [(language, text) for language, text in blocks]
+
+
+def experiments():
+    """Each block of Python of a page, and the block after it: what it prints."""
+    for page in PAGES:
+        for (language, code), (after, said) in pairwise([*fences(page), ("", "")]):
+            if language == "python":
+                assert after == "text", f"{page.name} does not say what a block prints"
+                yield pytest.param(code, said, id=f"{page.stem}")
+
+
+@pytest.mark.parametrize(("code", "said"), list(experiments()))
+def test_an_experiment_prints_what_the_page_says(code, said):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(code, "experiment", "exec"), {})
+    assert _without_times(printed.getvalue()) == _without_times(said)
 
 
 def _without_times(text):
-    return [
+    return [line.rstrip() for line in text.strip().splitlines() if not line.strip().startswith(TIMED)]
+
+
+def test_the_first_experiment_is_a_dozen_lines_and_there_are_five_more():
+    codes = [code for page in PAGES for language, code in fences(page) if language == "python"]
+    first = next(code for language, code in fences(README) if language == "python")
+    assert len([line for line in first.splitlines() if line.strip()]) <= 12
+    assert len(codes) == 6
+
+
+def test_the_readme_is_read_in_five_minutes():
+    """Words outside of blocks and tables, at 240 a minute."""
+    text = re.sub(r"^```.*?^```$", "", README.read_text(encoding="utf-8"), flags=re.M | re.S)
+    words = [word for line in text.splitlines() if not line.startswith("|") for word in line.split()]
+    assert 400 < len(words) < 1200
+
+
+@pytest.mark.parametrize("page", [README, GUIDES / "commands.md"], ids=["README", "commands"])
+def test_the_second_command_answers_as_the_page_says(page, call):
+    """`transport run sun`: the lines of its block are among what it prints, but for times."""
+    said = next(text for language, text in fences(page) if language == "text" and text.startswith("sun\n"))
+    printed = [line.rstrip() for line in call("run", "sun", "--no-picture").output.splitlines()]
+    lines = [
         line.rstrip()
-        for line in text.strip().splitlines()
-        if not line.strip().startswith(("cost:", "next digit:", "price of"))
+        for line in said.splitlines()
+        if not line.startswith(("cost ", "next digit ", "picture "))
     ]
+    assert len(lines) > 8 and [line for line in lines if line.strip() != "..." and line not in printed] == []
+
+
+def links(page):
+    return re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
+
+
+def test_links_and_pictures_are_there():
+    missing = [
+        f"{page.name}: {link}" for page in PAGES for link in links(page) if not (page.parent / link).exists()
+    ]
+    assert missing == [] and len(links(README)) >= 15
+
+
+def test_every_guide_is_in_the_order_of_the_site():
+    assert sorted(path.stem for path in GUIDES.glob("*.md")) == sorted(ORDER)
+
+
+def test_files_that_the_pages_name_are_there():
+    named = {
+        name
+        for page in PAGES
+        for name in re.findall(r"\b(?:transport|sims|viz|tests)/[\w/]+\.(?:py|ipynb)\b", page.read_text())
+    }
+    drawn = re.findall(
+        r"(?<![\w/])engine/\w+\.py", README.read_text()
+    )  # in the picture of the order of passes
+    named.update(f"transport/{name}" for name in drawn)
+    assert len(named) > 20 and len(drawn) >= 6
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
+
+
+def commands():
+    """Every `transport ...` that the pages say, in blocks or between backticks."""
+    found = set()
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        spans = [
+            *re.findall(r"`(transport [^`]+)`", text),
+            *re.findall(r"^(?:\.venv/bin/)?(transport .+)$", text, re.M),
+        ]
+        found.update(span for span in spans if re.match(r"transport [a-z]+( |$)", span) and "..." not in span)
+    return sorted(found)
+
+
+@pytest.mark.parametrize("command", commands())
+def test_a_command_of_the_pages_is_one(command):
+    """Its names, options and values are taken; `run sun` itself is run by tests/test_sims.py and by .ci/run."""
+    from tests.test_help import parsed
+
+    parsed(command.replace(" SIM", " sun").replace(" COMMAND", " run"))
+
+
+def test_rows_of_the_table_of_laws_come_out(call):
+    """The rows of two quick experiments, run again: the same digits, and the same z."""
+    import json
+
+    text = README.read_text(encoding="utf-8")
+    table = [
+        re.split(r"(?<!\\) \| ", line.strip("| ")) for line in text.splitlines() if line.startswith("| ")
+    ]
+    rows = [row for row in table if len(row) == 6 and row[5].strip("`") in ("inverse_square", "lambert_disk")]
+    assert len(rows) == 3
+    for sim in ("inverse_square", "lambert_disk"):
+        found = json.loads(call("verify", sim, "--json").output)
+        for _, _, estimate, exact, z, by in rows:
+            if by.strip("`") == sim:
+                assert any(_agrees(row, estimate, exact, z) for row in found), (estimate, exact, z)
+
+
+def _agrees(row, estimate, exact, z):
+    from transport.results.notation import measured
+
+    unit = "" if row["unit"] == "1" else row["unit"]
+    said = row["error"] is not None and measured(row["value"], row["error"], unit, False, None).strip()
+    return said == estimate and f"{row['exact']:.7g}" == exact and f"{row['z']:.2f}" == z

@@ -1,5 +1,6 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
+from transport import namesakes  # noqa: F401  first of all
 from transport.cameras import Camera, EnvironmentMap
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
@@ -80,3 +81,11 @@ __all__ = [
     "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
     "view_factor",
 ]  # fmt: skip
+
+
+def __getattr__(name: str):
+    """Say which name was meant."""
+    from transport.validation import suggestion
+
+    cure = "" if name.startswith("_") else f"; {suggestion(name, __all__)}"
+    raise AttributeError(f"module 'transport' has no attribute {name!r}{cure}")

@@ -24,6 +24,7 @@ from transport.validation import (
     as_float,
     as_floats,
     check_one_of,
+    in_degrees,
     is_count,
     refuse,
     scene_object,
@@ -108,7 +109,9 @@ class DirectionCone:
         settle_direction(self, "axis")
         angle = as_float(self.half_angle)
         if angle is None or not 0 < angle <= PI / 2:
-            refuse(self, f"half_angle must be in (0, pi/2] rad, got {shown(self.half_angle)}")
+            refuse(
+                self, f"half_angle must be in (0, pi/2] rad, got {shown(self.half_angle)}{in_degrees(angle)}"
+            )
         store(self, half_angle=angle)
 
     def edges(self) -> dict[str, np.ndarray]:
@@ -221,7 +224,10 @@ def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
     if not isinstance(phi, tuple):
         return ranges
     if phi[-1] - phi[0] > 2 * PI * (1 + 1e-15):
-        refuse(subject, f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; take fewer")
+        refuse(
+            subject,
+            f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; take fewer{in_degrees(phi[-1] - phi[0])}",
+        )
     return ranges | {"phi": (-2 * PI, 2 * PI)}
 
 
@@ -305,12 +311,20 @@ def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[st
     return {name: edges_of(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
 
 
+def _cure_of_angles(name: str, edges: np.ndarray) -> str:
+    """The cure for edges out of range that look like degrees, as the end of a message."""
+    if name == "mu":
+        return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
+    return in_degrees(float(np.abs(edges).max())) if name in ("theta", "phi") else ""
+
+
 def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
     """Edges of bins over [lower, upper], or given ones that must lie in it, the last rounding forgiven."""
     edges = _equal_bins(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
     rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not beyond
     if edges[0] < lower - rounding or edges[-1] > upper + rounding:
-        refuse(subject, f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}")
+        must = f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}"
+        refuse(subject, must + _cure_of_angles(name, edges))
     edges = edges.clip(lower, upper)
     if not (edges[:-1] < edges[1:]).all():
         refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; take fewer")

@@ -10,6 +10,7 @@ from transport.bins import Bins, Directions, check_total
 from transport.shapes import Point
 from transport.validation import (
     as_float,
+    in_degrees,
     is_count,
     refuse,
     scene_object,
@@ -108,7 +109,10 @@ class Camera(Instrument):
     def _settle_image(self) -> None:
         angle = as_float(self.field_of_view)
         if angle is None or not 0 < angle < math.pi:
-            refuse(self, f"field_of_view must be in (0, pi) rad, got {shown(self.field_of_view)}")
+            refuse(
+                self,
+                f"field_of_view must be in (0, pi) rad, got {shown(self.field_of_view)}{in_degrees(angle)}",
+            )
         pixels = tuple(self.pixels) if isinstance(self.pixels, tuple | list) else ()
         if len(pixels) != 2 or not all(is_count(n) and 1 <= n <= MOST_PIXELS for n in pixels):
             must = f"(width, height), whole numbers from 1 to {MOST_PIXELS}"

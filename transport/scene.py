@@ -72,6 +72,11 @@ class Scene:
         """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
         return self.sources[0].emission.measured_in if self.sources else "watts"
 
+    def _repr_html_(self) -> str:
+        from transport.html.scenes import scene_html
+
+        return scene_html(self)
+
     @property
     def meters(self) -> tuple[Detector, ...]:
         """The detectors that have a shape: those made as Detector."""

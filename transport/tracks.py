@@ -40,6 +40,11 @@ class Tracks:
     def __repr__(self) -> str:
         return f"<Tracks of {len(np.unique(self.histories))} particles in {len(self)} flights>"
 
+    def _repr_html_(self) -> str:
+        from transport.html.flights import tracks_html
+
+        return tracks_html(self)
+
     def ends(self, reach: float) -> np.ndarray:
         """Where each ends, (N, 3) [m]; what flies off is drawn so far [m]."""
         lengths = np.where(np.isfinite(self.lengths), self.lengths, reach)

@@ -113,6 +113,13 @@ def shown(value: object) -> str:
     return _brief.repr(value)
 
 
+def in_degrees(angle: float | None) -> str:
+    """The cure for an angle [rad] that looks like degrees, as the end of a message; nothing for another."""
+    return (
+        f"; angles are in radians: write {angle:g} * tp.deg" if angle is not None and 1 < angle <= 360 else ""
+    )
+
+
 def is_masked(value: object) -> bool:
     """Whether an array has masked values, as files with gaps give: what lies under the mask is no number."""
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
@@ -178,17 +185,19 @@ def settle_nonnegative(subject: object, *names: str) -> None:
 
 def settle_fraction(subject: object, *names: str) -> None:
     """Each field is a number in [0, 1]."""
-    _settle_numbers(subject, names, "in [0, 1]", lambda number: 0 <= number <= 1)
+    _settle_numbers(
+        subject, names, "in [0, 1]", lambda number: 0 <= number <= 1, "; a share, of which 1 is all"
+    )
 
 
-def _settle_numbers(subject, names, must, is_right) -> None:
+def _settle_numbers(subject, names, must, is_right, cure="") -> None:
     for name in names:
         value = getattr(subject, name)
         number = as_float(value)
         if number is None:
             refuse(subject, f"{name} must be a number, {must}, got {shown(value)}")
         if not is_right(number):
-            refuse(subject, f"{name} must be {must}, got {shown(value)}")
+            refuse(subject, f"{name} must be {must}, got {shown(value)}{cure}")
         store(subject, **{name: number})
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from matplotlib.colors import LogNorm
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter
 
 from viz.style import MUTED, figure_at, with_unit
+from viz.uncertainty import ERRORS, TITLE, VALUES, error_norm, hatch, percent_of, tick_errors
 
-WORST = 1.0  # relative error at the top of its scale
+WORST = 100.0  # %, at the top of the scale of errors at the most
+WIDTH = 6.2  # inches, of an image
 DIRECTIONS = (0, 90, 180, 270, 360)  # ticks of azimuth [deg]
 
 
@@ -23,39 +26,69 @@ def seen(
 ) -> str | os.PathLike:
     """Draw `result["view"]` of a Camera or EnvironmentMap: radiance from its greatest down by so many decades, and errors.
 
-    Pixels that are darker have the darkest colour; where nothing came at all, so that no error is known, the error is
-    grey.  Returns the path; raises ValueError for an image that is dark everywhere.
+    Pixels that are darker have the darkest colour; where no error is known, as nothing came or every batch gave the same, it is
+    hatched.  Returns the path; raises ValueError for an image that is dark everywhere.
     """
     image, errors = reading.image(), reading.errors()
     top = float(np.max(image))
     if not top > 0:
         raise ValueError(f"seen: {reading.name!r} saw no light at all; run more particles")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = errors / image
-    shape = image.shape
-    width = 6.2 * min(1.0, 1.4 * shape[1] / shape[0])
-    with figure_at(path, (2 * width + 4.2, width * shape[0] / shape[1] + 2.6), title, note) as figure:
+    percent = percent_of(image, errors)
+    steepness = _steepness(reading)
+    width = WIDTH * min(1.0, 1.4 / steepness)
+    height = width * steepness + (3.8 if _is_map(reading) else 2.6)
+    with figure_at(path, (2 * width + 4.2, height), title, note) as figure:
         left, right = figure.subplots(1, 2)
         light = LogNorm(top * 10.0**-decades, top)
         dark = np.maximum(image, light.vmin)
         _picture(
-            figure, left, reading, dark, light, "inferno", with_unit("radiance", reading.radiance.unit), "min"
+            figure, left, reading, dark, light, VALUES, with_unit("radiance", reading.radiance.unit), "min"
         )
-        worst = LogNorm(max(WORST * 1e-3, float(np.nanmin(relative))), WORST)
-        _picture(figure, right, reading, relative, worst, "viridis", "relative standard error", "max")
+        worst = _error_norm(percent)
+        bar = _picture(figure, right, reading, percent, worst, ERRORS, TITLE, "both")
+        tick_errors(bar.ax.xaxis, worst)
+        if np.isnan(percent).any():
+            right.set_title("hatched: no error known", fontsize=15, color=MUTED, pad=8)
     return path
 
 
-def _picture(figure, axes, reading, values, norm, colours: str, words: str, extend: str) -> None:
+def _is_map(reading: object) -> bool:
+    """Whether it is an EnvironmentMap's, by polar angle and azimuth."""
+    return "theta" in reading.radiance.dims
+
+
+def _steepness(reading: object) -> float:
+    """Height over width of the image: of the pixels, or of the angles."""
+    if not _is_map(reading):
+        return reading.image().shape[0] / reading.image().shape[1]
+    theta, phi = reading.radiance.coords.values()
+    return float(np.ptp(theta) / np.ptp(phi))
+
+
+def _error_norm(percent: np.ndarray) -> Normalize:
+    """Two decades at the most: what a lamp fills is nearly exact, and would stretch the scale."""
+    norm = error_norm(np.clip(percent, None, WORST))
+    if isinstance(norm, LogNorm):
+        norm.vmin = max(norm.vmin, norm.vmax / 100)
+    return norm
+
+
+def _picture(figure, axes, reading, values, norm, colours: str, words: str, extend: str) -> Colorbar:
     """One image with its bar; ticks of angle on a map, none on a photograph."""
-    is_map = "theta" in reading.radiance.dims
+    is_map = _is_map(reading)
     extent = None
     if is_map:
         theta, phi = (np.degrees(edges) for edges in reading.radiance.coords.values())
         extent = (phi[0], phi[-1], theta[-1], theta[0])
-    axes.set_facecolor(MUTED)
+    if np.isnan(values).any():
+        hatch(axes)
     shown = axes.imshow(
-        values, norm=norm, cmap=colours, extent=extent, aspect="equal", interpolation="nearest"
+        np.ma.masked_invalid(values),
+        norm=norm,
+        cmap=colours,
+        extent=extent,
+        aspect="equal",
+        interpolation="nearest",
     )
     axes.grid(False)
     if is_map:
@@ -68,9 +101,9 @@ def _picture(figure, axes, reading, values, norm, colours: str, words: str, exte
     else:
         axes.set_xticks([])
         axes.set_yticks([])
-    figure.colorbar(shown, ax=axes, orientation="horizontal", extend=extend, shrink=0.9, pad=0.03).set_label(
-        words
-    )
+    bar = figure.colorbar(shown, ax=axes, orientation="horizontal", extend=extend, shrink=0.9, pad=0.03)
+    bar.set_label(words)
+    return bar
 
 
 def _degrees(angle: float, _: int) -> str:

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
-from transport.results.notation import plus_minus
-from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at, unit_label
+from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at
+from viz.wording import estimate_text
 
 FURTHEST = 6.0  # a score beyond is an arrow at the edge
 SCALES = ((1e-3, 1e2, "%"), (0.0, 1e6, "ppm"))  # from which size on, factor, name
@@ -101,10 +101,4 @@ def _draw_arrow(axes: Axes, x: float, row: int, reach: float, edge: str, face: s
 
 
 def _in_words(estimate: Estimate, exact: float) -> str:
-    if estimate.reason is None and not estimate.exact:
-        number = plus_minus(estimate.value, estimate.error).replace("-", "−")
-    else:
-        number = f"{estimate.value:.6g}".replace("-", "−")
-    tail = " (exact)" if estimate.exact else "" if estimate.reason is None else f" ({estimate.reason})"
-    unit = unit_label(estimate.unit)
-    return f"{number}{' ' if unit else ''}{unit}{tail}\nexact {exact:.7g}".replace("exact -", "exact −")
+    return f"{estimate_text(estimate)}\nexact {exact:.7g}".replace("exact -", "exact −")

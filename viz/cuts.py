@@ -14,10 +14,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from transport import EstimateArray
 from viz.directions import DirectionBins, Radiance, direction_bins
 from viz.style import HOLLOW, MARKERS, MUTED, PALETTE, POINTS, figure_at, with_unit
+from viz.uncertainty import TRUSTED
 
 FINE = 4001  # points of an analytic line: a jump looks upright
 SPREAD = 0.6  # of a bin, over which the points of several curves stand side by side
-TRUSTED = 0.25  # relative error; less certain bins do not stretch a scale
 LINE, BAND = {"lw": 2.0}, {"lw": 7.0, "alpha": 0.3}
 
 

@@ -61,12 +61,18 @@ def direction_bins(radiance: EstimateArray) -> DirectionBins:
     """
     polar = next((name for name in ("mu", "theta") if name in radiance.dims), None)
     if polar is None or not set(radiance.dims) <= {polar, "phi"}:
-        raise ValueError(f"A radiance by direction has the axes mu or theta, and phi; got {radiance.dims}")
+        cure = "of other axes take one bin, such as radiance[3]"
+        raise ValueError(
+            f"A radiance by direction has the axes mu or theta, and phi; got {radiance.dims}; {cure}"
+        )
     theta = radiance.coords[polar]
     if polar == "mu":
         theta = np.arccos(theta)
     if theta.max() > math.pi / 2 + 1e-9:
-        raise ValueError(f"A map shows one hemisphere, theta up to 90°; got {np.degrees(theta.max()):.4g}°")
+        cure = f"take the bins of one, such as radiance[..., :{np.count_nonzero(theta < 1.5707)}]"
+        raise ValueError(
+            f"A map shows one hemisphere, theta up to 90°; got {np.degrees(theta.max()):.4g}°; {cure}"
+        )
     phi = radiance.coords.get("phi", np.array([0.0, 2 * math.pi]))
     upwards = slice(None, None, 1 if theta[0] < theta[-1] else -1)
 

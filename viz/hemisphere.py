@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import Normalize
-from matplotlib.patches import Circle, Patch
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from viz.directions import DirectionBins
 from viz.style import HATCHING, INK, MUTED, PALE, outlined
+from viz.uncertainty import hatch_key
 
 FINEST = math.radians(1.5)  # longer arcs are drawn as several cells, so that they look round
 LABELLED = math.radians(56)  # azimuth at which the rings carry their angle, between the spokes
@@ -46,8 +47,9 @@ def mark_azimuth(axes: Axes, bins: DirectionBins, column: int, colour: str) -> N
 
 def explain_hatching(axes: Axes, words: str) -> None:
     """A key for the hatched bins, in the free corner below the map."""
-    key = Patch(facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, label=words)
-    axes.legend(handles=[key], loc="lower left", bbox_to_anchor=(-0.06, -0.02), handletextpad=0.5)
+    axes.legend(
+        handles=[hatch_key(words)], loc="lower left", bbox_to_anchor=(-0.06, -0.02), handletextpad=0.5
+    )
 
 
 def _furnish(axes: Axes, rim: float, spokes: bool) -> None:

@@ -115,6 +115,7 @@ def _prepare(axes: Axes, panel: Panel) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value else ""))
     axes.set_rlabel_position(76)
+    axes.tick_params(axis="x", pad=9)
     axes.tick_params(axis="y", labelsize=15, labelcolor=INK)
     angles = np.arange(0, 360, 30) if panel.is_whole else np.arange(-90, 91, 30)
     axes.set_xticks(np.radians(angles), [f"{_to_normal(angle):.0f}°" for angle in angles])

@@ -8,17 +8,26 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from transport import EstimateArray
-from viz.cuts import TRUSTED, draw_exact, draw_points, explain_exact, finish_radiance_axis
+from viz.cuts import draw_exact, draw_points, explain_exact, finish_radiance_axis
 from viz.directions import DirectionBins, Radiance, direction_bins
 from viz.hemisphere import draw_map, explain_hatching, mark_azimuth
-from viz.style import BLUE, INK, VERMILLION, figure_at, with_unit
+from viz.style import BLUE, INK, VERMILLION, axes_at, figure_at, with_unit
+from viz.uncertainty import (
+    ERRORS,
+    TITLE,
+    VALUES,
+    error_bar,
+    error_norm,
+    gap_words,
+    on_scale,
+    percent_of,
+    value_bar,
+    value_norm,
+)
 
-VALUES, ERRORS = "inferno", "cividis"  # both perceptually uniform, and unlike each other
 WIDTH, HEIGHT = 19.2, 7.7  # inches, without a title
 MAPS, BARS = ((0.55, 1.45), (6.75, 1.45)), ((1.1, 1.0), (7.3, 1.0))  # lower left corners [inches]
 MAP, BAR, CUT = (5.5, 5.5), (4.4, 0.2), (13.7, 2.6, 5.2, 4.35)
@@ -41,6 +50,7 @@ def radiance_map(
     azimuth: float = 0.0,
     steps: bool = True,
     note: str | None = None,
+    decades: float | None = None,
 ) -> str | os.PathLike:
     """Draw a radiance by direction with its relative standard error [%] and a cut; returns the path.
 
@@ -48,27 +58,25 @@ def radiance_map(
     exact: the analytic radiance, a function of arrays theta and phi [rad]; it may jump.
     azimuth: of the cut [rad], which goes on at the opposite azimuth; the bins that hold them are taken.
     steps: whether the mean of `exact` over each bin is drawn as well, which is what a bin estimates.
-    note: provenance in small type, such as particles and seed.
+    note: provenance in small type, such as particles and seed.  decades: logarithmic scales so far down from the brightest.
     Raises ValueError for other axes, and for an azimuth that is in no bin.
     """
     bins = direction_bins(radiance)
     sides = _sides(bins, azimuth)
     with figure_at(path, (WIDTH, HEIGHT + (0.7 if title else 0)), title, note, "none") as figure:
-        values, errors = (_axes_at(figure, *corner, *MAP) for corner in MAPS)
-        bars = [_axes_at(figure, *corner, *BAR) for corner in BARS]
-        _map_values(values, bars[0], bins)
+        values, errors = (axes_at(figure, *corner, *MAP) for corner in MAPS)
+        bars = [axes_at(figure, *corner, *BAR) for corner in BARS]
+        _map_values(values, bars[0], bins, decades)
         _map_errors(errors, bars[1], bins)
         for side in sides:
             if not bins.is_round:
                 mark_azimuth(values, bins, side.column, side.colour)
-        _draw_cut(_axes_at(figure, *CUT), bins, sides, exact, steps)
+        cut = axes_at(figure, *CUT)
+        top = _draw_cut(cut, bins, sides, exact, steps)
+        if decades is not None:
+            cut.set_yscale("log", nonpositive="clip")
+            cut.set_ylim(top * 10.0**-decades, 1.5 * top)
     return path
-
-
-def _axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place in inches: the panels keep their sizes, whatever their labels are."""
-    across, up = figure.get_size_inches()
-    return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def _sides(bins: DirectionBins, azimuth: float) -> list[Side]:
@@ -83,50 +91,27 @@ def _sides(bins: DirectionBins, azimuth: float) -> list[Side]:
     return sides if opposite is None else [*sides, Side(opposite, -1, BLUE, "s")]
 
 
-def _map_values(axes: Axes, below: Axes, bins: DirectionBins) -> None:
-    finite = bins.value[np.isfinite(bins.value)]
-    trusted = bins.value[bins.error <= TRUSTED * np.abs(bins.value)]
-    shown = trusted if trusted.size else finite
-    low, high = min(0.0, shown.min(initial=0.0)), shown.max(initial=0.0)
-    norm = Normalize(low, high if high > low else low + 1)
-    mesh = draw_map(axes, bins, bins.value, norm, VALUES)
+def _map_values(axes: Axes, below: Axes, bins: DirectionBins, decades: float | None) -> None:
+    norm = value_norm(bins.value, bins.error, decades)
+    mesh = draw_map(axes, bins, on_scale(bins.value, norm), norm, VALUES)
     axes.set_title(with_unit("radiance L", bins.unit))
-    beyond = finite.max(initial=0.0) > high
-    bar = axes.figure.colorbar(
-        mesh, cax=below, orientation="horizontal", extend="max" if beyond else "neither"
-    )
-    bar.ax.xaxis.set_major_locator(MaxNLocator(5))
+    value_bar(mesh, norm, bins.value, cax=below)
 
 
 def _map_errors(axes: Axes, below: Axes, bins: DirectionBins) -> None:
-    percent = _percent(bins)
-    positive = percent[percent > 0]
-    low, high = (positive.min(), positive.max()) if positive.size else (0.0, 1.0)
-    is_wide = high > 5 * low > 0
-    mesh = draw_map(axes, bins, percent, LogNorm(low, high) if is_wide else Normalize(0, high), ERRORS)
-    axes.set_title("relative standard error  [%]")
-    bar = axes.figure.colorbar(mesh, cax=below, orientation="horizontal")
-    if is_wide:
-        many = high > 1e3 * low
-        bar.ax.xaxis.set_major_locator(LogLocator(10, subs=(1,) if many else (1, 2, 5)))
-        bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        bar.ax.xaxis.set_minor_locator(NullLocator())
-    else:
-        bar.ax.xaxis.set_major_locator(MaxNLocator(5))
-    if np.isnan(percent).any():
-        explain_hatching(axes, "no score" if bins.unscored[np.isnan(percent)].all() else "not known")
-
-
-def _percent(bins: DirectionBins) -> np.ndarray:
-    """Relative standard errors [%], nan where there is none: no score, no error, or a value of 0."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        percent = np.where(bins.error == 0, 0.0, 100 * bins.error / np.abs(bins.value))
-    return np.where(np.isfinite(percent), percent, np.nan)
+    percent = percent_of(bins.value, bins.error)
+    norm = error_norm(percent)
+    mesh = draw_map(axes, bins, percent, norm, ERRORS)
+    axes.set_title(TITLE)
+    error_bar(mesh, norm, cax=below)
+    if words := gap_words(percent, bins.unscored):
+        explain_hatching(axes, words)
 
 
 def _draw_cut(
     axes: Axes, bins: DirectionBins, sides: list[Side], exact: Radiance | None, steps: bool
-) -> None:
+) -> float:
+    """Both halves as points on the exact line; returns the height that they need."""
     tops = []
     for side in sides:
         if exact is not None:
@@ -143,3 +128,4 @@ def _draw_cut(
     axes.xaxis.set_major_locator(MultipleLocator(30) if math.isclose(reach, 90) else MaxNLocator(6))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda angle, _: f"{abs(angle):g}"))
     axes.set_title("cut, points ± 2 standard errors")
+    return max(tops)

@@ -41,7 +41,7 @@ def print_menu(with_commands: bool = True) -> None:
         example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
         say("")
         say(
-            f"transport run {example}     and: list, verify, cost SIM, effects SIM, bench; --help tells their options"
+            f"transport run {example}     and: view SIM, gallery, list, verify, cost SIM, effects SIM, bench; --help tells their options"
         )
 
 

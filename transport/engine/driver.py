@@ -54,7 +54,7 @@ class Sums:
         self.moments = np.zeros((plan.long_rows, 4), np.int64)
         self.sizes = np.zeros(plan.size_cells, np.int64)
         wanted = max((snapshot.particles for snapshot in plan.scene.snapshots), default=histories)
-        self.stride = max(1, histories * batches // wanted)
+        self.stride = max(1, histories * batches // max(1, wanted))
         self.bank = np.zeros((ROOM, FIELDS) if plan.splits or plan.forces else (1, 1), np.int64)
         self.ways = np.zeros(plan.ways_room, WAY)
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
@@ -206,7 +206,7 @@ class Machine:
 
 
 def machine_of(program: Program, progress=None) -> Machine:
-    """Compile what is not compiled yet.  `progress(done, of, name)` is called before each pass."""
+    """Compile what is not compiled yet.  `progress(done, of, name)` is called before each pass, and before the driver."""
     passes = program.passes
     for done, lane_pass in enumerate(passes):
         if progress is not None:
@@ -214,13 +214,19 @@ def machine_of(program: Program, progress=None) -> Machine:
         _ = lane_pass.entry
     bounds = np.array([e.bound for e in program.plan.emitters])
     starts = np.cumsum([0, *map(len, program.births)])
-    return Machine(
+    machine = Machine(
         program,
         flow=(*_wired(program.steps), program.ready, program.inner),
         births=(*_wired(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
         sight=_wired(program.sight),
         copies=_wired(program.withdrawal),
     )
+    if not (config.DISABLE_JIT or drive.signatures):
+        if progress is not None:
+            progress(len(passes), len(passes), drive.__name__)
+        # A first run would count its compilation as its own.
+        run_batch(machine, seed=0, batch=0, histories=0)
+    return machine
 
 
 def _wired(steps):

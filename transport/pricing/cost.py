@@ -83,6 +83,11 @@ class CostOfAccuracy:
 
     __repr__ = __str__
 
+    def _repr_html_(self) -> str:
+        from transport.html.prices import prices_html
+
+        return prices_html(self)
+
 
 def cost_of_accuracy(
     scene: Scene,

@@ -56,8 +56,13 @@ def price_lines(cost: CostOfAccuracy) -> list[str]:
             for cell, width, head in zip(row, widths, heads, strict=True)
         ]
         lines.append("  ".join(cells).rstrip())
+    return [price_title(cost), *lines, *price_notes(cost)]
+
+
+def price_title(cost: CostOfAccuracy) -> str:
+    """What the prices are of, with its value."""
     value = f"{cost.truth:.7g} {cost.unit}" if isinstance(cost.truth, float) else f"{len(cost.truth)} bins"
-    return [f"cost of {cost.quantity} ({value})", *lines, *price_notes(cost)]
+    return f"cost of {cost.quantity} ({value})"
 
 
 def price_text(price: Price) -> str:

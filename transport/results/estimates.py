@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Batches", "Estimate", "EstimateArray"]
 
-_UNITS = {  # of axes; those of u and v depend on the shape
+AXIS_UNITS = {  # of axes; those of u and v depend on the shape
     "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
     "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
 }  # fmt: skip
@@ -62,6 +62,11 @@ class Estimate(Quantity):
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    def _repr_html_(self) -> str:
+        from transport.html.estimates import estimate_html
+
+        return estimate_html(self)
 
     def _in_words(self, number: str = "", sign: str = "") -> str:
         return measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
@@ -165,7 +170,7 @@ class EstimateArray(Quantity):
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
         coords = {}
         for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
-            of_axis = {"unit": _UNITS[name]} if name in _UNITS else {}
+            of_axis = {"unit": AXIS_UNITS[name]} if name in AXIS_UNITS else {}
             places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
             places = {"": edges} if len(edges) == bins else places
             coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
@@ -184,6 +189,11 @@ class EstimateArray(Quantity):
         if unknown:
             parts.append(f"error unknown in {unknown} of {self.value.size} bins")
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        from transport.html.estimates import array_html
+
+        return array_html(self)
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None

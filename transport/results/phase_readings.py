@@ -280,3 +280,8 @@ class SnapshotReading(Quantified):
 
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self)} particles at {self.time:g} s>"
+
+    def _repr_html_(self) -> str:
+        from transport.html.readings import sample_html
+
+        return sample_html(self)

@@ -24,6 +24,11 @@ class Quantified:
                 continue
         return found
 
+    def _repr_html_(self) -> str:
+        from transport.html.readings import reading_html
+
+        return reading_html(self)
+
     def __getattr__(self, name: str):
         if name.startswith("_"):
             raise AttributeError(name)

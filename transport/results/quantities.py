@@ -182,7 +182,10 @@ class Quantity:
             return NotImplemented
         if self.unit != other.unit:
             verb = "add" if sign > 0 else "subtract"
-            raise UnitError(f"Cannot {verb} quantities of unlike units: [{self.unit}] and [{other.unit}]")
+            raise UnitError(
+                f"Cannot {verb} quantities of unlike units: [{self.unit}] and [{other.unit}];"
+                f" the second lacks a factor of [{self.unit / other.unit}]"
+            )
         return _applied(lambda first, second: added(first, second, sign), self, other, self.unit)
 
     def _operand(self, other: object) -> Quantity | None:

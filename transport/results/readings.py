@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.detectors import Detector
-from transport.results.deep_ways import why_so_deep
+from transport.results.empty_meters import why_empty
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.peaked import doubt_of_forward_rays
@@ -79,8 +79,7 @@ class Reading(Quantified):
         """What to know before trusting it, where a history that has not come yet would outweigh all that came."""
         if not any(self.sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
             particles = int(self.sums.run.sizes.sum())
-            why = why_so_deep(self._plan, f"detector {self.name!r}", self.sums.shape, particles)
-            if why:
+            if why := why_empty(self._plan, self.detector, particles):
                 return why
         doubt = doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
         return doubt or doubt_of_forward_rays(self.sums, self.flux_in)

@@ -1,45 +1,52 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
+from collections.abc import Iterator
+
 from transport.cameras import Camera, Instrument
 from transport.estimators.expected import counted_as_they_come
 from transport.estimators.methods import ANALOG
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
+from transport.results.empty_meters import wrong_way
 from transport.results.estimates import Estimate
 from transport.results.prices import price_lines
+from transport.results.readings import Reading
 from transport.volumes import VolumeDetector
 
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [
-        _head(result),
+        head_of(result),
         *method_lines(result),
         *tracking_lines(result),
         "",
-        _ledger_title(result),
+        ledger_title(result),
         *(f"  {line}" for line in ledger_lines(result.ledger)),
     ]
     for detector in result.scene.detectors:
         reading = result[detector.name]
-        lines += ["", _title(detector, reading)]
+        lines += ["", title_of(detector, reading)]
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
+        if result.plan.turned is None and isinstance(reading, Reading) and (note := wrong_way(reading)):
+            lines.append(f"  {note}")
     lines += ["", *cost_lines(result)]
     warnings = result.warnings
-    lines += [f"warning: {warning}" for warning in warnings] or [_all_is_well(result)]
+    lines += [f"warning: {warning}" for warning in warnings] or [all_is_well(result)]
     return "\n".join(lines)
 
 
-def _all_is_well(result) -> str:
+def all_is_well(result) -> str:
     """What may be said of the error bars: nothing of those that are not known."""
     quantities = (q for look in result.scene.detectors for q in result[look.name].quantities.values())
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
     return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
 
 
-def _ledger_title(result) -> str:
+def ledger_title(result) -> str:
+    """What the ledger is called: of a run backwards it is of other things."""
     if result.plan.turned is None:
         return "ledger"
     return (
@@ -47,7 +54,8 @@ def _ledger_title(result) -> str:
     )
 
 
-def _title(detector, reading) -> str:
+def title_of(detector, reading) -> str:
+    """What a detector is, and its name."""
     match detector:
         case PhaseSpace(name=name):
             return f"phase space {name!r}"
@@ -64,14 +72,20 @@ def _title(detector, reading) -> str:
 
 def ledger_lines(ledger) -> list[str]:
     """Where all that was emitted went, a line an entry; what each surface absorbed, below `absorbed`."""
-    lines = []
+    return [
+        f"  {name:11s} {estimate}" if is_part else f"{name:10s} {estimate}"
+        for name, estimate, is_part in told_entries(ledger)
+    ]
+
+
+def told_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:
+    """The entries that say something: name, estimate, whether it is a part of what was absorbed."""
     for name, estimate in ledger.items():
         if _is_told(name, estimate):
-            lines.append(f"{name:10s} {estimate}")
+            yield name, estimate, False
             if name == "absorbed" and len(ledger.absorbed_by) > 1:
                 shares = {by: share for by, share in ledger.absorbed_by.items() if _is_told(by, share)}
-                lines += [f"  by {by:8s} {share}" for by, share in shares.items()]
-    return lines
+                yield from ((f"by {by}", share, True) for by, share in shares.items())
 
 
 def cost_lines(result) -> list[str]:
@@ -143,7 +157,8 @@ def tracking_lines(result) -> list[str]:
     return [f"tracking: {', '.join([how, *extras])}"]
 
 
-def _head(result) -> str:
+def head_of(result) -> str:
+    """How large the run was, and whether it was finished."""
     state = "" if result.is_complete else ", INCOMPLETE: interrupted"
     return f"{result.particles:_} particles in {len(result.run)} batches, seed {result.seed}{state}"
 

@@ -113,6 +113,14 @@ class Result:
             return PointReading(self, detector)
         return Reading(self, detector)
 
+    def __getattr__(self, name: str):
+        """Say how a detector is read."""
+        if hasattr(type(self), name):  # a property that failed: its own words
+            return object.__getattribute__(self, name)
+        is_detector = "scene" in vars(self) and name in self
+        cure = f"; a detector is read as result[{name!r}]" if is_detector else ""
+        raise AttributeError(f"Result has no attribute {name!r}{cure}")
+
     def __contains__(self, name: object) -> bool:
         return name in [detector.name for detector in self.scene.detectors]
 
@@ -216,6 +224,11 @@ class Result:
         state = "" if self.is_complete else ", incomplete"
         return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
 
+    def _repr_html_(self) -> str:
+        from transport.html.results import result_html
+
+        return result_html(self)
+
 
 def media_names(plan: Plan) -> dict[int, str]:
     """What to call the media that absorb, by their rows: after the surface whose inside they fill."""
@@ -297,6 +310,11 @@ class Ledger(Mapping):
         return "\n".join(ledger_lines(self))
 
     __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        from transport.html.results import ledger_html
+
+        return ledger_html(self)
 
     def __len__(self) -> int:
         return len(self._entries)

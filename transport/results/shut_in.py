@@ -24,8 +24,8 @@ def shut_in(plan: Plan, title: str, place: Box | Sphere | Vector) -> str | None:
         is_shell = shape.is_closed and not shape.is_infinite and not lets_through(surface.material)
         if (
             is_shell
-            and _holds(shape, place)
-            and all(_is_outside(shape, emitter.shape) for emitter in plan.emitters)
+            and holds_all(shape, place)
+            and all(is_outside(shape, emitter.shape) for emitter in plan.emitters)
         ):
             name = titled(surface, number)
             return (
@@ -35,7 +35,7 @@ def shut_in(plan: Plan, title: str, place: Box | Sphere | Vector) -> str | None:
     return None
 
 
-def _holds(shape: Shape, place: Box | Sphere | Vector) -> bool:
+def holds_all(shape: Shape, place: Box | Sphere | Vector) -> bool:
     """Whether all of a place lies in a closed shape."""
     is_point = not isinstance(place, Shape)
     if isinstance(shape, Mesh):
@@ -44,6 +44,6 @@ def _holds(shape: Shape, place: Box | Sphere | Vector) -> bool:
     return bool(holds(shape, np.array([place]))[0]) if is_point else is_within(place, shape)
 
 
-def _is_outside(shape: Shape, other: Shape) -> bool:
+def is_outside(shape: Shape, other: Shape) -> bool:
     """Whether a shape surely lies outside of a closed one, and does not touch it."""
     return least_distance(shape, other.middle, filled=True) > other.extent

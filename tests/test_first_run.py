@@ -1,0 +1,58 @@
+"""The first minute: what a first run says of its cost leaves compilation out, and the library is imported in no time."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import transport as tp
+from tests.own_experiments import ROOT
+from transport.compile.compiler import compile_scene
+from transport.engine.driver import machine_of, run_batch
+from transport.engine.program import program_of
+
+LAMP = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))
+FOG = tp.Surface(tp.Sphere(radius=0.5), tp.Transparent(), inside=tp.Medium(scattering=1.0))
+SPLIT = tp.Tracking(splitting=tp.Splitting(start=(0, 0, 1), end=(0, 0, -1), gain=10.0))
+SETTINGS = {
+    "clock": (tp.Scene(LAMP, FOG, tp.Snapshot(1e-9, particles=10), duration=1e-8), None),
+    "rays": (tp.Scene(LAMP, FOG, tp.PointDetector((0, 0, 2), "p")), None),
+    "splitting": (tp.Scene(LAMP, FOG), SPLIT),
+}
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_a_batch_of_no_histories_counts_nothing(setting):
+    """By it the driver is compiled before the clock of a first run starts."""
+    raw = run_batch(machine_of(program_of(compile_scene(*SETTINGS[setting]))), seed=1, batch=0, histories=0)
+    assert raw.crossings == raw.collisions == len(raw.records) == 0
+    assert not raw.meters.any() and not raw.ledger.any()
+
+
+def test_the_driver_is_compiled_before_the_clock_starts(monkeypatch):
+    driven, told = [], []
+
+    class Fresh:
+        __name__, signatures = "drive", ()
+
+        def __call__(self, *arguments):
+            driven.append(arguments[-1])
+
+    monkeypatch.setattr("transport.engine.driver.drive", Fresh())
+    program = program_of(compile_scene(tp.Scene(LAMP)))
+    machine_of(program, lambda *said: told.append(said))
+    assert driven == [0]
+    assert told[-1] == (len(program.passes), len(program.passes), "drive")
+
+
+def test_importing_takes_no_time():
+    """Below 0.6 s of CPU, the best of three (0.24 s on two shared cores, of which NumPy takes 0.09), and few modules."""
+    code = "import sys, time\nbegun = time.process_time()\nimport transport\nprint(time.process_time() - begun, len(sys.modules))"
+    runs = [
+        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+        for _ in range(3)
+    ]
+    seconds, modules = zip(*(map(float, run.stdout.split()) for run in runs), strict=True)
+    assert min(seconds) < 0.6 and modules[0] < 450

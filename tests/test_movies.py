@@ -1,0 +1,103 @@
+"""Movies: particles lie where their tracks or the clock put them, and each frame of the GIF shows its own instant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import transport as tp
+from viz.flying import along, filmed, flights, from_entry
+from viz.movie import clock_movie, tracks_movie
+from viz.screen import has_screen
+
+needs_screen = pytest.mark.skipif(not has_screen(), reason="no OpenGL here")
+
+
+def beam(**more):
+    """A beam along +x that a mirror at x = 3 m sends to +z."""
+    mirror = tp.Rectangle(center=(3, 0, 0), normal=(-1, 0, 1), width=2, height=2)
+    source = tp.Source(tp.Point(), tp.Beam((1, 0, 0), power=1.0))
+    return tp.Scene(source, surfaces=tp.Surface(mirror, tp.Mirror(), name="mirror"), **more)
+
+
+@pytest.mark.parametrize("way, place, direction", [
+    (0.0, (0, 0, 0), (1, 0, 0)), (2.0, (2, 0, 0), (1, 0, 0)), (5.0, (3, 0, 2), (0, 0, 1)),
+])  # fmt: skip
+def test_particles_have_flown_as_far_as_the_clock_says(way, place, direction):
+    frame = along(tp.tracks(beam(), 10, seed=1), way, tail=1.0)
+    assert frame.seconds == pytest.approx(way / tp.speed_of_light)
+    np.testing.assert_allclose(frame.places, np.tile(place, (10, 1)), atol=1e-9)
+    np.testing.assert_allclose(frame.directions, np.tile(direction, (10, 1)), atol=1e-9)
+
+
+def test_tails_are_what_has_been_flown_last_round_the_corner():
+    frame = along(tp.tracks(beam(), 1, seed=1), way=3.25, tail=1.0)
+    lengths = np.linalg.norm(np.diff(frame.tails, axis=1)[:, 0], axis=-1)
+    np.testing.assert_allclose(sorted(lengths), [0.25, 0.75], atol=1e-9)
+    np.testing.assert_allclose(frame.tails[-1, 1], frame.places[0], atol=1e-9)
+
+
+def test_light_from_afar_is_followed_from_the_edge_of_the_picture():
+    """From two places 1e9 m and 3e9 m away: both particles are at the edge at first, and neither has got lost."""
+    sources = [
+        tp.Source(tp.Point(position=(x, 0, 0)), tp.Beam((np.sign(-x), 0, 0), power=1.0)) for x in (1e9, -3e9)
+    ]
+    tracks = tp.tracks(
+        tp.Scene(sources, detectors=tp.Detector(tp.Disk(normal=(1, 0, 0), radius=1), "meter")), 8, seed=1
+    )
+    near = from_entry(tracks, (np.array([-2.0, -2, -2]), np.array([2.0, 2, 2])))
+    assert flights(tracks, (np.array([-2.0, -2, -2]), np.array([2.0, 2, 2])))[1]
+    frame = along(near, 0.5, 0.1)
+    assert len(frame.places) == 8
+    np.testing.assert_allclose(np.abs(frame.places[:, 0]), 1.5, atol=1e-6)
+    assert len(np.unique(np.sign(frame.places[:, 0]))) == 2
+    np.testing.assert_allclose(along(near, 2.5, 0.1).places, -frame.places / 3, atol=1e-6)
+
+
+def test_no_particle_is_left_where_all_were_absorbed():
+    wall = tp.Surface(tp.Sphere(radius=1), tp.Black(), name="wall")
+    scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), surfaces=wall)
+    tracks = tp.tracks(scene, 50, seed=1)
+    assert len(along(tracks, 0.999, 0.1).places) == 50
+    assert len(along(tracks, 1.001, 0.1).places) == 0
+    instants, is_from_edge = flights(tracks, (np.full(3, -2.0), np.full(3, 2.0)), 5)
+    assert [len(instant.places) for instant in instants] == [50, 50, 50, 50, 0]
+    assert not is_from_edge
+
+
+def test_a_film_has_snapshots_from_the_first_to_the_last_instant():
+    scene = filmed(beam(duration=2e-8), frames=5, particles=20)
+    assert [look.time for look in scene.snapshots] == pytest.approx([0, 5e-9, 1e-8, 1.5e-8, 2e-8])
+    with pytest.raises(tp.SceneError, match="duration"):
+        filmed(beam())
+
+
+@needs_screen
+def test_the_frames_of_both_movies_show_the_particles_where_they_are(tmp_path):
+    """The same beam by the clock and along its tracks: the particle climbs in the picture after the mirror."""
+    from PIL import Image
+
+    scene = beam(duration=5 / tp.speed_of_light)
+    result = tp.simulate(filmed(scene, frames=6, particles=5), 100, seed=1, threads=1)
+    clocked = clock_movie(scene, tmp_path / "clock.gif", result, title="A beam")
+    steady = tracks_movie(beam(), tmp_path / "tracks.gif", tp.tracks(beam(), 5, seed=1), "weight", frames=6)
+    for path in (clocked, steady):
+        with Image.open(path) as movie:
+            assert movie.n_frames == 6
+            assert movie.info["loop"] == 0
+            shown = []
+            for k in (0, 2, 5):
+                movie.seek(k)
+                picture = np.asarray(movie.convert("RGB")).astype(int)
+                shown.append(picture[: 4 * len(picture) // 5])  # without the label
+        moved = [(abs(a - b).sum(axis=2) > 60).sum() for a, b in zip(shown, shown[1:], strict=False)]
+        assert all(5 < pixels < 2000 for pixels in moved)
+
+
+@needs_screen
+def test_a_result_without_snapshots_and_an_unknown_colour_are_refused(tmp_path):
+    result = tp.simulate(beam(), 10, seed=1, threads=1)
+    with pytest.raises(ValueError, match="no snapshots"):
+        clock_movie(beam(), tmp_path / "a.gif", result)
+    with pytest.raises(ValueError, match="direction, weight"):
+        tracks_movie(beam(), tmp_path / "a.gif", tp.tracks(beam(), 5), colour="age")

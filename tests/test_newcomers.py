@@ -1,0 +1,158 @@
+"""The likeliest mistakes of a first day, and what is said of each: what is wrong, where, and the cure."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.own_experiments import ROOT
+
+METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
+LAMP = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))
+
+
+def run(lamp=LAMP, meter=METER, surfaces=(), side="front"):
+    scene = tp.Scene(lamp, surfaces, tp.Detector(meter, "meter", side=side))
+    return tp.simulate(scene, particles=400, seed=1, threads=1, progress=False)
+
+
+REFUSED = {
+    "shapes by place": (lambda: tp.Disk((0, 0, 2), (0, 0, -1), 0.1), "Disk takes keywords only: write Disk(radius=...)"),
+    "a name of another program": (lambda: tp.Sphere(diameter=2.0), "unknown parameter diameter=2.0; did you mean 'radius' (half of it)?"),
+    "degrees for a cone": (lambda: tp.Directions.cone((0, 0, 1), 5), "angles are in radians: write 5 * tp.deg"),
+    "degrees for edges": (lambda: run_with(theta=(0, 30, 90)), "angles are in radians: write 90 * tp.deg"),
+    "degrees for a turn": (lambda: tp.Directions(phi=(0, 180, 360)), "angles are in radians: write 360 * tp.deg"),
+    "degrees for a cosine": (lambda: run_with(mu=(0, 30, 90)), "mu is a cosine: for angles write theta="),
+    "degrees for a camera": (
+        lambda: tp.Camera(name="eye", position=(3, 0, 0), look_at=(0, 0, 0), field_of_view=40.0),
+        "angles are in radians: write 40 * tp.deg",
+    ),
+    "no particles": (lambda: tp.simulate(tp.Scene(LAMP)), "no limit given; say particles=1_000_000"),
+    "particles to the scene": (lambda: tp.Scene(LAMP, particles=10), "write simulate(scene, particles=...)"),
+    "a share above one": (lambda: tp.Diffuse(1.2), "albedo must be in [0, 1], got 1.2; a share, of which 1 is all"),
+    "a shape for a detector": (lambda: tp.Scene(LAMP, detectors=[METER]), "detectors must be a list of"),
+    "an array of another length": (lambda: tp.Disk(center=np.zeros(2), radius=1.0), "center must be three finite numbers"),
+}  # fmt: skip
+
+
+def run_with(**bins):
+    return tp.Detector(METER, "meter", directions=tp.Directions(**bins))
+
+
+@pytest.mark.parametrize("mistake", REFUSED)
+def test_it_is_refused_with_the_cure(mistake):
+    make, words = REFUSED[mistake]
+    with pytest.raises(tp.SceneError) as refusal:
+        made = make()
+        tp.simulate(tp.Scene(LAMP, detectors=made), particles=10)
+    assert words in str(refusal.value)
+
+
+def test_what_is_no_mistake_is_taken():
+    """Arrays for tuples, whole floats for counts, angles that are radians though above 1."""
+    assert tp.Disk(center=np.array([0, 0, 2]), normal=np.array([0, 0, -1]), radius=np.float32(0.5)) == METER
+    assert tp.simulate(tp.Scene(LAMP), particles=1e2, threads=1).particles == 100
+    assert tp.Directions.cone((0, 0, 1), 1.5).half_angle == 1.5
+    with pytest.raises(tp.SceneError) as refusal:
+        tp.Directions.cone((0, 0, 1), -0.5)
+    assert "tp.deg" not in str(refusal.value)
+
+
+def test_unknown_names_say_the_nearest():
+    result = run()
+    with pytest.raises(tp.SceneError, match="no detector 'metre'; did you mean 'meter'"):
+        result["metre"]
+    with pytest.raises(AttributeError, match=r"read as result\['meter'\]"):
+        result.meter  # noqa: B018
+    with pytest.raises(AttributeError, match="no quantity 'iradiance'; did you mean 'irradiance'"):
+        result["meter"].iradiance  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'Lambertan'; did you mean 'Lambertian'"):
+        tp.Lambertan  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'scene'"):
+        tp.Result.__new__(tp.Result).scene  # noqa: B018
+    assert not hasattr(result, "_repr_png_") and not hasattr(tp, "__wrapped__")
+
+
+def test_watts_and_radiance_are_not_added():
+    meter = run()["meter"]
+    with pytest.raises(tp.UnitError) as refusal:
+        meter.flux_in + meter.irradiance
+    assert str(refusal.value).endswith("[W] and [W m^-2]; the second lacks a factor of [m^2]")
+
+
+def warnings_of(*arguments, **named):
+    return [warning for warning in run(*arguments, **named).warnings if "counted nothing" in warning]
+
+
+WALL = tp.Surface(tp.Box(size=1.5), tp.Diffuse(0.5), "wall")
+ROOM = tp.Surface(tp.Box(center=(0, 0, 1), size=3.0), tp.Diffuse(0.5), "room")
+EMPTY = {
+    "a lamp that looks away": (
+        {"lamp": tp.Source(tp.Disk(normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))},
+        "it lies behind the sources",
+    ),
+    "a lamp in a wall": ({"surfaces": WALL}, "every source lies inside Surface 'wall'"),
+    "a meter in a wall": (
+        {"surfaces": WALL, "meter": tp.Disk(radius=0.1), "lamp": tp.Source(METER, tp.Lambertian(power=1.0))},
+        "Surface 'wall' shuts it in",
+    ),
+    "a room that glows outwards": (
+        {"surfaces": ROOM, "lamp": tp.Source("room", tp.Lambertian(power=1.0)), "meter": "room", "side": "inside"},
+        "every source emits from the outside of Surface 'room'; say side='inside'",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", EMPTY)
+def test_a_meter_that_cannot_see_anything_says_why(mistake):
+    setting, words = EMPTY[mistake]
+    (warning,) = warnings_of(**setting)
+    assert words in warning
+
+
+def test_a_meter_that_only_missed_is_not_told_a_reason():
+    """Nothing came by chance: none of the sure reasons holds."""
+    far = tp.Disk(center=(1e5, 0, 2), normal=(-1, 0, 0), radius=1e-3)
+    assert not warnings_of(meter=far) and run(meter=far)["meter"].is_blind
+    assert not warnings_of(meter=far, surfaces=tp.Surface(tp.Box(size=1.5), tp.Transparent(), "pane"))
+    away = tp.Source(tp.Disk(normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))
+    mirror = tp.Surface(tp.Disk(center=(0, 0, -1), radius=0.5), tp.Mirror(), "mirror")
+    small = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1e-6)
+    assert not warnings_of(lamp=away, surfaces=mirror, meter=small)
+    beside = tp.Disk(center=(0.3, 0, 0.6), normal=(0, 0, -1), radius=1e-6)  # with the lamp in the wall
+    assert not warnings_of(surfaces=WALL, meter=beside) and run(meter=beside, surfaces=WALL)["meter"].is_blind
+    inwards = tp.Source("room", tp.Lambertian(power=1.0), side="inside")
+    assert (
+        not warnings_of(lamp=inwards, surfaces=ROOM, meter=small)
+        and run(inwards, small, ROOM)["meter"].is_blind
+    )
+
+
+def test_a_meter_that_looks_away_is_noted_in_the_report():
+    note = "nothing arrives at this side, what crosses comes from behind: turn the normal, or say side='back'"
+    away = tp.Disk(center=(0, 0, 2), radius=0.5)
+    assert note in run(meter=away).report()
+    assert note not in run().report() and note not in run(meter=away, side="back").report()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("numpy", "numpy.py hides NumPy: call it something else"),
+        ("transport", "circular import"),
+        ("random", None),
+    ],
+)
+def test_a_file_of_the_name_of_a_package_is_told(tmp_path, name, words):
+    """A script that begins with `import transport`, beside or in a file of that name."""
+    (tmp_path / f"{name}.py").write_text("x = 1\n")
+    script = tmp_path / (f"{name}.py" if name == "transport" else "mine.py")
+    script.write_text("import transport\nprint(transport.Disk(radius=1.0).radius)\n")
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT)}
+    )  # fmt: skip
+    assert words in done.stderr if words else done.stdout.split() == ["1.0"]

@@ -1,0 +1,206 @@
+"""Pictures of scenes, by the data drawn: which walls are looked through, what is grey, what a scale says, where lines end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import transport as tp
+from viz import night
+from viz.scene_camera import _coarse, _crossed, view_of
+from viz.scene_frame import frame_of
+from viz.scene_parts import BACK, FRONT, NOWHERE, block_names, parts_of
+from viz.scene_view import caption_of, scene_blocks
+from viz.track_lines import clipped, told_by, track_lines
+
+ROOM = tp.Box(size=(4, 3, 2))
+LAMP = tp.Source(tp.Point(position=(0, 0, 0.8)), tp.Isotropic(power=10.0))
+
+
+def room(*more, detectors=()):
+    walls = [tp.Surface(face, tp.Diffuse(0.5), name) for name, face in ROOM.faces().items()]
+    return tp.Scene(LAMP, [*walls, *more], detectors)
+
+
+def parts(scene, result=None):
+    frame = frame_of(scene)
+    return {part.name: part for part in parts_of(scene, frame, result) if part.kind == "surface"}, frame
+
+
+def test_walls_show_their_inner_side_and_what_stands_in_the_room_all_round():
+    ball = tp.Surface(tp.Sphere(radius=0.3), tp.Diffuse(0.5), "ball")
+    found, _ = parts(room(ball))
+    assert [found[name].seen_from for name in ROOM.faces()] == [BACK] * 6
+    assert found["ball"].seen_from is None
+    inwards = [
+        tp.Surface(
+            tp.Rectangle(center=f.center, normal=[-x for x in f.normal], width=f.width, height=f.height),
+            tp.Black(),
+        )
+        for f in ROOM.faces().values()
+    ]
+    found, _ = parts(tp.Scene(LAMP, inwards))
+    assert {part.seen_from for part in found.values()} == {FRONT}
+    hollow, _ = parts(tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=1.5), tp.Black(), "hollow")))
+    assert hollow["hollow"].seen_from == BACK
+    grounded, _ = parts(room(tp.Surface(tp.Plane(center=(0, 0, -3)), tp.Black(), "ground")))
+    assert [grounded[name].seen_from for name in ROOM.faces()] == [BACK] * 6
+    outside, _ = parts(tp.Scene(LAMP, tp.Surface(tp.Sphere(radius=0.5), tp.Black(), "ball")))
+    assert outside["ball"].seen_from is None
+
+
+def test_a_painted_wall_shows_the_side_that_was_looked_at():
+    detectors = [tp.Detector("-z", "floor", side="back", positions=tp.Positions(u=4, v=4))]
+    scene = room(detectors=detectors)
+    result = tp.simulate(scene, particles=2000, seed=1, batches=4)
+    frame = frame_of(scene)
+    floor = [p for p in parts_of(scene, frame, result) if p.kind == "surface" and p.name == "-z"]
+    assert [(p.seen_from, p.paint is not None) for p in floor] == [(BACK, True), (NOWHERE, False)]
+    way = np.array(view_of(floor, frame, 1.5).position) - frame.middle
+    assert way[2] > 0  # the lit side is above
+
+
+def test_few_hits_are_told_and_blocks_hold_what_was_read():
+    scene = room(detectors=[tp.Detector("-z", "floor", side="back", positions=tp.Positions(u=8, v=8))])
+    result = tp.simulate(scene, particles=300, seed=1, batches=4)
+    blocks = scene_blocks(scene, result, tp.tracks(scene, particles=20))
+    assert {"surface -z back", "surface +x", "source source 0", "detector floor", "tracks"} <= set(
+        blocks.keys()
+    )
+    floor = blocks["surface -z back"]
+    reading = result["floor"]
+    np.testing.assert_array_equal(floor.cell_data["irradiance"], reading.irradiance.value.ravel())
+    np.testing.assert_array_equal(floor.cell_data["irradiance error"], reading.irradiance.error.ravel())
+    np.testing.assert_array_equal(floor.cell_data["hits"], reading.counts.value.ravel())
+    assert str(floor.field_data["unit"][0]) == "W m^-2"
+    assert 0 < (floor.cell_data["hits"] < 4).sum() < 64
+    frame = frame_of(scene)
+    drawn = parts_of(scene, frame, result)
+    assert len(set(block_names(drawn))) == len(drawn)
+    words = caption_of(scene, result, None, drawn, frame)
+    assert "300 histories" in words and "fewer than 4 hits grey" in words and "4 × 3 × 2 m" in words
+
+
+def test_exitance_is_drawn_where_nothing_arrives():
+    disk = tp.Disk(radius=0.5)
+    detector = tp.Detector(disk, "leaving", positions=tp.Positions(u=3))
+    scene = tp.Scene(tp.Source(disk, tp.Lambertian(exitance=7.0)), detectors=detector)
+    result = tp.simulate(scene, particles=3000, batches=4)
+    (paint,) = [p.paint for p in parts_of(scene, frame_of(scene), result) if p.paint is not None]
+    assert paint.quantity == "exitance" and paint.hits.sum() == 3000
+    assert np.abs(paint.values - 7.0).max() < 5 * paint.errors.max()
+
+
+def test_bins_of_time_are_averaged_over_their_widths():
+    floor = tp.Rectangle(width=2, height=2)
+    detector = tp.Detector(floor, "floor", positions=tp.Positions(u=2, v=2), times=(0.0, 4e-9, 5e-9, 1e-8))
+    scene = tp.Scene(LAMP, detectors=detector, duration=1e-8)
+    result = tp.simulate(scene, particles=4000, batches=4)
+    (paint,) = [p.paint for p in parts_of(scene, frame_of(scene), result) if p.paint is not None]
+    arrived = result["floor"].irradiance.value * np.array([4e-9, 1e-9, 5e-9])[:, None, None]
+    np.testing.assert_allclose(paint.values, arrived.sum(axis=0).ravel() / 1e-8)
+    assert paint.hits.sum() == result["floor"].counts.value.sum() > 100
+
+
+def test_scales_end_at_whole_decades_and_say_each():
+    scale = night.decades(np.array([0.0, 0.02, 30.0, np.nan]))
+    assert (scale.low, scale.high) == (-2, 2)
+    assert [words for _, words in scale.marks] == ["10⁻²", "0.1", "1", "10", "100"]
+    np.testing.assert_allclose(scale.of(np.array([0.1, 10.0])), [-1, 1])
+    assert np.isnan(scale.of(np.array([0.0, np.nan]))).all()
+    one = night.decades(np.array([1372.9, 1373.1]))
+    assert (one.low, one.high) == (3, 4)
+    assert [words for _, words in one.marks] == ["1000", "2000", "5000", "10⁴"]
+    assert night.decades(np.array([1e-30, 1.0])).low == -6
+    assert night.decades(np.zeros(3)) is None
+    assert night.in_words("(1.5 ± 0.1) W m^-2 sr^-1") == "(1.5 ± 0.1) W m⁻² sr⁻¹"
+
+
+def test_a_sun_is_left_out_beside_a_square_metre():
+    sun = tp.Source(tp.Sphere(radius=7e8), tp.Lambertian(radiance=2e7))
+    meter = tp.Rectangle(center=(1.5e11, 0, 0), normal=(-1, 0, 0), width=1, height=1)
+    scene = tp.Scene(sun, detectors=tp.Detector(meter, "meter"))
+    frame = frame_of(scene)
+    assert set(frame.distant) == {0} and math.isclose(frame.size, math.sqrt(2))
+    assert frame_of(scene, whole=True).size > 1.5e11
+    near = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0))
+    small = tp.Detector(tp.Disk(center=(0, 0, 2), radius=1e-3), "meter")
+    assert frame_of(tp.Scene(near, detectors=small)).distant == {}
+
+
+def test_a_ground_without_end_is_cut_and_a_point_alone_has_some_room():
+    scene = tp.Scene(LAMP, tp.Surface(tp.Plane(), tp.Black(), "ground"))
+    found, frame = parts(scene)
+    assert 0 < frame.size < 100 and len(found["ground"].facets.faces) > 0
+    fog = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), medium=tp.Medium(absorption=1e6))
+    assert 1e-6 < frame_of(fog).size < 1e-4
+
+
+def test_tracks_end_where_the_picture_does():
+    scene = room()
+    tracks = tp.tracks(scene, particles=30, seed=2)
+    bounds = (np.array([-1.0, -1.0, -1.0]), np.array([0.5, 1.0, 1.0]))
+    lines = track_lines(tracks, bounds)
+    assert (lines.points >= bounds[0] - 1e-12).all() and (lines.points <= bounds[1] + 1e-12).all()
+    first, last = clipped(tracks, bounds)
+    inside = first < last
+    assert 0 < lines.n_cells == inside.sum() < len(tracks)
+    np.testing.assert_array_equal(lines.cell_data["weight"], tracks.weights[inside])
+    middles = lines.points.reshape(-1, 2, 3).mean(axis=1)
+    here = (
+        tracks.starts[inside]
+        + (lines.cell_data["age"] - tracks.ages[inside])[:, None] * tracks.directions[inside]
+    )
+    np.testing.assert_allclose(middles, here, atol=1e-12)
+    assert told_by(lines) == "weight"
+    everything = track_lines(tracks, frame_of(scene).grown())
+    assert everything.n_cells == len(tracks)
+    np.testing.assert_allclose(everything.points[1::2], tracks.ends(1.0), atol=1e-12)
+
+
+def test_what_stands_before_something_is_known_to_hide_it():
+    """A disk over a floor hides, along each way to the camera, what lies in its shadow along that way."""
+    lid = tp.Surface(tp.Disk(center=(0, 0, 1), radius=0.5), tp.Black(), "lid")
+    found, _ = parts(tp.Scene(LAMP, [lid, tp.Surface(tp.Rectangle(width=3, height=3), tp.Black(), "floor")]))
+    coarse = replace(found["lid"], facets=_coarse(found["lid"]), seen_from=None)
+    places = np.random.default_rng(1).uniform(-1.5, 1.5, (500, 3)) * (1, 1, 0)
+    ways = np.array([(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, -0.8, 0.6), (0.0, 0.6, -0.8)])
+    hidden = _crossed(coarse, places, ways)
+    for way, row in zip(ways[:3], hidden, strict=False):
+        meets = places + way / way[2]
+        far = np.hypot(meets[:, 0], meets[:, 1])
+        sure = np.abs(far - 0.5) > 0.05  # the disk has corners here
+        np.testing.assert_array_equal(row[sure], far[sure] < 0.5)
+    assert hidden[:3].any(axis=1).all() and not hidden[3].any()
+    assert not _crossed(replace(coarse, seen_from=BACK), places, ways[:1]).any()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e11])
+def test_pictures_know_no_unit_of_length(scale):
+    np.testing.assert_allclose(camera_at(scale), camera_at(1.0), rtol=1e-9)
+
+
+def camera_at(scale):
+    """Where the camera of a lit floor half behind a wall stands, over the picture's size."""
+    floor = tp.Surface(tp.Rectangle(width=2 * scale, height=3 * scale), tp.Black(), "floor")
+    place = (0.6 * scale, -1.3 * scale, 1.3 * scale)  # where the camera would look from
+    wall = tp.Rectangle(center=place, normal=(0.47, -0.88, 0), width=6 * scale, height=2.6 * scale)
+    lamp = tp.Source(tp.Point(position=(0, 0, scale)), tp.Isotropic(power=1.0))
+    detector = tp.Detector("floor", positions=tp.Positions(u=2, v=2))
+    scene = tp.Scene(lamp, [floor, tp.Surface(wall, tp.Black())], detector)
+    frame = frame_of(scene)
+    parts = [
+        replace(part, seen_from=None) for part in parts_of(scene, frame, tp.simulate(scene, particles=200))
+    ]
+    view = view_of(parts, frame, 1.5)
+    return (view.position - frame.middle) / frame.size
+
+
+def test_a_hollow_alone_shows_the_side_that_something_is_on():
+    ball = tp.Surface(tp.Sphere(radius=1.0), tp.Diffuse(0.5), "ball")
+    for side in ("inside", "outside"):
+        scene = tp.Scene(tp.Source("ball", tp.Lambertian(radiance=1.0), side=side), ball)
+        assert parts(scene)[0]["ball"].seen_from == (BACK if side == "inside" else FRONT)

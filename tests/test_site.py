@@ -1,0 +1,72 @@
+"""The pages of the reference: every public name is on one of them, and they are built without a fault."""
+
+from __future__ import annotations
+
+import re
+from html import unescape
+
+import pytest
+
+import transport as tp
+from transport.command.reference import pages, told
+from transport.command.site import ORDER, build_site, write_sources
+
+
+def test_every_public_name_is_on_one_page():
+    names = [name for page in pages() for name in page.names]
+    assert sorted(names) == sorted(tp.__all__)
+    for page in pages():
+        assert page.names and all(re.search(rf"\b{name}\b", page.text) for name in page.names)
+
+
+def test_a_name_of_a_module_without_a_page_is_seen(monkeypatch):
+    stray = type("Stray", (), {"__module__": "transport.strays"})
+    monkeypatch.setattr(tp, "Stray", stray, raising=False)
+    monkeypatch.setattr(tp, "__all__", [*tp.__all__, "Stray"])
+    with pytest.raises(LookupError, match=r"transport\.Stray"):
+        pages()
+
+
+def test_what_sphinx_reads_is_written(tmp_path):
+    """README, guides, reference, help; every link of theirs leads to a page or a picture."""
+    write_sources(tmp_path)
+    first = (tmp_path / "index.md").read_text()
+    files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.md")}
+    assert files == {"index.md", "reference/commands.md"} | {f"guides/{name}.md" for name in ORDER} | {
+        f"reference/{page.file}.md" for page in pages()
+    }
+    for file in files - {"index.md"}:
+        assert file.removesuffix(".md") in first.split()
+    for file in files:
+        page = tmp_path / file
+        lost = [
+            link
+            for link in re.findall(r"\]\(([^)]+)\)", page.read_text())
+            if not (page.parent / link).exists()
+        ]
+        assert lost == [], file
+    assert "transport run sun" in (tmp_path / "reference" / "commands.md").read_text()
+
+
+def test_docstrings_keep_their_stars_and_name_their_parameters():
+    lines = ["Means of (B, *dims) and |mu|.", "values: means;", "counts: scores;  exact: `a|b` or not."]
+    assert told(lines) == [
+        r"Means of (B, \*dims) and \|mu\|.", "", "**values**: means", "", "**counts**: scores", "", "**exact**: `a|b` or not.",
+    ]  # fmt: skip
+
+
+def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("transport.command.site.NEEDED", ("sphinx_that_is_not_there",))
+    with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
+        build_site(tmp_path)
+
+
+@pytest.mark.bench
+def test_the_site_is_built_without_a_fault(tmp_path):
+    """About 10 s, and needs the extra `docs`; .ci/run builds it with the installed command."""
+    pytest.importorskip("sphinx")
+    site = build_site(tmp_path).parent
+    for page in pages():
+        html = unescape((site / "reference" / f"{page.file}.html").read_text())
+        assert all(f'id="transport.{name}"' in html or f'id="{name}"' in html for name in page.names)
+    assert (site / "_images").is_dir()

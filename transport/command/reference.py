@@ -1,0 +1,116 @@
+"""The reference as pages of text: every public name under the heading that its module stands for, from its docstring."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import transport
+
+# How the docstrings here begin what they say of a parameter, and how they go on to the next.
+PARAMETER = re.compile(r"^((?:[a-z_]+, )*[a-z_]+): ")
+AFTER_ANOTHER = re.compile(r";  (?=(?:[a-z_]+, )*[a-z_]+: )")
+UNITS = {  # of the numbers that are multiplied by at the edge, as in 650 * tp.nm
+    name: unit
+    for names, unit in (
+        ("nm um mm cm km au", "m"),
+        ("ns us", "s"),
+        ("deg arcmin arcsec mrad", "rad"),
+        ("speed_of_light", "m s^-1"),
+    )
+    for name in names.split()
+}
+READ = (
+    "results.readings.Reading", "results.volume_readings.VolumeReading", "results.point_readings.PointReading",
+    "results.phase_readings.PhaseReading", "results.phase_readings.SnapshotReading", "results.result.Ledger",
+    "results.backward_readings.ViewReading", "results.result.Cost",
+)  # fmt: skip
+
+
+@dataclass
+class Page:
+    """A page of the reference: its title, the modules whose public names it holds, and these."""
+
+    file: str
+    title: str
+    modules: tuple[str, ...]
+    also: tuple[str, ...] = ()  # classes that nobody makes, but everybody reads from
+    names: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """As MyST Markdown for Sphinx."""
+        entries = [*map(_entry, self.names), *(f".. autoclass:: transport.{name}" for name in self.also)]
+        return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
+
+
+def pages() -> list[Page]:
+    """The pages, each public name but the numbers on the one of its module; a name without a page raises LookupError."""
+    found = [
+        Page("scene", "Scenes and sources", ("scene", "sources", "emissions", "pulses", "validation")),
+        Page("shapes", "Shapes", ("shapes",)),
+        Page("materials", "Surfaces and materials", ("materials",)),
+        Page("media", "Media", ("media", "tracking")),
+        Page("speeds", "Speeds and phase space", ("speeds", "phase_space")),
+        Page("detectors", "Detectors", ("detectors", "bins", "cameras", "volumes", "points")),
+        Page("runs", "Runs", ("simulate", "tracks", "counting", "exchange")),
+        Page("results", "Results", ("results",), READ),
+        Page("cost", "What accuracy costs", ("pricing",)),
+        Page("units", "Units", ("units",)),
+    ]
+    for name in sorted(transport.__all__, key=str.lower):
+        module = getattr(getattr(transport, name), "__module__", "transport.units")
+        _page_of(module, name, found).names.append(name)
+    return found
+
+
+def told(lines: list[str]) -> list[str]:
+    """A docstring's lines with each parameter in a paragraph of its own, its name in bold."""
+    found: list[str] = []
+    for line in lines:
+        for part in AFTER_ANOTHER.split(_as_it_stands(line)):
+            named = PARAMETER.sub(r"**\1**: ", part)
+            if named != part and found:
+                found[-1] = found[-1].removesuffix(";")
+            found += ["", named] if named != part else [part]
+    return found
+
+
+def _as_it_stands(line: str) -> str:
+    """With the stars of (B, *dims) and the bars of |mu| told from marks of emphasis, but where it is code."""
+    parts = line.split("`")
+    return "`".join(re.sub(r"([*|])", r"\\\1", part) if k % 2 == 0 else part for k, part in enumerate(parts))
+
+
+def _page_of(module: str, name: str, found: list[Page]) -> Page:
+    for page in found:
+        if module.removeprefix("transport.").split(".")[0] in page.modules:
+            return page
+    raise LookupError(f"transport.{name} of {module} has no page: add its module to one")
+
+
+def _entry(name: str) -> str:
+    value = getattr(transport, name)
+    if isinstance(value, type):
+        is_error = issubclass(value, BaseException)
+        return f".. autoclass:: transport.{name}" + "\n   :no-inherited-members:" * is_error
+    if callable(value):
+        return f".. autofunction:: transport.{name}"
+    return f".. py:data:: {name}\n   :value: {value!r} {UNITS[name]}"
+
+
+def command_pages() -> Iterator[tuple[str, str]]:
+    """Each command's name and its help, as `transport NAME --help` prints it."""
+    import typer
+
+    from transport.command.cli import app
+
+    group = typer.main.get_command(app)
+    for name, command in group.commands.items():
+        context = command.make_context(name, [], parent=_root(group), resilient_parsing=True)
+        yield name, command.get_help(context)
+
+
+def _root(group):
+    return group.make_context("transport", [], resilient_parsing=True)

@@ -1,0 +1,134 @@
+"""A folder of HTML pages: the README, the guides, the reference and the commands' help, laid out by Sphinx."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import io
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+from transport.command.reference import command_pages, pages, told
+from transport.validation import SceneError
+
+PACKAGE = Path(__file__).resolve().parents[1]
+GUIDES = PACKAGE / "guides"
+WIDE = ".content { width: 56em; }\n"  # blocks of code have lines of 100 characters
+NEEDED = ("sphinx", "furo", "myst_parser")
+ORDER = (
+    "surfaces",
+    "media",
+    "clocks",
+    "cost",
+    "numbers",
+    "commands",
+    "laws",
+    "performance",
+    "extending",
+    "code",
+)
+
+
+def build_site(out: Path) -> Path:
+    """Build the pages into the folder: the path of the first.  Raises SceneError where Sphinx is not installed."""
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        raise SceneError(
+            f"docs: {', '.join(missing)} not installed; pip install '.[docs]' in the project's folder"
+        )
+    from sphinx.application import Sphinx
+
+    with tempfile.TemporaryDirectory() as folder:
+        sources = Path(folder)
+        write_sources(sources)
+        said, warned = io.StringIO(), io.StringIO()
+        site = Sphinx(sources, None, out, sources / "trees", "html", _settings(), status=said, warning=warned)
+        site.connect("autodoc-process-docstring", lambda app, what, name, obj, options, lines: _tell(lines))
+        site.build()
+    if site.statuscode or warned.getvalue().strip():
+        raise SceneError(f"docs: the pages have faults: {warned.getvalue().strip()}")
+    return out / "index.html"
+
+
+def write_sources(folder: Path) -> None:
+    """Write what Sphinx reads: Markdown pages, and the pictures that they show."""
+    (folder / "guides").mkdir(parents=True)
+    (folder / "reference").mkdir()
+    for page in pages():
+        (folder / "reference" / f"{page.file}.md").write_text(page.text, encoding="utf-8")
+    help_texts = "\n".join(f"## transport {name}\n\n```text\n{text}\n```\n" for name, text in command_pages())
+    (folder / "reference" / "commands.md").write_text(f"# Commands\n\n{help_texts}", encoding="utf-8")
+    for guide in sorted(GUIDES.glob("*.md")):
+        text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
+        (folder / "guides" / guide.name).write_text(_without_lost(text), encoding="utf-8")
+    first = readme().replace("](viz/gallery/", "](gallery/").replace("](transport/guides/", "](guides/")
+    (folder / "index.md").write_text(_without_lost(first) + _contents(), encoding="utf-8")
+    (folder / "looks").mkdir()
+    (folder / "looks" / "wide.css").write_text(WIDE)
+    pictures = gallery()
+    if pictures is not None:
+        shutil.copytree(pictures, folder / "gallery")
+
+
+def readme() -> str:
+    """The README of the project's folder, or of the installed package."""
+    beside = PACKAGE.parent / "README.md"
+    if beside.is_file():
+        return beside.read_text(encoding="utf-8")
+    return str(importlib.metadata.metadata("transport").get_payload())
+
+
+def gallery() -> Path | None:
+    """The folder of the pictures; None where the package of the figures is not installed with them."""
+    spec = importlib.util.find_spec("viz")
+    folder = Path(spec.origin).parent / "gallery" if spec and spec.origin else None
+    return folder if folder is not None and folder.is_dir() else None
+
+
+def _contents() -> str:
+    guides = [f"guides/{name}" for name in ORDER]
+    names = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
+    return "".join(
+        f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
+        for caption, files in (("Guides", guides), ("Reference", names))
+    )
+
+
+def _without_lost(text: str) -> str:
+    """Without the pictures that are not there: what they show stays as words."""
+    folder = gallery()
+
+    def kept(found):
+        return (
+            found[0] if folder is not None and (folder / found["name"]).is_file() else f"({found['words']})"
+        )
+
+    return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
+
+
+def _tell(lines: list[str]) -> None:
+    lines[:] = told(lines)
+
+
+def _settings() -> dict[str, object]:
+    return {
+        "project": "transport",
+        "extensions": ["sphinx.ext.autodoc", "myst_parser"],
+        "html_theme": "furo",
+        "html_title": "transport",
+        "html_show_sphinx": False,
+        "html_show_copyright": False,
+        "html_static_path": ["looks"],
+        "html_css_files": ["wide.css"],
+        "html_copy_source": False,
+        "default_role": "code",
+        "autodoc_typehints_format": "short",
+        "autodoc_member_order": "bysource",
+        "autodoc_default_options": {"members": True, "inherited-members": True},
+        "python_use_unqualified_type_names": True,
+        "python_maximum_signature_line_length": 88,
+        "add_module_names": False,
+        "myst_heading_anchors": 3,
+    }

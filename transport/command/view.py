@@ -1,0 +1,186 @@
+"""`transport view`: one case of an experiment in three dimensions, as a window, a picture, a page, files or a movie."""
+
+import importlib
+import textwrap
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from transport.command.running import EXTRAS, drawn
+from transport.command.treatment import treatment_by
+from transport.experiment import PARTICLES, cases_of, name_of, scene_of, ways_of
+from transport.results import Result
+from transport.scene import Scene
+from transport.simulate import simulate
+from transport.tracks import Tracks, tracks
+from transport.validation import SceneError
+
+WINDOW, PICTURE, PAGE, FILES, MOVIE = "window", ".png", ".html", ".vtm", ".gif"
+TRACKS, FLYING = 300, 1500  # of a picture, and of a movie
+LONGEST = 76  # characters of a title
+BY_DIRECTION, BY_WEIGHT = "direction", "weight"
+
+
+@dataclass(frozen=True)
+class View:
+    """What is seen of an experiment.  result, tracks: None where they are not;  flying: what a movie flies along, None by the clock."""
+
+    sim: str
+    parameters: Mapping[str, object]
+    scene: Scene
+    result: Result | None
+    tracks: Tracks | None
+    flying: Tracks | None
+    colour: str
+
+    @property
+    def title(self) -> str:
+        """The experiment and the parameters of its case, in a line."""
+        said = ", ".join(
+            f"{name} = {value:.4g}" if isinstance(value, float) else f"{name} = {value}"
+            for name, value in self.parameters.items()
+        )
+        return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, LONGEST, placeholder=" …")
+
+
+def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
+    """What was asked for; else a window where there is a display and no folder was said, else a picture.
+
+    Raises SceneError, in words that tell what to install, where it cannot be drawn here.
+    """
+    asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
+    with _installed():
+        screen = importlib.import_module("viz.screen")
+        if not asked:
+            asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
+        if asked != (FILES,):  # which are written, not drawn
+            try:
+                screen.require_screen()
+            except screen.NoScreen as lack:
+                raise SceneError(f"view: {lack}") from None
+    return asked
+
+
+def view_of(
+    module: ModuleType,
+    settings: dict[str, object],
+    kinds: tuple[str, ...],
+    case: int = 1,
+    particles: int | None = None,
+    ways: int | None = None,
+    colour: str = BY_DIRECTION,
+    seed: int = 0,
+    threads: int | None = None,
+) -> View:
+    """One case of an experiment, run once, with the tracks of a few particles.
+
+    case: 1 is the first;  particles: None for the experiment's own, a million at the most, 0 for no run;
+    ways: how many tracks, None for as many as suit, 0 for none.
+    """
+    if colour not in (BY_DIRECTION, BY_WEIGHT):
+        raise SceneError(f"view: --colour must be {BY_DIRECTION} or {BY_WEIGHT}, got {colour!r}")
+    parameters = _case(module, settings, case)
+    scene = scene_of(module, parameters, settings)
+    if particles is None:
+        particles = min(getattr(module, "particles", PARTICLES), PARTICLES)
+    film = _filmed(module, scene) if MOVIE in kinds and particles > 0 else None
+    is_still = set(kinds) != {MOVIE}
+    result = None
+    if particles > 0 and (is_still or film is not None):
+        result = simulate(film or scene, particles, seed=seed, threads=threads, **ways_of(module))
+    still = 0 if not is_still else TRACKS if ways is None else ways
+    flying = FLYING if ways is None else ways
+    return View(
+        sim=name_of(module),
+        parameters=parameters,
+        scene=scene,
+        result=result,
+        tracks=tracks(scene, still, seed) if still else None,
+        flying=tracks(scene, flying, seed) if MOVIE in kinds and film is None else None,
+        colour=colour,
+    )
+
+
+def show(view: View) -> None:
+    """Open a window in which the scene turns under the mouse, and wait until it is closed."""
+    scene_view = importlib.import_module("viz.scene_view")
+    scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
+
+
+def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
+    """Write each kind of file as view_SIM into the folder: their paths.  Raises SceneError where one cannot be written."""
+    for kind in kinds:
+        with _installed():
+            paths, why = drawn(
+                lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{kind}"
+            )
+        if not paths:
+            raise SceneError(f"view: {why}")
+        yield from paths
+
+
+def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[str, object]:
+    """The parameters of a case, counted from 1."""
+    cases = cases_of(module, settings)
+    if not 1 <= number <= len(cases):
+        has = (
+            f"{name_of(module)} has {len(cases)} of them, 1 is the first"
+            if len(cases) > 1
+            else "there is one"
+        )
+        raise SceneError(f"view: no case {number}; {has}")
+    return cases[number - 1]
+
+
+def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
+    """The scene with a snapshot a frame; None where it has no clock, or one that snapshots do not go with."""
+    if scene.duration is None:
+        return None
+    with _installed():
+        film = importlib.import_module("viz.flying").filmed(scene)
+    try:
+        compiles = treatment_by(module, film).plan is not None
+    except SceneError:
+        return None
+    return film if compiles else None
+
+
+@contextmanager
+def _installed() -> Iterator[None]:
+    """Say which extra is missing where something cannot be imported."""
+    try:
+        yield
+    except ImportError as error:
+        wanted = (error.name or "").partition(".")[0]
+        if wanted not in EXTRAS:
+            raise
+        raise SceneError(f"view: {wanted} is not installed; pip install 'transport[viz]'") from None
+
+
+def _write_picture(view: View, path: Path) -> object:
+    scene_view = importlib.import_module("viz.scene_view").scene_view
+    return scene_view(view.scene, path, view.result, view.tracks, title=view.title)
+
+
+def _write_page(view: View, path: Path) -> object:
+    scene_page = importlib.import_module("viz.page").scene_page
+    return scene_page(view.scene, path, view.result, view.tracks, title=view.title)
+
+
+def _write_files(view: View, path: Path) -> object:
+    blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    blocks.save(path)
+    return path
+
+
+def _write_movie(view: View, path: Path) -> object:
+    movie = importlib.import_module("viz.movie")
+    common = {"colour": view.colour, "title": view.title}
+    if view.flying is None:
+        return movie.clock_movie(view.scene, path, view.result, **common)
+    return movie.tracks_movie(view.scene, path, view.flying, **common)
+
+
+_WRITERS = {PICTURE: _write_picture, PAGE: _write_page, FILES: _write_files, MOVIE: _write_movie}

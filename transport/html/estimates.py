@@ -1,0 +1,120 @@
+"""An estimate, and an array of them, for a notebook: what their text says, and for an array a picture and a few bins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.html.bars import bars, thumbnail
+from transport.html.elements import beside, framed, heading, muted, table
+from transport.html.maps import map_thumbnail, maps
+from transport.html.typesetting import typeset
+from transport.html.words import axis_words, bin_text
+
+if TYPE_CHECKING:
+    from transport.results.estimates import Estimate, EstimateArray
+
+FEW = 8  # bins that are all told
+
+
+def estimate_html(estimate: Estimate) -> str:
+    """The estimate in a line."""
+    batches = "" if estimate.exact else f" {muted(f'{estimate.batches} batches')}"
+    return framed(f"<span>{typeset(estimate)}</span>{batches}")
+
+
+def array_html(array: EstimateArray) -> str:
+    """Its range, a picture of it, some of its bins."""
+    cut, where = _plane(array)
+    seen = f"<div>{muted(f'drawn and told where {where}')}</div>" if where else ""
+    return framed(heading(type(array).__name__, told_of(array)), seen, beside(_picture(cut), _some_bins(cut)))
+
+
+def told_of(array: EstimateArray) -> str:
+    """Its axes and its range, as its text has them."""
+    return f"<span>{typeset(repr(array).strip('<>').partition(' ')[2])}</span>"
+
+
+def thumbnail_of(array: EstimateArray) -> str:
+    """A picture of a line's height; none where there is nothing but zero."""
+    cut, _ = _plane(array)
+    if cut is None or not np.nan_to_num(cut.value).any():
+        return ""
+    if len(cut.dims) == 1:
+        return thumbnail(cut.value, cut.coords[cut.dims[0]])
+    return map_thumbnail(cut.value, cut.dims)
+
+
+def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:
+    """Of more than two axes the two with most bins, through the bin of the largest value; and where that is, in HTML."""
+    if 0 in array.shape:
+        return None, ""
+    order = sorted(range(len(array.shape)), key=lambda axis: -array.shape[axis])
+    kept = {axis for axis in order[:2] if array.shape[axis] > 1} or {0}
+    left = [axis for axis in range(len(array.shape)) if axis not in kept]
+    if not left:
+        return array, ""
+    value = array.value
+    place = np.unravel_index(np.argmax(np.where(np.isfinite(value), value, -np.inf)), value.shape)
+    index = tuple(slice(None) if axis in kept else int(place[axis]) for axis in range(len(array.shape)))
+    where = [
+        f"{axis_words(array.dims[axis])} is {_bin(array, axis, int(place[axis]))}"
+        for axis in left
+        if array.shape[axis] > 1
+    ]
+    return array[index], " and ".join(where)
+
+
+def _picture(cut: EstimateArray | None) -> str:
+    if cut is None or not np.isfinite(cut.value).any():
+        return ""
+    edges = [cut.coords[name] for name in cut.dims]
+    if len(cut.dims) == 1:
+        return bars(cut.value, cut.error, cut.dims[0], edges[0], str(cut.unit))
+    return maps(cut.value, cut.relative_error, cut.dims, edges, str(cut.unit))
+
+
+def _some_bins(cut: EstimateArray | None) -> str:
+    """All bins where they are few; some along one axis; else those of the largest, the median and the smallest value."""
+    if cut is None:
+        return ""
+    is_long = cut.value.size > FEW and len(cut.dims) > 1
+    chosen = _telling(cut) if is_long else [("", place) for place in _spread(cut)]
+    heads = [*([""] if chosen and chosen[0][0] else []), *(f">{axis_words(name)}" for name in cut.dims)]
+    rows = []
+    for word, flat in chosen:
+        place = tuple(int(k) for k in np.unravel_index(flat, cut.shape))
+        bins = [f">{_bin(cut, axis, k)}" for axis, k in enumerate(place)]
+        rows.append([*([muted(word)] if word else []), *bins, f">{typeset(cut[place])}"])
+    return table(rows, [*heads, ">estimate"])
+
+
+def _spread(cut: EstimateArray) -> np.ndarray:
+    """Flat numbers of a few bins from first to last: of all, or where they are many of those with an error."""
+    flat = np.arange(cut.value.size)
+    known = flat[np.isfinite(cut.error.ravel())]
+    flat = known if flat.size > FEW and known.size else flat
+    return flat[np.unique(np.linspace(0, flat.size - 1, min(flat.size, FEW)).round().astype(int))]
+
+
+def _telling(cut: EstimateArray) -> list[tuple[str, int]]:
+    """The largest, the median and the smallest value, and the one of the largest relative error, by flat number."""
+    known = np.flatnonzero(np.isfinite(cut.value.ravel()))
+    if not known.size:
+        return []
+    values, middle = cut.value.ravel()[known], (known.size - 1) // 2
+    found = [
+        ("largest", known[np.argmax(values)]),
+        ("median", known[np.argpartition(values, middle)[middle]]),
+        ("smallest", known[np.argmin(values)]),
+    ]
+    relative = cut.relative_error.ravel()
+    relative = np.where(np.isfinite(relative), relative, -1.0)
+    if relative.max() > 0:
+        found.append(("least sure", int(np.argmax(relative))))
+    return found
+
+
+def _bin(array: EstimateArray, axis: int, number: int) -> str:
+    return bin_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])

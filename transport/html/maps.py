@@ -1,0 +1,129 @@
+"""Estimates over two axes as a small SVG: a map of the values beside a map of their relative standard errors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from transport.html.gathering import gathered
+from transport.html.rasters import MAGMA, VIRIDIS, png_url, shade
+from transport.html.scales import WIDE
+from transport.html.typesetting import plain_typeset
+from transport.html.words import axis_words, place_text
+
+MOST_CELLS = 96
+WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
+UPWARDS = ("mu", "theta", "v")  # axes that go up the page if they come first; all others go across
+DOWNWARDS = ("theta",)  # axes of which the small end is on top: the zenith
+ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # axes of one measure, drawn to scale
+
+
+def maps(
+    value: np.ndarray, relative: np.ndarray, names: tuple[str, str], edges: list[np.ndarray], unit: str
+) -> str:
+    """The SVG; value, relative: (*names), relative standard errors."""
+    if names[0] not in UPWARDS:
+        value, relative, names, edges = value.T, relative.T, names[::-1], edges[::-1]
+    most = (MOST_CELLS, MOST_CELLS)
+    (means, sizes), (errors, _) = gathered(value, most), gathered(relative, most)
+    tall = _height(names, edges, value.shape)
+    unit = f" [{unit}]" if unit != "1" else ""
+    panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
+    if (
+        np.isfinite(relative).any() and relative[np.isfinite(relative)].any()
+    ):  # else it is exact, or nothing is known
+        panels.append((errors, MAGMA, "relative standard error [%]", 100.0))
+    drawn = [
+        _panel(LEFT + k * (WIDTH + GAP), tall, numbers * times, names, edges, colours, title)
+        for k, (numbers, colours, title, times) in enumerate(panels)
+    ]
+    width, height = LEFT + len(panels) * (WIDTH + GAP) + 12, TOP + tall + BELOW
+    blocks = f"; each cell is the mean of {' × '.join(map(str, sizes))} bins" if max(sizes) > 1 else ""
+    return (
+        f'<svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" fill="currentColor"'
+        f' font-size="11"><title>values and their relative standard errors; blank: not known{blocks}</title>'
+        f"{_upwards(names[0], edges[0], tall)}{''.join(drawn)}</svg>"
+    )
+
+
+def map_thumbnail(value: np.ndarray, names: tuple[str, str]) -> str:
+    """The map of the values alone, a line of text high."""
+    if names[0] not in UPWARDS:
+        value, names = value.T, names[::-1]
+    means, _ = gathered(value, (20, 110))
+    rows, columns = value.shape
+    width = min(max(round(20 * columns / rows), 20), 110) if set(names) in ALIKE else 110
+    picture = _image(0, 0, width, 20, _turned(means, names), VIRIDIS)[0]
+    return f'<svg width="{width}" height="20" role="img">{picture}</svg>'
+
+
+def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, title: str) -> str:
+    """One map with its title, the ends of the axis below it, and the scale of its colours."""
+    picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _turned(numbers, names), colours)
+    y, note = TOP + tall, ", log" if is_log else ""
+    ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
+    return "".join(
+        [
+            _text(x, 12, "start", plain_typeset(title + note)),
+            picture,
+            f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor" opacity=".35"/>',
+            _text(x, y + 13, "start", place_text(names[1], edges[1][0])),
+            _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1])),
+            _text(x + WIDTH, y + 13, "end", place_text(names[1], edges[1][-1])),
+            f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none" href="{ramp}"/>',
+            _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
+            _text(x + WIDTH, y + 43, "end", plain_typeset(f"{high:.3g}")),
+        ]
+    )
+
+
+def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, float, float, bool]:
+    """The map itself, the ends of its scale, and whether that has decades."""
+    known = numbers[np.isfinite(numbers)]
+    low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
+    positive = known[known > 0]
+    is_log = bool(low >= 0 and positive.size and high > WIDE * positive.min())
+    if is_log:
+        low = max(positive.min(), high * 1e-6)
+        with np.errstate(divide="ignore"):
+            shades = shade(
+                np.log(np.where(numbers > 0, np.fmax(numbers, low), np.nan)), np.log(low), np.log(high)
+            )
+    else:
+        low = min(low, 0.0) if low < 0.5 * high else low
+        shades = shade(numbers, low, high)
+    picture = (
+        f'<image x="{x}" y="{y}" width="{width}" height="{height}" preserveAspectRatio="none"'
+        f' style="image-rendering:pixelated" href="{png_url(shades, colours)}"/>'
+    )
+    return picture, float(low), float(high), is_log
+
+
+def _turned(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
+    """Rows from the top."""
+    return numbers if names[0] in DOWNWARDS else numbers[::-1]
+
+
+def _upwards(name: str, edges: np.ndarray, tall: float) -> str:
+    """The axis on the left: its ends, and its name between them."""
+    words = axis_words(name)
+    turned = f'<text transform="translate({LEFT - 34} {TOP + tall / 2:.1f}) rotate(-90)" text-anchor="middle">{words}</text>'
+    top, bottom = (edges[0], edges[-1]) if name in DOWNWARDS else (edges[-1], edges[0])
+    return "".join(
+        [
+            _text(LEFT - 4, TOP + 9, "end", place_text(name, top)),
+            _text(LEFT - 18, TOP + tall / 2 + 4, "end", words) if len(words) < 3 else turned,
+            _text(LEFT - 4, TOP + tall, "end", place_text(name, bottom)),
+        ]
+    )
+
+
+def _height(names: tuple[str, str], edges: list[np.ndarray], shape: tuple[int, int]) -> float:
+    """To scale where both axes are of one measure, else a comfortable one."""
+    if set(names) not in ALIKE:
+        return 110.0
+    tall, wide = (float(abs(along[-1] - along[0])) for along in edges)
+    return min(max(WIDTH * tall / wide, LOW), TALL) if wide > 0 else float(LOW)
+
+
+def _text(x: float, y: float, anchor: str, words: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'

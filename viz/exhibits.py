@@ -1,0 +1,184 @@
+"""The gallery's general figures: what each shows, whose result it is drawn from, and how; nothing is run here.
+
+An exhibit is of an experiment's scene with some parameters, or of the showroom, where `sim` is None.  `transport gallery` runs
+each scene once and hands its result to all exhibits of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from transport.results import Result
+from transport.scene import Scene
+from transport.tracking import Tracking
+from transport.tracks import Tracks
+from viz.cameras import seen
+from viz.convergence import convergence
+from viz.irradiance import irradiance_map
+from viz.phase_density import phase_density
+from viz.power_flow import power_flow
+from viz.radiance import radiance_map
+from viz.showroom import EYES, METERS, glossy_plate, showroom
+
+THROUGH_GLASS = 14  # row of the floor's bins below the glass ball
+TO_GLASS = -1.7  # rad, azimuth at which the floor's meter sees the glass ball
+
+GLOSS = "gloss"
+Draw = Callable[[Result, Tracks | None, Path, str], object]  # a result, tracks, where to, the small print
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """One figure.  says: what it shows and its errors, in a sentence;  particles: of the run that it needs.
+
+    tracks: how many are drawn, 0 for none;  is_solid: whether it needs a screen for 3-D pictures;  looks: of the showroom, or GLOSS.
+    """
+
+    name: str
+    says: str
+    draw: Draw
+    sim: str | None = None
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    particles: int = 10_000_000
+    tracks: int = 0
+    is_solid: bool = False
+    looks: str = METERS
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of an exhibit that is of no experiment: the showroom with these looks, or the glossy plate."""
+        return glossy_plate() if self.looks == GLOSS else showroom(self.looks)
+
+    @property
+    def ways(self) -> dict[str, object]:
+        """How that is run: dim directions of the room want survivors of a roulette that weigh little."""
+        return {"tracking": Tracking(roulette=1e-9)} if self.looks == METERS else {}
+
+
+def _map(name: str, title: str, **how: object) -> Draw:
+    return lambda result, tracks, path, note: irradiance_map(
+        result[name], path, title=title, note=note, **how
+    )
+
+
+def _sky(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
+    radiance = result["sky"].radiance
+    return radiance_map(radiance, path, title="What the floor sees", azimuth=TO_GLASS, note=note, decades=3)
+
+
+def _phase(name: str, title: str, decades: float | None = None) -> Draw:
+    return lambda result, tracks, path, note: phase_density(
+        result[name], path, decades=decades, title=title, note=note
+    )
+
+
+def _settling(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
+    title = "A run settles: the power that the floor absorbs"
+    return convergence(
+        result, result.ledger.absorbed_by["floor"], path, title=title, note=note, name="absorbed by the floor"
+    )
+
+
+def _flow(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
+    return power_flow(result, path, title="Where the power of the lamp went", note=note)
+
+
+def _seen(name: str, title: str) -> Draw:
+    return lambda result, tracks, path, note: seen(result[name], path, 3.0, title, note)
+
+
+def _solid(title: str, result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
+    from viz.scene_view import scene_view
+
+    return scene_view(result.scene, path, result, tracks, title=title)
+
+
+def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
+    from viz.lobes_in_place import add_lobe
+    from viz.scene_view import scene_plotter
+
+    plotter = scene_plotter(result.scene, tracks=tracks)
+    add_lobe(plotter, result["plate"], "radiance_out", size=0.6)
+    plotter.screenshot(path, return_img=False)
+    plotter.close()
+    return path
+
+
+EXHIBITS = (
+    Exhibit(
+        "room",
+        "A room in space: surfaces coloured by irradiance on a scale of decades, the lamp glowing, fog as a volume, and"
+        " the ways of a hundred particles by weight; cells with few hits are grey, so that no colour is mere noise.",
+        partial(_solid, "One of each thing"),
+        tracks=100,
+        is_solid=True,
+    ),
+    Exhibit(
+        "lobe",
+        "What leaves a glossy plate in a slanting beam, where it leaves: the distance from the plate, and the colour, say the"
+        " radiance in that direction, highest near the mirror's and beyond; its standard errors, 3 % in the median bin, are not drawn.",
+        _lobe,
+        particles=4_000_000,
+        tracks=60,
+        is_solid=True,
+        looks=GLOSS,
+    ),
+    Exhibit(
+        "irradiance_map",
+        "Light on the floor: shadows of a mirror ball and of fog, and the light that a glass ball gathers; beside it the"
+        " relative standard error of every bin, and a cut through the focus with bars of two standard errors.",
+        _map("floor", "Light on the floor", decades=2, row=THROUGH_GLASS),
+    ),
+    Exhibit(
+        "fluence_map",
+        "Fluence rate in a slice through the room, by cells, with the relative standard error of each; within the mirror"
+        " ball, where nothing comes, no error is known, and it is hatched.",
+        _map("slice", "Fluence rate in a slice of the room", quantity="fluence_rate", decades=2),
+    ),
+    Exhibit(
+        "radiance_map",
+        "What a patch of the floor sees by direction, over three decades: the lamp, through the glass ball and past it, and"
+        " the walls; dim directions have few counts, as the map of errors tells, and what nothing came from is hatched.",
+        _sky,
+    ),
+    Exhibit(
+        "power_flow",
+        "The ledger as a flow: widths are to scale, every end has its number and standard error, and they add up to what"
+        " was emitted.",
+        _flow,
+    ),
+    Exhibit(
+        "convergence",
+        "A number while it settles: the mean of the batches so far with a band that covers with 95 %, and its standard"
+        " error on the line of one over the root of the particles; early errors are themselves uncertain (grey).",
+        _settling,
+    ),
+    Exhibit(
+        "phase_density",
+        "Position against velocity of a water bag between mirrors, which winds into filaments of one and the same density;"
+        " below, relative standard errors: one in the root of the counts, and hatched where nothing was.",
+        _phase("waterbag", "A water bag winds into filaments"),
+        sim="phase_space",
+        parameters={"start": "waterbag"},
+        particles=4_000_000,
+    ),
+    Exhibit(
+        "camera_picture",
+        "The room as a camera sees it, by histories that start at its pinhole, over three decades of radiance; the"
+        " errors beside it show what is dear: what the glass ball lights, with single bright pixels round about, and the fog.",
+        _seen("view", "The room, by histories that start at the camera"),
+        particles=12_000_000,
+        looks=EYES,
+    ),
+    Exhibit(
+        "environment_map",
+        "Radiance from all directions at a place in the room, with its relative standard error: polar angle from above,"
+        " azimuth across; where the room is open nothing comes, and no error is known (hatched).",
+        _seen("around", "All directions at a place in the room"),
+        particles=12_000_000,
+        looks=EYES,
+    ),
+)

@@ -1,0 +1,145 @@
+"""How 3-D pictures look: light on a dark ground, decade scales, text in a font that has every sign.
+
+The renderer's own fonts drop signs such as φ, and the minus of an exponent, without a word.  So all text is in a font
+that has them, units are mathtext, and bars say their decades as text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pyvista
+
+GROUND, TEXT, FAINT = "#0d1017", "#e8ebf0", "#9aa4b2"
+UNKNOWN = "#3b414d"  # cells of too few hits
+WALL, STEEL, GLASS = "#59616f", "#aab4c2", "#7fd4e6"
+FOG, GLOWING = "#9fb8d8", "#ffb070"
+GLOW, METER = "#fff1c2", "#56b4e9"
+VALUES, WAYS = "inferno", "viridis"  # what was measured, and tracks
+MOST_DECADES = 6
+FEW_DECADES = 2  # up to so many, a bar also says 2 and 5
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+BAR, WIDE = 0.075, 0.22  # width of a bar with its words, of the window, and the share of it that is coloured
+HEIGHT = 900  # pixels of the window for which type sizes are given
+FROM_FILE = 4  # how the renderer calls a font that is read from a file
+
+
+class Scale(NamedTuple):
+    """low, high: where its colours end, in `of` what is shown;  marks: what its bar says, and where."""
+
+    low: float
+    high: float
+    marks: tuple[tuple[float, str], ...]
+    is_log: bool
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """What the colours go by: the values, or their decimal logarithms; nan for what has none."""
+        if not self.is_log:
+            return values
+        return np.log10(values, out=np.full(np.shape(values), np.nan), where=np.asarray(values) > 0)
+
+
+def decades(values: np.ndarray) -> Scale | None:
+    """A logarithmic scale over whole decades that holds the positive values, the upper six at most; None without any."""
+    known = values[np.isfinite(values) & (values > 0)]
+    if len(known) == 0:
+        return None
+    first, last = math.floor(math.log10(known.min()) + 1e-9), math.ceil(math.log10(known.max()) - 1e-9)
+    last = max(last, first + 1)
+    first = max(first, last - MOST_DECADES)
+    marks = [(float(k), _power(k)) for k in range(first, last + 1)]
+    if last - first <= FEW_DECADES:
+        marks += [(k + math.log10(m), _between(m, k)) for k in range(first, last) for m in (2, 5)]
+    return Scale(first, last, tuple(sorted(marks)), True)
+
+
+def evenly(values: np.ndarray) -> Scale | None:
+    """A linear scale from 0 to a round number above the values; None without a positive one."""
+    known = values[np.isfinite(values)]
+    if len(known) == 0 or known.max() <= 0:
+        return None
+    unit = 10.0 ** math.floor(math.log10(known.max()))
+    high = next(k * unit for k in (1, 2, 3, 4, 5, 6, 8, 10) if k * unit >= known.max() * (1 - 1e-9))
+    return Scale(0.0, high, tuple((share * high, f"{share * high:.3g}") for share in (0, 0.5, 1)), False)
+
+
+def font() -> str:
+    """The file of a font that has every sign in use."""
+    import matplotlib
+
+    return str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf")
+
+
+def sized(plotter: pyvista.Plotter, size: float) -> int:
+    """A type size that is meant for a window of HEIGHT pixels, in the plotter's."""
+    return max(5, round(size * min(1.5, plotter.window_size[1] / HEIGHT)))
+
+
+def write(
+    plotter: pyvista.Plotter, words: str, place: tuple[float, float], size: int, colour: str = TEXT
+) -> None:
+    """Words at a place in the window, (0, 0) lower left to (1, 1): their lower left corner."""
+    plotter.add_text(
+        words,
+        position=place,
+        viewport=True,
+        font_size=sized(plotter, size),
+        color=colour,
+        font_file=font(),
+    )
+
+
+def add_bar(
+    plotter: pyvista.Plotter,
+    actor: object,
+    title: str,
+    scale: Scale,
+    place: tuple[float, float],
+    height: float,
+) -> None:
+    """A bar of colours with its marks; title: mathtext;  place: of the lower left corner of its colours, in shares of the window."""
+    bar = plotter.add_scalar_bar(
+        title=title,
+        mapper=actor.mapper,
+        vertical=True,
+        position_x=place[0] - (1 - WIDE) * BAR,
+        position_y=place[1],
+        width=BAR,
+        height=height,
+        n_labels=0,
+        color=TEXT,
+        unconstrained_font_size=True,
+        nan_annotation=False,
+    )
+    for value, words in scale.marks:
+        actor.mapper.lookup_table.SetAnnotation(value, words)
+    bar.SetTitle("")
+    bar.SetTextPositionToPrecedeScalarBar()
+    bar.SetDrawAnnotations(True)
+    bar.SetDrawTickLabels(False)
+    bar.SetBarRatio(WIDE)
+    words = bar.GetAnnotationTextProperty()
+    words.SetFontFamily(FROM_FILE)
+    words.SetFontFile(font())
+    words.SetFontSize(sized(plotter, 16))
+    words.SetColor(*(int(TEXT[k : k + 2], 16) / 255 for k in (1, 3, 5)))
+    write(plotter, title, (place[0], place[1] + height + 0.02), 12)
+
+
+def in_words(estimate: object) -> str:
+    """The estimate with its error, its unit with raised exponents."""
+    return re.sub(r"\^\(?(-?\d+)\)?", lambda found: found[1].translate(SUPERSCRIPTS), str(estimate))
+
+
+def _power(k: int) -> str:
+    return f"{10.0**k:g}" if -2 < k < 4 else "10" + str(k).translate(SUPERSCRIPTS)
+
+
+def _between(m: int, k: int) -> str:
+    return f"{m * 10.0**k:g}" if -2 < k < 4 else f"{m}·{_power(k)}"

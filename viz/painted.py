@@ -1,0 +1,66 @@
+"""What a detector read, laid on the facets of its shape: the value, its error and the number of hits of each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.results.estimates import Estimate, EstimateArray
+from transport.results.meter_sums import ARRIVALS, DEPARTURES
+
+SYMBOLS = {"irradiance": "E", "exitance": "M", "net_flux_density": "J", "fluence_rate": r"\phi"}
+LEAVING = ("exitance",)
+PLACES = ("u", "v")
+
+
+@dataclass(frozen=True)
+class Paint:
+    """values, errors, hits: of each bin of place, flat, u before v;  words: the value with its error, of one without bins."""
+
+    quantity: str
+    unit: str
+    words: str | None
+    values: np.ndarray
+    errors: np.ndarray
+    hits: np.ndarray
+
+    def on(self, bins: np.ndarray) -> dict[str, np.ndarray]:
+        """Cell arrays for facets of these bins; nan, and no hits, for what lies in none (-1)."""
+        columns = {self.quantity: self.values, f"{self.quantity} error": self.errors}
+        found = {name: np.append(column, np.nan)[bins] for name, column in columns.items()}
+        return found | {"hits": np.append(self.hits, 0)[bins]}
+
+
+def paint_of(reading: object, quantity: str = "irradiance") -> Paint:
+    """What a detector read of that quantity, by place: means over bins of time, sums over those of speed."""
+    estimate = by_place(getattr(reading, quantity))
+    values, errors = (np.ravel(getattr(estimate, name)).astype(float) for name in ("value", "error"))
+    hits = np.broadcast_to(np.ravel(_hits(reading, quantity)), values.shape)
+    words = str(estimate) if isinstance(estimate, Estimate) else None
+    return Paint(quantity, str(estimate.unit), words, values, errors, hits)
+
+
+def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
+    """Over u and v alone."""
+    if "time" in estimate.coords:
+        widths = np.diff(estimate.coords["time"])
+        shares = widths / widths.sum()
+        axis = estimate.dims.index("time")
+        estimate = (estimate * shares.reshape(-1, *(1,) * (len(estimate.dims) - 1 - axis))).sum("time")
+    if "speed" in estimate.coords:
+        estimate = estimate.sum("speed")
+    return estimate
+
+
+def _hits(reading: object, quantity: str) -> np.ndarray:
+    """How many scores each bin of place is made of."""
+    sums = getattr(reading, "sums", None)
+    if sums is not None:
+        side = DEPARTURES if quantity in LEAVING else ARRIVALS
+        return sums.by_place("counts", side).sum(axis=(0, 1, 2))
+    counts = reading.counts
+    if not isinstance(counts, EstimateArray):
+        return np.array(counts.value)
+    others = tuple(k for k, name in enumerate(counts.dims) if name not in PLACES)
+    return counts.value.sum(axis=others)

@@ -1,0 +1,97 @@
+"""A map of values beside a map of relative standard errors: what is drawn in each bin, on which scale, with which bar."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+
+from viz.style import HATCHING, MUTED, PALE
+
+VALUES, ERRORS = "inferno", "cividis"  # both perceptually uniform, and unlike each other
+TITLE = "relative standard error  [%]"
+TRUSTED = 0.25  # relative error; less certain bins do not stretch a scale
+WIDE = 5.0  # times the least error, from which on the scale is logarithmic
+
+
+def value_norm(value: np.ndarray, error: np.ndarray, decades: float | None = None) -> Normalize:
+    """From 0 (or the least, below it) to the greatest value that is well known, or so many decades down from there."""
+    trusted = value[error <= TRUSTED * np.abs(value)]
+    shown = trusted if trusted.size else value[np.isfinite(value)]
+    low, high = min(0.0, shown.min(initial=0.0)), shown.max(initial=0.0)
+    high = high if high > low else low + 1
+    return Normalize(low, high) if decades is None else LogNorm(high * 10.0**-decades, high)
+
+
+def on_scale(value: np.ndarray, norm: Normalize) -> np.ndarray:
+    """The values, with what a logarithmic scale cannot show at its darkest end."""
+    return np.where(value <= norm.vmin, norm.vmin, value) if isinstance(norm, LogNorm) else value
+
+
+def value_bar(drawn: ScalarMappable, norm: Normalize, value: np.ndarray, cax: Axes) -> Colorbar:
+    """The colour bar of a map of values, with an arrow at each end that some of them lie beyond."""
+    finite = value[np.isfinite(value)]
+    ends = finite.min(initial=norm.vmax) < norm.vmin, finite.max(initial=norm.vmin) > norm.vmax
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
+    bar = cax.figure.colorbar(drawn, cax=cax, orientation="horizontal", extend=extend)
+    if not isinstance(norm, LogNorm):
+        bar.ax.xaxis.set_major_locator(MaxNLocator(5))
+    return bar
+
+
+def percent_of(value: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Relative standard errors [%], nan where there is none: no score, no error, or a value of 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = np.where(error == 0, 0.0, 100 * error / np.abs(value))
+    return np.where(np.isfinite(percent), percent, np.nan)
+
+
+def error_norm(percent: np.ndarray) -> Normalize:
+    """From the least to the greatest over decades where they differ much, from 0 where they do not."""
+    positive = percent[percent > 0]
+    low, high = (positive.min(), positive.max()) if positive.size else (0.0, 1.0)
+    return LogNorm(low, high) if high > WIDE * low > 0 else Normalize(0, high)
+
+
+def error_bar(drawn: ScalarMappable, norm: Normalize, cax: Axes) -> Colorbar:
+    """The colour bar of a map of errors, with plain numbers."""
+    bar = cax.figure.colorbar(drawn, cax=cax, orientation="horizontal")
+    tick_errors(bar.ax.xaxis, norm)
+    return bar
+
+
+def tick_errors(axis: Axis, norm: Normalize) -> None:
+    """Plain numbers along a bar of errors: 1, 2, 5, or where they span much one a decade."""
+    if not isinstance(norm, LogNorm):
+        axis.set_major_locator(MaxNLocator(5))
+        return
+    many = norm.vmax > 1e3 * norm.vmin
+    axis.set_major_locator(LogLocator(10, subs=(1,) if many else (1, 2, 5)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
+def hatch(axes: Axes) -> None:
+    """Hatched grey for the whole of axes, which shows where a map drawn upon it has a gap."""
+    axes.fill(
+        (0, 1, 1, 0), (0, 0, 1, 1), transform=axes.transAxes, facecolor=PALE, hatch=HATCHING, ec=MUTED, lw=0,
+        zorder=-5,
+    )  # fmt: skip
+
+
+def gap_words(percent: np.ndarray, unscored: np.ndarray) -> str | None:
+    """Why some errors are not drawn; None where all are."""
+    gaps = np.isnan(percent)
+    if not gaps.any():
+        return None
+    return "no score" if unscored[gaps].all() else "not known"
+
+
+def hatch_key(words: str) -> Patch:
+    """The mark of hatched bins for a legend."""
+    return Patch(facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0, label=words)
