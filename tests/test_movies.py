@@ -77,7 +77,8 @@ def test_the_frames_of_both_movies_show_the_particles_where_they_are(tmp_path):
     """The same beam by the clock and along its tracks: the particle climbs in the picture after the mirror."""
     from PIL import Image
 
-    scene = beam(duration=5 / tp.speed_of_light)
+    own = tp.Snapshot(1e-9, particles=50, name="own")  # is no frame
+    scene = beam(duration=5 / tp.speed_of_light, detectors=own)
     result = tp.simulate(filmed(scene, frames=6, particles=5), 100, seed=1, threads=1)
     clocked = clock_movie(scene, tmp_path / "clock.gif", result, title="A beam")
     steady = tracks_movie(beam(), tmp_path / "tracks.gif", tp.tracks(beam(), 5, seed=1), "weight", frames=6)

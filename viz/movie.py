@@ -47,10 +47,11 @@ def clock_movie(
 ) -> str | os.PathLike:
     """Write the particles of the result's snapshots, in the order of their times, as a GIF; returns the path.
 
-    scene: what is drawn round them;  result: of `filmed(scene)`;  colour: "direction" or "weight", that of the
-    heaviest being 1.  Raises ValueError where the result has no snapshots.
+    scene: what is drawn round them, and whose own snapshots are left out;  result: of `filmed(scene)`;
+    colour: "direction" or "weight", that of the heaviest being 1.  Raises ValueError for a result without snapshots.
     """
-    looks = sorted(result.scene.snapshots, key=lambda look: look.time)
+    added = [look for look in result.scene.snapshots if look not in scene.snapshots]
+    looks = sorted(added or result.scene.snapshots, key=lambda look: look.time)
     if not looks:
         raise ValueError("clock_movie: the result has no snapshots; run filmed(scene)")
     bounds = frame_of(scene).grown()
