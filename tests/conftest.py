@@ -41,6 +41,7 @@ def call(tmp_path, monkeypatch):
     from transport.command import cli
 
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("COLUMNS", raising=False)  # which readline sets for the suite's workers
     for name, more in {
         "disk": PICTURE,
         "disks": CASES + PICTURE,

@@ -32,3 +32,11 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
         thread.join()
     assert seen == [True] * 4
     assert type(module).__name__ == "module"
+
+
+def test_what_is_put_into_a_file_before_it_is_read_stays(monkeypatch):
+    name = "transport.engine.told"
+    monkeypatch.setitem(sys.modules, name, sys.modules[name])
+    module = families._unread(families.FOLDER / "told.py")
+    module.tell_walls = "planted"
+    assert module.tell_walls == "planted" and module.tell_collisions.name == "tell_collisions"

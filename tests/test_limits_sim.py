@@ -76,8 +76,9 @@ def test_penumbra_of_a_small_source_tends_to_the_visible_part():
 
 
 def test_beyond_the_penumbra_the_whole_disk_shines_or_nothing():
+    """Edges 1e-6 apart at 0.06 leave eleven digits of their distance."""
     lit = penumbra.geometry_means([0.06, 0.060001], (-1e-9, 1e-9), *GEOMETRY[1:])[0]
-    assert lit == pytest.approx(emitters.disk_irradiance(1.0, 0.05, 2.0, 0.0600005), rel=1e-12)
+    assert lit == pytest.approx(emitters.disk_irradiance(1.0, 0.05, 2.0, 0.0600005), rel=1e-10)
     assert penumbra.geometry_means([-0.08, -0.06], *GEOMETRY)[0] == 0
 
 

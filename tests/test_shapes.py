@@ -304,7 +304,10 @@ def test_projected_solid_angles_of_planes_are_those_of_flat_shapes():
         slab = Detector(Slab(normal=(0, 1, 3), thickness=1), "m", directions=directions)
         _, projected = solid_angles_of(flat, flat.shape)
         assert solid_angles_of(plane, plane.shape)[1] == pytest.approx(projected, rel=1e-15)
-        _, other = solid_angles_of(Detector(flat.shape, "m", side="back", directions=directions), flat.shape)
+        back = Directions(mu=3, phi=2, frame="world") if isinstance(directions, Directions) else None
+        other = 0.0  # of a cone that lies in front
+        if back is not None:
+            _, other = solid_angles_of(Detector(flat.shape, "m", side="back", directions=back), flat.shape)
         assert solid_angles_of(slab, slab.shape)[1] == pytest.approx((projected + other) / 2, rel=1e-14)
     tube = Detector(TUBE, "m", directions=Directions(mu=2, phi=2))
     assert solid_angles_of(tube, TUBE)[1] == pytest.approx(

@@ -35,6 +35,11 @@ class Unread(ModuleType):
                 _read(self)
         return ModuleType.__getattribute__(self, name)
 
+    def __setattr__(self, name: str, value: object) -> None:
+        with READING:
+            _read(self)  # lest reading it later undo this
+        ModuleType.__setattr__(self, name, value)
+
 
 def _read(module: ModuleType) -> None:
     """Run a module that nothing has run yet; it may look into itself meanwhile."""
