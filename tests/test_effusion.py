@@ -277,11 +277,8 @@ def test_refused_settings_are_named():
             effusion.scene(**wrong)
 
 
-def test_every_setting_is_drawn_alone_and_all_together(tmp_path):
+def test_all_settings_are_drawn_together(tmp_path):
     outcomes = run_experiment(effusion, {}, particles=20_000, seed=1)
     paths = effusion.draw(outcomes, tmp_path / "all.png")
     assert [path.stem for path in paths] == ["all", *(f"all_{s}" for s in effusion.SETTINGS[1:])]
-    for k, outcome in enumerate(outcomes):
-        [path] = effusion.draw([outcome], tmp_path / f"{k}.png")
-        assert path.read_bytes().startswith(b"\x89PNG")
-        assert effusion.verdict([outcome]).endswith(".")
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)

@@ -195,14 +195,11 @@ def test_nothing_comes_through_fog_that_is_too_thick():
     assert "inf times too much" in fog.verdict([outcome])
 
 
-def test_verdicts_and_pictures_come_for_all_cases_and_for_each(outcomes, tmp_path):
-    for outcome in outcomes:
-        assert fog.verdict([outcome]).endswith(".")
-    for k, some in enumerate([outcomes, *([outcomes[i]] for i in (1, 5, 7))]):
-        for path in fog.draw(some, tmp_path / f"{k}.png"):
-            assert path.read_bytes().startswith(b"\x89PNG")
+def test_the_verdict_and_the_pictures(outcomes, tmp_path):
+    for path in fog.draw(outcomes, tmp_path / "0.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
     said = fog.verdict(outcomes)
     assert "1.94 times too much at τ = 2" in said or "1.95 times too much at τ = 2" in said
-    names = {path.name for path in tmp_path.iterdir() if path.name.startswith("0")}
+    names = {path.name for path in tmp_path.iterdir()}
     words = ("", "_ways", "_irradiance", "_lamp", "_room", "_sun")
     assert names == {f"0{word}.png" for word in words}

@@ -244,15 +244,6 @@ def test_unknown_choices_are_refused_with_the_possible_ones():
 # Pictures
 
 
-@pytest.mark.parametrize("module", [phase_space, pressure])
-def test_verdicts_and_pictures_come_for_all_cases_and_for_each(module, clouds, presses, tmp_path):
-    outcomes = list((clouds if module is phase_space else presses).values())
-    for k, some in enumerate([outcomes, *([outcome] for outcome in outcomes)]):
-        assert module.verdict(some).endswith(".")
-        module.draw(some, tmp_path / f"{k}.png")
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in tmp_path.iterdir())
-
-
 def portrait(shape=(4, 3), unit="m^-2 s", **coords):
     values = np.random.default_rng(1).poisson(50.0, size=(len(EVEN_RUN), *shape)).astype(float)
     names = ("x", "vx")[: len(shape)]

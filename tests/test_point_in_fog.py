@@ -153,10 +153,7 @@ def test_what_would_not_end_and_unknown_subjects_are_refused():
         point_in_fog.scene(subject="film")
 
 
-def test_verdicts_and_pictures_come_for_all_cases_and_for_each(outcomes, tmp_path):
-    for k, some in enumerate([outcomes, *([outcome] for outcome in outcomes)]):
-        assert point_in_fog.verdict(some).endswith(".")
-        for path in point_in_fog.draw(some, tmp_path / f"{k}.png"):
-            assert path.read_bytes().startswith(b"\x89PNG")
-    names = {path.name for path in tmp_path.iterdir() if path.name.startswith("0")}
-    assert names == {"0.png", "0_spread.png", "0_pulse.png"}
+def test_all_pictures_come(outcomes, tmp_path):
+    paths = point_in_fog.draw(outcomes, tmp_path / "0.png")
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+    assert {path.name for path in paths} == {"0.png", "0_spread.png", "0_pulse.png"}

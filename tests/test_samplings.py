@@ -151,11 +151,10 @@ def test_a_run_holds_few_equal_nets_and_says_how_many_histories_they_have():
 
 
 def test_batches_are_equal_powers_of_two():
-    assert equal_powers_of_two(1, 8) == [1] * 8
-    assert equal_powers_of_two(1 << 20, 8) == [1 << 17] * 8
-    assert equal_powers_of_two((1 << 20) + 1, 8) == [1 << 18] * 8
-    many = equal_powers_of_two(10 * LARGEST_BATCH - 1, 4)
-    assert many == [LARGEST_BATCH] * 10
+    assert equal_powers_of_two(1, 8) == (1, 8)
+    assert equal_powers_of_two(1 << 20, 8) == (1 << 17, 8)
+    assert equal_powers_of_two((1 << 20) + 1, 8) == (1 << 18, 8)
+    assert equal_powers_of_two(10 * LARGEST_BATCH - 1, 4) == (LARGEST_BATCH, 10)
 
 
 @pytest.mark.parametrize("sampling", NETS)

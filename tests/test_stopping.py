@@ -16,7 +16,7 @@ from transport.results.estimates import Batches, Estimate
 from transport.results.statistics import skewness_of_mean, student_quantile
 from transport.runs.leaps import leaps_suffice, leaps_to_come, slope_of
 from transport.runs.limits import MANY_FOR_ERROR, Limits
-from transport.runs.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for
+from transport.runs.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for, sizes_of
 from transport.runs.stopping import LOPSIDED, Look, Standing, standing_of
 
 RUNS = 800
@@ -64,7 +64,7 @@ def stopped(law, target, seed, batches=256):
     """The looks of a run and its estimate, by the rule."""
     rng, schedule, looks = np.random.default_rng(seed), Planned(limits(batches), batches, 0), []
     while not looks or not looks[-1].is_enough:
-        for size in schedule.leg(looks):
+        for size in sizes_of(schedule.next_leg(looks)):
             schedule.take(Drawn(size, law(rng, size)))
         schedule.end_leg()
         estimate = estimate_of(schedule.kept)
@@ -209,7 +209,7 @@ def test_leaps_go_by_the_slope_and_no_farther_than_eightfold():
 def test_a_round_replaces_those_before():
     schedule = Rounds(limits(16), 16, 0)
     for k in range(3):
-        sizes = list(schedule.leg([]))
+        sizes = list(sizes_of(schedule.next_leg([])))
         assert sizes == [SMALL_BATCH << k] * 16
         for size in sizes:
             schedule.take(Drawn(size, 0.0))
@@ -220,7 +220,7 @@ def test_a_round_replaces_those_before():
 
 def test_a_round_that_was_not_finished_is_left_out():
     schedule = Rounds(limits(16), 16, 0)
-    for size in schedule.leg([]):
+    for size in sizes_of(schedule.next_leg([])):
         schedule.take(Drawn(size, 0.0))
     schedule.end_leg()
     schedule.take(Drawn(2 * SMALL_BATCH, 0.0))
@@ -256,11 +256,11 @@ def test_batches_are_few_where_sums_are_large_and_small_where_histories_are_long
     assert schedule_for(limits(256), plan).count == 256
     assert type(schedule_for(Limits(None, {}, 1.0, 32), plan)) is Schedule
     schedule = Planned(limits(16), 16, 0)
-    for size in schedule.leg([]):
+    for size in sizes_of(schedule.next_leg([])):
         schedule.take(Drawn(size, 0.0, crossings=size << 20))
     look = Look(1024, 16, (standing_of("x", estimate_of([Drawn(64, 50.0), Drawn(64, 80.0)] * 8), 1e-4),))
     assert (
-        max(schedule.leg([look])) <= 256
+        max(sizes_of(schedule.next_leg([look]))) <= 256
     )  # of 2^28 crossings; by the number of histories alone they would have 503
 
 

@@ -15,7 +15,12 @@ from pathlib import Path
 from tests.mutants.fault import LIBRARY, ROOT
 
 FOLDERS = ("engine", "physics")
-MARKS = ("@lane_pass", "@device", "njit")  # of modules that hold code to compile; others only hand it on
+MARKS = (
+    "@lane_pass",
+    "@device",
+    "@exact_device",
+    "njit",
+)  # of modules that hold code to compile; others only hand it on
 VARIANTS = " by "  # in names of passes that draw in another way: they depend on more than they import
 
 

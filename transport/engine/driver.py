@@ -16,6 +16,7 @@ from transport.engine.addresses import call_pass
 from transport.engine.bank import FIELDS, ROOM
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
+from transport.engine.plain import PlainRecord
 from transport.engine.program import Program
 from transport.overruns import too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
 from transport.physics.streams import SHARES, random_words, uniform
@@ -309,6 +310,6 @@ def run_batch(
 def _handled(bundle: np.ndarray):
     """A bundle as the driver wants it, and what passes are called with: its address, or its record without compilation."""
     if config.DISABLE_JIT:
-        lanes = bundle.view(np.recarray)
-        return lanes, lanes[0]
+        record = PlainRecord(bundle)
+        return [record], record
     return bundle, int(bundle["address"][0])

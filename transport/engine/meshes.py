@@ -26,7 +26,7 @@ from transport.compile.layout import (
 )
 from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
-from transport.physics.device import EXACT, device
+from transport.physics.device import EXACT, exact_device
 from transport.physics.facets import facet_crossing, lies_beside_edge, plane_distance, within_facet
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
@@ -36,13 +36,13 @@ SLACK = 16.0 * ROUNDING  # [scene lengths] about a place on a mesh within which 
 FORGIVEN = 2.0**-48  # relative rounding of a box's crossings
 
 
-@device
+@exact_device
 def reciprocal(u):
     """1/u, finite where u is 0."""
     return 1.0 / u if abs(u) > 1.0 / HUGE else math.copysign(HUGE, u)
 
 
-@device
+@exact_device
 def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, iz, start, best):
     """Distance at which a ray enters a box; infinity where it misses it, left it before start or enters it beyond best."""
     p, q = (low_x - ox) * ix, (high_x - ox) * ix
@@ -57,7 +57,7 @@ def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, i
     return near if (near <= far) & (far >= start) & (near <= best) else math.inf
 
 
-@device
+@exact_device
 def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
     """Whether a facet joins a ray's own at its origin and rises on the ray's side of it."""
     nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
@@ -74,7 +74,7 @@ def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
     return (not beside) & (side * rise > 0.0)
 
 
-@device
+@exact_device
 def folds_back(places, normals, a, b, c, at, f):
     """Whether a facet lies behind the plane of facet f, whose first vertex is at `at`: a convex fold where the two join."""
     nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
@@ -84,7 +84,7 @@ def folds_back(places, normals, a, b, c, at, f):
     return px * nx + py * ny + pz * nz < 0.0
 
 
-@device
+@exact_device
 def next_facet(
     mesh,
     nodes,

@@ -9,12 +9,12 @@ here: they would make the two sides of an edge differ.
 
 import math
 
-from transport.physics.device import device
+from transport.physics.device import exact_device
 
 SPLITTER = 134217729.0  # 2^27 + 1
 
 
-@device
+@exact_device
 def product_error(a, b, product):
     """a b less its rounded product, exactly (Veltkamp 1968, Dekker 1971)."""
     p, q = SPLITTER * a, SPLITTER * b
@@ -23,7 +23,7 @@ def product_error(a, b, product):
     return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@device
+@exact_device
 def edge_function(px, py, qx, qy):
     """px qy - py qx with the right sign, never 0 but for points that coincide."""
     left, right = px * qy, py * qx
@@ -38,7 +38,7 @@ def edge_function(px, py, qx, qy):
     return value
 
 
-@device
+@exact_device
 def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Distance along a ray at which it crosses a triangle of sheared vertices, and twice its sheared area with the sign of
     its orientation; NaN and 0 where it does not cross.  x, y: across the ray, z: along it, all from its origin."""
@@ -50,7 +50,7 @@ def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
     return (u * az + v * bz + w * cz) / area if is_in else math.nan, area
 
 
-@device
+@exact_device
 def plane_distance(t, az, bz, cz, height, cosine):
     """Distance at which a ray meets the plane of a facet that it crosses, no nearer and no farther than the facet's vertices.
 
@@ -62,7 +62,7 @@ def plane_distance(t, az, bz, cz, height, cosine):
     return min(max(t, nearest), farthest)
 
 
-@device
+@exact_device
 def lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, reach):
     """Whether the origin lies farther than `reach` outside the edge from a to b of a facet with the normal n."""
     ex, ey, ez = bx - ax, by - ay, bz - az
@@ -70,7 +70,7 @@ def lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, reach):
     return inward > reach * math.sqrt(ex * ex + ey * ey + ez * ez)
 
 
-@device
+@exact_device
 def within_facet(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz):
     """A place on a facet's plane; one beside the facet, by the rounding of a grazing ray, goes to the facet's edge."""
     ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az

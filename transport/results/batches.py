@@ -40,6 +40,9 @@ class Batch:
     moments: np.ndarray  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
     sizes: np.ndarray  # (cells,) how often scores of each size came (compile/sizes.py)
+    seed: int  # by which its random numbers are keyed, with those of the batch:
+    first: int  # its number in the run, or of merged ones the lowest
+    past: int  # the highest, plus 1
 
     def merged(self, other: "Batch", most_records: int) -> "Batch":
         """Both as one batch; of more records than that every second history is kept."""
@@ -61,11 +64,14 @@ class Batch:
             self.moments + other.moments,
             merged_records(self.records, other.records, most_records),
             self.sizes + other.sizes,
+            self.seed,
+            min(self.first, other.first),
+            max(self.past, other.past),
         )
 
 
-def batch_of(plan: Plan, raw) -> Batch:
-    """The numbers of one batch's raw sums (engine.driver.RawSums).  Raises LedgerError where they do not close."""
+def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
+    """The numbers of the raw sums (engine.driver.RawSums) of the batch of this number.  Raises LedgerError where they do not close."""
     ledger = raw.ledger.astype(object)
     whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
     aimed = int(ledger[layout.BORN, 2])
@@ -100,6 +106,9 @@ def batch_of(plan: Plan, raw) -> Batch:
         raw.moments @ LIMBS,
         records_of(raw.records, raw.stride, raw.seed),
         raw.sizes,
+        raw.seed,
+        number,
+        number + 1,
     )
 
 

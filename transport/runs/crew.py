@@ -27,7 +27,8 @@ class Crew:
 
         self.machine, self.seed, self.count = machine, seed, count
         self.bundles = [empty_bundle() for _ in range(threads)]
-        self.issued = 0  # number of the next batch to be handed over
+        self.next = 0  # number of the next batch to be handed over
+        self.ahead: dict[int, Batch] = {}  # batches that are done, though others before them are not
         self.done: list[tuple[int, float]] = []
 
     @property
@@ -38,34 +39,30 @@ class Crew:
     def work(self, sizes: Iterator[int]) -> Iterator[Batch | None]:
         """The batches of these sizes in order; None now and then, while there is nothing to hand over.
 
-        Close it to stop early: what is not done then is lost.  At Ctrl-C all that is done is handed over first, though
-        out of order.  Raises what a batch raised.
+        Close it to stop early: what is done then, out of order, is in `ahead`, and not done again.  Raises what a batch raised.
         """
-        self.tasks, self.lock, self.is_over, self.done = (
-            enumerate(sizes, self.issued),
-            threading.Lock(),
-            False,
-            [],
-        )
-        self.finished, ahead = queue.SimpleQueue(), {}
+        known = frozenset(self.ahead)
+        missing = ((number, size) for number, size in enumerate(sizes, self.next) if number not in known)
+        self.tasks, self.lock, self.is_over, self.done = missing, threading.Lock(), False, []
+        self.finished = queue.SimpleQueue()
         workers = [
             threading.Thread(target=self._work, args=(bundle,), daemon=True) for bundle in self.bundles
         ]
         try:
             for worker in workers:
                 worker.start()
-            yield from self._in_order(ahead)
-        except KeyboardInterrupt:
-            yield from (ahead[number] for number in sorted(ahead))
-            raise
+            yield from self._in_order()
         finally:
             self._stop()
             for worker in workers:
                 if worker.ident is not None:
                     worker.join()
+            while not self.finished.empty():
+                self.ahead |= self.finished.get()[0]
 
-    def _in_order(self, ahead: dict[int, Batch]) -> Iterator[Batch | None]:
+    def _in_order(self) -> Iterator[Batch | None]:
         working = len(self.bundles)
+        yield from self._whose_turn_it_is()
         while working:
             try:
                 parcel, error = self.finished.get(timeout=GLANCE)
@@ -75,10 +72,13 @@ class Crew:
             if error is not None:
                 raise error
             working -= not parcel
-            ahead |= parcel
-            while self.issued in ahead:
-                self.issued += 1
-                yield ahead.pop(self.issued - 1)
+            self.ahead |= parcel
+            yield from self._whose_turn_it_is()
+
+    def _whose_turn_it_is(self) -> Iterator[Batch]:
+        while self.next in self.ahead:
+            self.next += 1
+            yield self.ahead.pop(self.next - 1)
 
     def _work(self, bundle) -> None:
         """What a thread does: batch after batch, in its own bundle."""
@@ -94,7 +94,7 @@ class Crew:
                     break
                 begun = time.perf_counter()
                 raw = run_batch(self.machine, self.seed, number, size, bundle, self.count)
-                parcel[number] = batch_of(self.machine.program.plan, raw)
+                parcel[number] = batch_of(self.machine.program.plan, raw, number)
                 bundle["started"], now = 0, time.perf_counter()
                 self.done.append((size, now - begun))
                 if now - handed > PARCEL:

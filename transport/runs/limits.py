@@ -39,6 +39,7 @@ class Limits:
     seconds: float | None
     batches: int
     is_free: bool = False  # whether the number of batches was left open
+    part: tuple[int, int] = (1, 1)  # which of how many parts of the batches
 
 
 def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:

@@ -4,7 +4,6 @@ import math
 import time
 from contextlib import closing
 from dataclasses import dataclass, field
-from itertools import chain
 
 from transport.results import Result
 from transport.results.batches import Batch
@@ -13,7 +12,8 @@ from transport.runs.crew import GLANCE, Crew
 from transport.runs.limits import HOPELESS, MOST_BATCHES, Limits
 from transport.runs.outlook import Forecast, Outlook
 from transport.runs.progress import Progress
-from transport.runs.schedules import schedule_for
+from transport.runs.schedules import Leg, schedule_for, sizes_of
+from transport.runs.state import State, looks_at, put_back
 from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 
@@ -37,6 +37,9 @@ class Run:
     particles: int = 0  # of all batches, with those that a later round has replaced
     crossings: int = 0
     collisions: int = 0
+    saved: State | None = None  # of a run to go on with
+    leg: Leg = field(default_factory=list)  # under way
+    done: int = 0  # batches of it
 
     def go(self) -> None:
         self.plan = self.machine.program.plan
@@ -44,12 +47,16 @@ class Run:
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
         self.crew = Crew(self.machine, self.seed, self.threads, self.schedule.count)
         try:
-            while self._leg() and not self._is_enough():
-                pass
+            if self.saved is None or self._takes_up():
+                while self._leg() and not self._is_enough():
+                    pass
         except KeyboardInterrupt:
             self.is_complete = False
+            self.state = self._state()
+            self._take_ahead()
             self.warnings.append(f"interrupted after {len(self.batches)} batches")
             return
+        self.state = self._state()
         if not_reached := self._not_reached():
             self.warnings.append(not_reached)
 
@@ -69,12 +76,12 @@ class Run:
     def _leg(self) -> bool:
         """Do the batches until the next look; whether there were any, and time enough for all of them."""
         begun = time.perf_counter()
-        sizes = iter(self.schedule.leg(self.looks))
-        first = next(sizes, None)
-        if first is None:
+        if not self.leg:
+            self._next_leg()
+        if not self.leg:
             return False
-        self.size = first
-        with closing(self.crew.work(chain([first], sizes))) as batches:
+        self.size = self.leg[0][0]
+        with closing(self.crew.work(sizes_of(self.leg, self.done))) as batches:
             for batch in batches:
                 if batch is not None:
                     self._take(batch)
@@ -83,14 +90,62 @@ class Run:
                 if time.perf_counter() - self.shown > GLANCE:
                     self._show()
         self.schedule.end_leg()
+        self.leg = []
         self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
         return True
+
+    def _next_leg(self) -> None:
+        """The batches until the next look, none where the run is over; of a part of a run its own."""
+        self.leg, self.done = self.schedule.next_leg(self.looks), 0
+        if self.limits.part != (1, 1) and self.leg:
+            self.crew.next, self.leg = self.schedule.part(self.leg)
 
     def _take(self, batch: Batch) -> None:
         self.particles += batch.histories
         self.crossings += batch.crossings
         self.collisions += batch.collisions
         self.schedule.take(batch)
+        self.done += 1
+
+    # ---- what is saved of it, and goes on ----
+
+    def _state(self) -> State:
+        """Where the run stands between two batches."""
+        schedule = self.schedule
+        return State(
+            self.limits,
+            type(schedule).__name__,
+            {name: int(getattr(schedule, name)) for name in schedule.remembered},
+            list(schedule.batches),
+            list(schedule.current),
+            self.leg,
+            self.done,
+            self.crew.next,
+            dict(self.crew.ahead),
+            list(self.looks),
+            self.particles,
+            self.crossings,
+            self.collisions,
+            self._elapsed,
+        )
+
+    def _takes_up(self) -> bool:
+        """Stand where the saved run stood; whether that is not yet enough."""
+        saved = self.saved
+        self.crew.next, self.looks = saved.next, looks_at(saved, self.limits)
+        if put_back(saved, self.schedule):
+            self.leg, self.done, self.crew.ahead = saved.leg, saved.done, dict(saved.ahead)
+        self.particles, self.crossings, self.collisions = saved.particles, saved.crossings, saved.collisions
+        self.begun -= saved.seconds
+        if self.leg or not self.limits.error:
+            return not self._is_late()
+        del self.looks[-1:]
+        return not self._is_enough()
+
+    def _take_ahead(self) -> None:
+        """For the result of a run that ends early: what was done though others before it were not."""
+        for number in sorted(self.crew.ahead):
+            self._take(self.crew.ahead[number])
 
     def _is_late(self) -> bool:
         return self.limits.seconds is not None and self._elapsed >= self.limits.seconds

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import repeat
 
 import numpy as np
 
@@ -26,6 +27,33 @@ SMALL_BATCH = 128  # histories of a batch of a pilot
 MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
 FEWEST = 32  # batches, however large they are
 FEWEST_OF_A_ROUND = 8  # batches, by which a round that was not finished is better than the one before it
+MOST_IN_ONE_GO = (
+    4  # times as many batches as asked for, where these would be too large; beyond it neighbours are merged
+)
+
+Leg = list[tuple[int, int]]  # histories of a batch, and how many such follow one another
+
+
+def sizes_of(leg: Leg, done: int = 0) -> Iterator[int]:
+    """Histories of each batch of a leg, but for the first so many."""
+    for size, many in leg:
+        yield from repeat(size, max(0, many - done))
+        done = max(0, done - many)
+
+
+def batches_in(leg: Leg) -> int:
+    """How many batches a leg has."""
+    return sum(many for _, many in leg)
+
+
+def cut(leg: Leg, first: int, past: int) -> Leg:
+    """The batches of a leg from one number to another."""
+    cuts, begin = [], 0
+    for size, many in leg:
+        within = min(begin + many, past) - max(begin, first)
+        cuts += [(size, within)] * (within > 0)
+        begin += many
+    return cuts
 
 
 class Schedule:
@@ -34,31 +62,50 @@ class Schedule:
     Between `count` and twice as many are kept: then pairs become one.
     """
 
+    remembered = ("issued",)  # the numbers by which a saved run goes on
+
     def __init__(self, limits: Limits, count: int, records: int) -> None:
         """count: batches;  records: that snapshots may keep in all."""
         self.limits, self.count, self.records = limits, count, records
         self.batches: list[Batch] = []
-        self.left = MOST_PARTICLES if limits.particles is None else limits.particles
+        self.current: list[Batch] = []  # of a round that is under way
+        self.issued = 0  # histories of all legs so far
 
-    def leg(self, looks: list[Look]) -> Iterator[int]:
-        """Histories of the batches until the next look; none where the run is over."""
-        size, left, repeat = FIRST_BATCH, self.left, 2
-        self.left = 0
-        while left > 0:
-            for _ in range(repeat * self.count):
-                if left > 0:
-                    yield min(size, left)
-                    left -= min(size, left)
-            size, repeat = min(2 * size, LARGEST_BATCH), 1
+    @property
+    def left(self) -> int:
+        """Histories that may still be followed."""
+        most = MOST_PARTICLES if self.limits.particles is None else self.limits.particles
+        return max(0, most - self.issued)
+
+    def next_leg(self, looks: list[Look]) -> Leg:
+        """The batches until the next look; none where the run is over."""
+        leg = self._leg(looks)
+        self.issued += sum(size * many for size, many in leg)
+        return leg
+
+    def _leg(self, looks: list[Look]) -> Leg:
+        size, left, many, leg = FIRST_BATCH, self.left, 2 * self.count, []
+        if self.batches:
+            size, many = max(batch.histories for batch in self.batches), self.count
+        while left >= size:
+            leg.append((size, min(many, left // size)))
+            left -= size * leg[-1][1]
+            if leg[-1][1] == many:
+                size, many = min(2 * size, LARGEST_BATCH), self.count
+        return [*leg, (left, 1)] if left else leg
 
     def take(self, batch: Batch) -> None:
         """Keep a batch; they come in the order of their numbers."""
         self.batches.append(batch)
-        if len(self.batches) == 2 * self.count:
+        if len(self.batches) >= 2 * self.count:
             self._merge(2)
 
     def end_leg(self) -> None:
         """All batches of the leg have been taken."""
+
+    def adopt(self) -> None:
+        """Go on with batches that a schedule of another kind has taken."""
+        self.issued = self.particles
 
     @property
     def kept(self) -> list[Batch]:
@@ -89,13 +136,27 @@ class Schedule:
     def _merge(self, together: int) -> None:
         """Make one batch of so many that follow one another."""
         while together > 1:
-            most = math.ceil(2 * self.records / self.count)
             firsts, seconds = self.batches[::2], self.batches[1::2]
             odd = firsts[len(seconds) :]
             self.batches = [
-                one.merged(other, most) for one, other in zip(firsts, seconds, strict=False)
+                one.merged(other, self._most_records(2)) for one, other in zip(firsts, seconds, strict=False)
             ] + odd
             together //= 2
+
+    def _sizes(self, more: int) -> Leg:
+        """Batches for so many more histories, so that all are about as large; small ones are merged to that size."""
+        largest = self._largest()
+        size = max((batch.histories for batch in self.batches), default=min(SMALL_BATCH, largest))
+        together = 1
+        while 2 * size <= largest and (self.particles + more) >= 2 * size * self.count:
+            size, together = 2 * size, 2 * together
+        self._merge(together)
+        fewest = 0 if self.batches else self.count
+        return _evenly(more, max(fewest, math.ceil(more / size)))
+
+    def _most_records(self, together: int) -> int:
+        """Of the sample of snapshots, that so many batches as one may keep."""
+        return math.ceil(together * self.records / self.count)
 
     def _largest(self) -> int:
         """Histories of the largest batch that is safe, going by the events of those so far."""
@@ -107,47 +168,60 @@ class Schedule:
 class InOneGo(Schedule):
     """For `particles` alone: all batches at once."""
 
-    def leg(self, looks: list[Look]) -> Iterator[int]:
-        particles, self.left = self.left, 0
-        yield from _evenly(particles, max(self.count, math.ceil(particles / LARGEST_BATCH)))
+    remembered = ("issued", "together", "taken")
+    together = 1  # batches that become one: what is kept does not grow with the histories
+    taken = 0  # batches of this leg
+
+    def _leg(self, looks: list[Look]) -> Leg:
+        if self.left == 0:
+            return []
+        leg = self._sizes(self.left) if self.batches else self._first()
+        self.taken, self.together = (
+            0,
+            max(1, math.ceil(batches_in(leg) / (MOST_IN_ONE_GO * self.count))),
+        )
+        return leg
+
+    def part(self, leg: Leg) -> tuple[int, Leg]:
+        """The part of the first leg that this run does, of several that share it: the number of its first batch, and the batches."""
+        one, of = self.limits.part
+        groups = math.ceil(batches_in(leg) / self.together)
+        first, past = (groups * k // of * self.together for k in (one - 1, one))
+        return first, cut(leg, first, past)
+
+    def _first(self) -> Leg:
+        least = math.ceil(self.left / LARGEST_BATCH)
+        return _evenly(self.left, max(self.count, least))
 
     def take(self, batch: Batch) -> None:
+        if self.taken % self.together:
+            batch = self.batches.pop().merged(batch, self._most_records(self.together))
         self.batches.append(batch)
+        self.taken += 1
 
 
 class Nets(InOneGo):
     """The same for points that know of one another: whole nets of them."""
 
-    def leg(self, looks: list[Look]) -> Iterator[int]:
-        particles, self.left = self.left, 0
-        yield from equal_powers_of_two(particles, self.count) if particles else ()
+    def _first(self) -> Leg:
+        return [equal_powers_of_two(self.left, self.count)]
+
+    def _sizes(self, more: int) -> Leg:
+        size = self.batches[0].histories
+        return [(size, math.ceil(more / size))]
 
 
 class Planned(Schedule):
     """For an `error`: a pilot of small batches, then as many histories as the last look asked for."""
 
-    def leg(self, looks: list[Look]) -> Iterator[int]:
+    def _leg(self, looks: list[Look]) -> Leg:
         wanted = looks[-1].next_at if looks else SMALL_BATCH * self.count
         more = min(wanted - self.particles, self.left)
-        if more <= 0:
-            return
-        self.left -= more
-        yield from self._sizes(more)
-
-    def _sizes(self, more: int) -> Iterator[int]:
-        """Batches for so many more histories, so that all are about as large; small ones are merged to that size."""
-        largest = self._largest()
-        size = max((batch.histories for batch in self.batches), default=min(SMALL_BATCH, largest))
-        together = 1
-        while 2 * size <= largest and (self.particles + more) >= 2 * size * self.count:
-            size, together = 2 * size, 2 * together
-        self._merge(together)
-        fewest = 0 if self.batches else self.count
-        yield from _evenly(more, max(fewest, math.ceil(more / size)))
+        return self._sizes(more) if more > 0 else []
 
     def take(self, batch: Batch) -> None:
         self.batches.append(batch)
-        if len(self.batches) == 4 * self.count:  # where larger batches would not have been safe
+        if len(self.batches) >= 4 * self.count:  # where larger batches would not have been safe
             self._merge(2)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
@@ -162,15 +236,16 @@ class Rounds(Schedule):
     it.  Once batches cannot grow any more, they become more.
     """
 
+    remembered = ("issued", "size", "adds")
+
     def __init__(self, limits: Limits, count: int, records: int) -> None:
         super().__init__(limits, count, records)
         few = self.left // count
         self.size = min(SMALL_BATCH, 1 << max(0, few.bit_length() - 1))
         self.farthest = FARTHEST if limits.seconds is None else 1  # what is not done when time is up is lost
-        self.current: list[Batch] = []
         self.adds = False  # whether the present round joins those before it
 
-    def leg(self, looks: list[Look]) -> Iterator[int]:
+    def _leg(self, looks: list[Look]) -> Leg:
         batches = self.count
         if self.batches:
             doublings = leaps_to_come(looks, self.farthest)[0] if looks else 1
@@ -178,14 +253,14 @@ class Rounds(Schedule):
             self.size, self.adds = self.size << growth, growth == 0
             if self.adds:
                 batches = min((self.particles << doublings) - self.particles, self.left) // self.size
-        if self.size * batches > self.left:
-            return
-        self.left -= self.size * batches
-        for _ in range(batches):
-            yield self.size
+        return [(self.size, batches)] if self.size * batches <= self.left else []
 
     def take(self, batch: Batch) -> None:
         self.current.append(batch)
+
+    def adopt(self) -> None:
+        super().adopt()
+        self.size = self.batches[-1].histories
 
     def end_leg(self) -> None:
         self.batches = self.batches + self.current if self.adds else self.current
@@ -235,17 +310,19 @@ def schedule_for(limits: Limits, plan: Plan) -> Schedule:
     return kind(limits, count, records)
 
 
-def equal_powers_of_two(particles: int, batches: int) -> list[int]:
-    """Sizes of batches that hold whole nets: as many as asked, all equal, together no fewer than `particles`."""
+def equal_powers_of_two(particles: int, batches: int) -> tuple[int, int]:
+    """Batches that hold whole nets, their size and how many: as asked, all equal, together no fewer than `particles`."""
     size = min(LARGEST_BATCH, 1 << (math.ceil(particles / batches) - 1).bit_length())
-    return [size] * max(batches, math.ceil(particles / size))
+    return size, max(batches, math.ceil(particles / size))
 
 
-def _evenly(particles: int, count: int) -> Iterator[int]:
+def _evenly(particles: int, count: int) -> Leg:
     """So many batches, or one a particle, that differ by one at most."""
     count = min(particles, count)
-    for k in range(count):
-        yield particles // count + (k < particles % count)
+    if count == 0:
+        return []
+    size, larger = divmod(particles, count)
+    return [(each, many) for each, many in ((size + 1, larger), (size, count - larger)) if many]
 
 
 def _bytes_of(plan: Plan) -> int:
