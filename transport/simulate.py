@@ -9,6 +9,7 @@ from transport.estimators.aimed import aimed_scene
 from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
 from transport.estimators.methods import ANALOG, AUTO, Method, checked_method
 from transport.results import Cost, Result
+from transport.runs.crew import Crew
 from transport.runs.limits import checked_limits, checked_threads, checked_whole
 from transport.runs.progress import Progress, progress_on
 from transport.runs.running import Run
@@ -64,7 +65,8 @@ def simulate(
         begun = time.perf_counter()
         machine = _machine(scene, tracking, method, bar)
         ready = time.perf_counter()
-        run = Run(scene, machine, seed, limits, threads, bar)
+        plan, hire = machine.program.plan, partial(Crew, machine, seed, threads)
+        run = Run(scene, plan, seed, limits, threads, bar, hire)
         run.go()
     if not run.batches:
         raise KeyboardInterrupt(run.why_nothing())
@@ -79,9 +81,7 @@ def simulate(
         slopes=run.slopes,
         forecast=run.forecast,
     )
-    return Result(
-        machine.program.plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking, choice
-    )
+    return Result(plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking, choice, run.state)
 
 
 def _choice(scene: Scene, limits: tuple, sampling: str | None, tracking, seed: int) -> Choice:

@@ -33,6 +33,7 @@ from transport.volumes import VolumeDetector
 if TYPE_CHECKING:
     from transport.estimators.choosing import Choice
     from transport.runs.outlook import Forecast
+    from transport.runs.state import State
 
 __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
@@ -78,8 +79,12 @@ class Result:
         warnings: list[str],
         asked: Tracking | None = None,
         choice: "Choice | None" = None,
+        state: "State | None" = None,
     ):
-        """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did."""
+        """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did.
+
+        state: by which the run can go on.
+        """
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
             plan.scene if plan.turned is None else plan.turned.scene,
             plan,
@@ -87,7 +92,7 @@ class Result:
             cost,
             is_complete,
         )
-        self.batches, self.asked, self.choice = batches, asked, choice
+        self.batches, self.asked, self.choice, self.state = batches, asked, choice, state
         self.run = Batches(np.array([batch.histories for batch in batches]))
         self._readings: dict[str, Reading] = {}
         self._warnings = list(warnings)

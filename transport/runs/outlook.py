@@ -44,12 +44,16 @@ class Outlook:
 
     def add_leg(self, batches: list[tuple[int, float]], seconds: float) -> None:
         """A leg is done: the histories and seconds of each of its batches, and the seconds that it took in all."""
+        if not batches:  # all of them were saved before
+            return
         self.typical.append(np.median(batches, axis=0))
         histories = sum(size for size, _ in batches)
         self.handing = max(0.0, seconds - self._explained(histories, len(batches))) / len(batches)
 
     def plan(self, elapsed: float, particles: int, histories: float, batches: int) -> None:
         """So many histories in so many batches are still to come, after so many seconds and particles."""
+        if not self.typical:
+            return
         seconds = elapsed + self._explained(histories, batches) + self.handing * batches
         self.forecast, self.particles = (
             Forecast(elapsed, float(seconds), _whole(particles + histories)),
@@ -68,7 +72,7 @@ class Outlook:
 
     def is_clear(self, look: Look) -> bool:
         """Whether the error and the time of a history are known well enough for a forecast."""
-        is_timed = self.typical[-1][1] > LONG
+        is_timed = bool(self.typical) and self.typical[-1][1] > LONG
         return bool(is_timed and look.worst.relative <= KNOWN)
 
     def _explained(self, histories: float, batches: int) -> float:

@@ -2,9 +2,11 @@
 
 import math
 import time
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from transport.compile.plan import Plan
 from transport.results import Result
 from transport.results.batches import Batch
 from transport.results.report import duration_text
@@ -25,11 +27,14 @@ class Run:
     """Batches taken in order, and errors looked at between legs of them: when a run stops does not depend on timing."""
 
     scene: Scene
-    machine: object
+    plan: Plan
     seed: int
     limits: Limits
     threads: int
     bar: Progress
+    hire: Callable[
+        [int], Crew
+    ]  # those who do the batches, among so many of which the sample of a Snapshot is divided
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
     forecast: Forecast | None = None
@@ -42,10 +47,9 @@ class Run:
     done: int = 0  # batches of it
 
     def go(self) -> None:
-        self.plan = self.machine.program.plan
         self.begun = self.shown = time.perf_counter()
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
-        self.crew = Crew(self.machine, self.seed, self.threads, self.schedule.count)
+        self.crew = self.hire(self.schedule.count)
         try:
             if self.saved is None or self._takes_up():
                 while self._leg() and not self._is_enough():

@@ -1,0 +1,72 @@
+"""A run that is saved between any two batches and taken up goes on as if nothing had been: bit for bit, however it is limited."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from tests.test_reproducible import scene
+from transport.estimators.methods import checked_method
+from transport.runs.crew import Crew
+from transport.runs.limits import checked_limits
+from transport.runs.progress import Progress
+from transport.runs.running import Run
+from transport.simulate import _machine
+
+LIMITS = {
+    "particles": {"particles": 40_001},
+    "few batches": {"particles": 30_000, "batches": 5},
+    "error": {"error": {"ball.flux_in": 0.01}},
+    "error, few batches": {"error": {"ball.flux_in": 0.01}, "batches": 16},
+}
+
+
+class Watched(Run):
+    """Remembers where it stood after each batch."""
+
+    def _take(self, batch):
+        super()._take(batch)
+        self.states = [*getattr(self, "states", []), self._state()]
+
+
+def run_of(limits, sampling="random", threads=2, saved=None):
+    what = scene()
+    method = checked_method(what, "analog", sampling)
+    machine = _machine(what, None, method, Progress())
+    asked = checked_limits(
+        what, *(limits.get(name) for name in ("particles", "error", "seconds", "batches")), method
+    )
+    run = Watched(
+        what,
+        machine.program.plan,
+        3,
+        asked,
+        threads,
+        Progress(),
+        partial(Crew, machine, 3, threads),
+        saved=saved,
+    )
+    run.go()
+    return run
+
+
+def assert_same(one, other):
+    assert len(one) == len(other)
+    for batch, like in zip(one, other, strict=True):
+        for name, part in vars(batch).items():
+            np.testing.assert_array_equal(getattr(like, name), part, err_msg=name)
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+@pytest.mark.parametrize("name", LIMITS)
+def test_it_ends_as_one_that_was_not_saved(name, sampling):
+    whole = run_of(LIMITS[name], sampling)
+    places = np.random.default_rng(1).choice(len(whole.states), 4, replace=False)
+    for place in [*places, len(whole.states) - 1]:
+        again = run_of(LIMITS[name], sampling, 1 + place % 3, whole.states[place])
+        assert_same(again.batches, whole.batches)
+        assert (again.particles, again.crossings, again.looks) == (
+            whole.particles,
+            whole.crossings,
+            whole.looks,
+        )
