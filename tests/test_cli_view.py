@@ -123,3 +123,10 @@ def test_without_opengl_it_says_which_two_packages_to_install_and_all_else_works
     assert "| 0 |" in run and "picture out/disk.png" in run
     assert "| 0 |" in files and "picture out/view_disk.vtm" in files
     assert written == r"b'\x89PNG' True False"
+
+
+def test_files_that_cannot_be_written_are_told(call):
+    Path("out/view_disk.vtm").mkdir(parents=True)
+    answer = call("view", "disk.py", "--vtk", "--particles", "0", "--tracks", "0")
+    assert answer.exit_code == 2
+    assert "cannot write out/view_disk.vtm" in answer.output

@@ -19,6 +19,7 @@ from transport.results.estimates import EstimateArray
 from viz.convergence import course_of, strays
 from viz.places import places_of
 from viz.power_flow import PITCH, WHOLE, ends_of
+from viz.wording import as_it_stands
 
 pytestmark = pytest.mark.filterwarnings("error")  # such as a layout that collapsed
 
@@ -80,6 +81,14 @@ def points_of(axes):
 
 
 # By place
+
+
+def test_an_irradiance_map_and_its_cut_are_logarithmic_together(tmp_path, figures, result):
+    viz.irradiance_map(result["floor"], tmp_path / "map.png", decades=2)
+    values, cut = figures[0].axes[0], figures[0].axes[4]
+    norm, (low, high) = values.images[0].norm, cut.get_ylim()
+    assert cut.get_yscale() == "log"
+    assert low == norm.vmin and high >= norm.vmax == 100 * low
 
 
 def test_an_irradiance_map_shows_the_values_their_relative_errors_and_a_cut(tmp_path, figures, result):
@@ -264,7 +273,7 @@ def crowd(result):
     emitted, shares = result.ledger["emitted"], [0.9, 0.09, 9e-3, 9e-4, 9e-5, 9e-6, 9e-7, 1e-7]
     many = {f"wall {k}": emitted * share for k, share in enumerate(shares)}
     others = {name: result.ledger["lost"] for name in result.ledger if name not in ("emitted", "absorbed")}
-    return SimpleNamespace(ledger=_Ledger(others | {"emitted": emitted}, many))
+    return SimpleNamespace(plan=result.plan, ledger=_Ledger(others | {"emitted": emitted}, many))
 
 
 @pytest.mark.parametrize("kind", ["of a run", "many and small"])
@@ -323,3 +332,11 @@ def test_a_picture_stands_beside_its_relative_errors_in_percent(tmp_path, figure
     assert {"hatched: no error known", "relative standard error  [%]"} <= set(words(figures[0]).splitlines())
     with pytest.raises(ValueError, match="saw no light at all"):
         viz.seen(sight(dark=True), tmp_path / "dark.png")
+
+
+def test_names_with_dollar_signs_are_no_formulas(tmp_path, figures, result):
+    emitted, name = result.ledger["emitted"], r"a $\bad{$ b"
+    crowded = crowd(result)
+    crowded.ledger.absorbed_by = {name: emitted}
+    viz.power_flow(crowded, tmp_path / "flow.png")
+    assert rf"absorbed by {as_it_stands(name)}" in words(figures[0])

@@ -17,7 +17,7 @@ import transport as tp
 from tests import plain_scenes
 from tests.browser import CHROMIUM, Browser
 from tests.synthetic import EVEN_RUN, RUN, grid, noisy
-from transport.html.bars import FILL, HEIGHT
+from transport.html.bars import FILL, HEIGHT, thumbnail
 from transport.html.elements import STYLE, framed
 from transport.html.gathering import gathered, gathered_edges
 from transport.html.rasters import VIRIDIS, png_url, shade
@@ -310,6 +310,42 @@ def test_maps_lie_as_one_expects(names, brightest):
     place = np.unravel_index(np.argmax(rows), rows.shape)
     assert place == (0 if "top" in brightest else len(rows) - 1, columns - 1)
     assert len(maps) == 4 and "relative standard error [%]" in seen.text
+
+
+def _maps_of(array):
+    """The shades of the maps of values and of errors, rows from the top; and what the picture says, word by word."""
+    html = array._repr_html_()
+    urls = re.findall(r'href="(data:[^"]*)"', html)[::2]  # between them those of the bars
+    columns = [int.from_bytes(base64.b64decode(url.partition(",")[2])[16:20]) for url in urls]
+    shades = [_shades(url).reshape(-1, n + 1)[:, 1:] for url, n in zip(urls, columns, strict=True)]
+    return shades, re.findall(r">([^<>]+)</text>", html)
+
+
+def test_maps_have_the_shades_of_their_values_and_of_their_errors():
+    """Values over decades, so their shades are logarithms; errors of 1, 2 and 3 percent, of which the least is not dark."""
+    values, percent = np.array([[1.0, 100.0, 1e4]] * 2), np.array([[3.0, 1.0, 2.0]] * 2)
+    batches = values * (1 + percent / 100 * math.sqrt(31) * np.tile([-1.0, 1.0], 16)[:, None, None])
+    array = EstimateArray(batches, EVEN_RUN, "W", ("v", "u"), {"v": [0, 1, 2], "u": [0, 1, 2, 3]})
+    (shades, errors), words = _maps_of(array)
+    np.testing.assert_allclose(shades, [[0, 127, 254]] * 2, atol=1)
+    np.testing.assert_allclose(errors, [[254, 254 / 3, 254 * 2 / 3]] * 2, atol=1)
+    assert "value [W], log" in words and words[-2:] == ["0", "3"]
+
+
+def test_unlike_bins_of_a_map_are_as_wide_as_they_are():
+    values = np.array([[1.0, 2.0], [3.0, 4.0]]) * (1 + 0.01 * np.tile([-1.0, 1.0], 16)[:, None, None])
+    array = EstimateArray(values, EVEN_RUN, "W", ("v", "u"), {"v": [0, 1, 2], "u": [0.0, 0.9, 1.0]})
+    (shades, _), _ = _maps_of(array)
+    assert shades.shape == (2, 190)
+    assert [len(np.unique(row[:171])) for row in shades] == [1, 1]
+    np.testing.assert_allclose(shades[:, [170, 171]] / 254 * 4, [[3, 4], [1, 2]], atol=0.02)
+
+
+def test_bars_of_a_line_s_height_stand_on_zero():
+    drawn = re.findall(
+        r'y="([\d.]+)"[^/]*? height="([\d.]+)"', thumbnail(np.array([1.0, 4.0]), np.arange(3.0))
+    )
+    np.testing.assert_allclose(np.array(drawn, dtype=float), [[15, 5], [0, 20]])
 
 
 def test_of_many_axes_the_cut_through_the_largest_value_is_told():

@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from viz.directions import direction_bins
 from viz.facets import places_on
-from viz.lobes_in_place import hemisphere, lobe, place_and_frame
+from viz.lobes_in_place import _at_corners, hemisphere, lobe, place_and_frame
 
 FINE = tp.Directions(theta=np.linspace(0, math.pi / 2, 19), phi=36)  # bins of 5 and 10 degrees
 TILTED = (1.0, 2.0, 3.0)
@@ -100,3 +100,9 @@ def test_what_has_no_frame_or_no_bin_of_place_is_refused():
         place_and_frame(reading)
     with pytest.raises(ValueError, match="at must name one bin"):
         place_and_frame(reading, (0,))
+
+
+def test_corners_are_means_across_the_seam_of_a_turn():
+    cells = np.array([[4.0, 0.0, 0.0, 2.0]])
+    np.testing.assert_allclose(_at_corners(cells, True)[0], [3, 2, 0, 1, 3])
+    np.testing.assert_allclose(_at_corners(cells, False)[0], [4, 2, 0, 1, 2])

@@ -7,7 +7,7 @@ import pytest
 
 import transport as tp
 from viz.flying import along, filmed, flights, from_entry
-from viz.movie import clock_movie, tracks_movie
+from viz.movie import _clock, _values, clock_movie, tracks_movie
 from viz.screen import has_screen
 
 needs_screen = pytest.mark.skipif(not has_screen(), reason="no OpenGL here")
@@ -102,3 +102,20 @@ def test_a_result_without_snapshots_and_an_unknown_colour_are_refused(tmp_path):
         clock_movie(beam(), tmp_path / "a.gif", result)
     with pytest.raises(ValueError, match="direction, weight"):
         tracks_movie(beam(), tmp_path / "a.gif", tp.tracks(beam(), 5), colour="age")
+
+
+def test_colours_are_cosines_or_decades_and_clocks_have_units():
+    directions, weights = np.array([[0.6, 0.0, 0.8], [1.0, 0.0, 0.0]]), np.array([1.0, 1e-3])
+    np.testing.assert_array_equal(_values("direction", directions, weights), [0.8, 0.0])
+    np.testing.assert_allclose(_values("weight", directions, weights), [0.0, -3.0], atol=1e-12)
+    assert _clock("t", 5e-9)(2.5e-9) == "t = 2.50 ns"
+    assert _clock("t", 40.0)(7.0) == "t = 7.0 s"
+
+
+def test_frames_are_in_the_order_of_their_times(tmp_path, monkeypatch):
+    filmed_ones = []
+    monkeypatch.setattr("viz.movie._film", lambda scene, path, instants, *more: filmed_ones.extend(instants))
+    late, soon = (tp.Snapshot(time, particles=5, name=f"at {time}") for time in (1e-8, 1e-9))
+    result = tp.simulate(beam(duration=2e-8, detectors=[late, soon]), 20, seed=1, threads=1)
+    clock_movie(beam(duration=2e-8), tmp_path / "clock.gif", result)
+    assert [instant.seconds for instant in filmed_ones] == [1e-9, 1e-8]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 import zlib
 
@@ -197,3 +198,32 @@ def test_a_scene_with_its_result_and_tracks_is_drawn_by_a_browser(tmp_path):
         assert "W" in browser.value("document.getElementById('bars').textContent")
         assert browser.complaints == []
         assert browser.requests == [path.as_uri()]
+
+
+def test_no_name_ends_the_script_and_labels_stand_at_their_places(tmp_path):
+    """Names that open a comment and a script within the script; a mesh far off the origin, of which one corner is named."""
+    name = "<!--<script>"
+    plotter = pv.Plotter(off_screen=True)
+    square = pv.Plane(center=(7, 0, 0), i_size=2, j_size=2, i_resolution=1, j_resolution=1)
+    plotter.add_mesh(square, culling="front")
+    plotter.add_point_labels(np.array([[8.0, 1.0, 0.0]]), [name], show_points=False, always_visible=True)
+    path = page(plotter, tmp_path / "page.html", name)
+    plotter.close()
+    told, _, _ = read(path)
+    [label] = told["labels"]
+    assert label["words"] == name
+    np.testing.assert_allclose(label["place"], [math.sqrt(0.5), math.sqrt(0.5), 0], atol=1e-6)
+    assert [part["hidden"] for part in told["parts"]] == ["front"]
+    script = path.read_text(encoding="utf-8").partition("<script>")[2]
+    assert "<!--" not in script and "<script" not in script
+
+
+def test_a_bar_of_colours_rises_from_low_to_high(tmp_path):
+    plotter = pv.Plotter(off_screen=True)
+    line = pv.Line()
+    line.cell_data["E"] = [1.0]
+    plotter.add_mesh(line, scalars="E", clim=(0, 1), cmap="gray")
+    told, _, _ = read(page(plotter, tmp_path / "page.html", "A bar"))
+    plotter.close()
+    colours = told["bars"][0]["colours"]
+    assert colours == sorted(colours) and (colours[0], colours[-1]) == ("#000000", "#ffffff")

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import transport as tp
-from viz import night
+from viz import night, scene_view
 from viz.scene_camera import _coarse, _crossed, view_of
 from viz.scene_frame import frame_of
 from viz.scene_parts import BACK, FRONT, NOWHERE, block_names, parts_of
+from viz.scene_things import _lifted, name_of
 from viz.scene_view import caption_of, scene_blocks
 from viz.track_lines import clipped, told_by, track_lines
 
@@ -103,6 +105,7 @@ def test_bins_of_time_are_averaged_over_their_widths():
     arrived = result["floor"].irradiance.value * np.array([4e-9, 1e-9, 5e-9])[:, None, None]
     np.testing.assert_allclose(paint.values, arrived.sum(axis=0).ravel() / 1e-8)
     assert paint.hits.sum() == result["floor"].counts.value.sum() > 100
+    assert paint.only == "time 0 to 1e-08 s"
 
 
 def test_scales_end_at_whole_decades_and_say_each():
@@ -117,6 +120,25 @@ def test_scales_end_at_whole_decades_and_say_each():
     assert night.decades(np.array([1e-30, 1.0])).low == -6
     assert night.decades(np.zeros(3)) is None
     assert night.in_words("(1.5 ± 0.1) W m^-2 sr^-1") == "(1.5 ± 0.1) W m⁻² sr⁻¹"
+    unknown = "7.958 W m^-2 (error unknown: every batch gave the same)"
+    assert night.in_words(unknown) == "7.958 W m⁻² (error unknown)"
+
+
+@pytest.mark.parametrize("across, moves", [(3000, False), (600, True)])
+def test_words_that_a_window_would_cut_begin_further_left(across, moves):
+    pyvista = pytest.importorskip("pyvista")
+    window = SimpleNamespace(GetSize=lambda: (across, 900), GetDPI=lambda: 72)
+    text = pyvista.Text(r"$E\;[\mathrm{s^{-1}\,m^{-2}}]$", prop=pyvista.TextProperty(font_size=24))
+    plotter = SimpleNamespace(
+        render_window=window, window_size=(across, 900), add_text=lambda *a, **look: text
+    )
+    night.write(plotter, text.input, (0.91, 0.88), 12)
+    box = [0, 0, 0, 0]
+    vtkTextRenderer = pytest.importorskip("vtkmodules.vtkRenderingCore").vtkTextRenderer
+    vtkTextRenderer.GetInstance().GetBoundingBox(text.GetTextProperty(), text.input, box, 72)
+    assert 60 < box[1] - box[0] < 300
+    assert (text.GetPosition()[0] < 0.91) == moves
+    assert text.GetPosition()[0] + (box[1] - box[0]) / across < 1
 
 
 def test_a_sun_is_left_out_beside_a_square_metre():
@@ -204,3 +226,85 @@ def test_a_hollow_alone_shows_the_side_that_something_is_on():
     for side in ("inside", "outside"):
         scene = tp.Scene(tp.Source("ball", tp.Lambertian(radiance=1.0), side=side), ball)
         assert parts(scene)[0]["ball"].seen_from == (BACK if side == "inside" else FRONT)
+
+
+class Easel:
+    """Takes the place of a plotter and keeps what it is told to draw; needs no screen."""
+
+    def __init__(self):
+        self.meshes, self.bars = [], []
+
+    def add_mesh(self, mesh, **look):
+        self.meshes.append((mesh, look))
+
+    def __getattr__(self, name):
+        return lambda *arguments, **look: None
+
+
+@pytest.fixture
+def easel(monkeypatch):
+    made = Easel()
+    monkeypatch.setattr(
+        night, "add_bar", lambda plotter, actor, title, scale, *place: made.bars.append((title, scale))
+    )
+    return made
+
+
+def test_colours_are_logarithms_of_what_was_read_and_few_hits_have_none(easel, monkeypatch):
+    floor = tp.Detector("-z", "floor", side="back", positions=tp.Positions(u=8, v=8))
+    scene = room(detectors=floor)
+    result, tracks = tp.simulate(scene, particles=300, seed=1, batches=4), tp.tracks(scene, particles=20)
+    frame = frame_of(scene, tracks)
+    keep = easel.add_mesh
+    monkeypatch.setattr(easel, "add_mesh", lambda *a, **look: (keep(*a, **look), object())[1], raising=False)
+    scene_view._add_parts(easel, scene, parts_of(scene, frame, result), frame)
+    scene_view._add_tracks(easel, tracks, frame, beside=True)
+    (painted, look), (lines, way) = [(mesh, look) for mesh, look in easel.meshes if "shown" in mesh.cell_data]
+    value, hits = (np.ravel(getattr(result["floor"], name).value) for name in ("irradiance", "counts"))
+    expected = np.where(hits >= 4, np.log10(np.maximum(value, 1e-99)), np.nan)
+    np.testing.assert_allclose(painted.cell_data["shown"], expected)
+    assert 0 < np.isnan(expected).sum() < 64
+    np.testing.assert_allclose(lines.cell_data["shown"], np.log10(tracks.weights))
+    (title, scale), (_, of_ways) = easel.bars
+    assert title == r"$E\;[\mathrm{W\,m^{-2}}]$"
+    assert look["clim"] == (scale.low, scale.high) and way["clim"] == (of_ways.low, of_ways.high)
+    assert scale.low <= np.nanmin(expected) and np.nanmax(expected) <= scale.high
+
+
+def test_a_detector_on_what_has_no_outline_has_its_name():
+    ball = tp.Mesh.sphere(radius=0.5)
+    scene = tp.Scene(LAMP, detectors=tp.Detector(ball, "ball", side="outside"))
+    (part,) = [each for each in parts_of(scene, frame_of(scene)) if each.kind == "detector"]
+    assert part.outlined().n_points == 0
+    place, words = name_of(part, np.array([0.0, 0.0, 1.0]))
+    assert words == "ball"
+    np.testing.assert_allclose(place, (0, 0, 0.5), atol=0.02)
+
+
+@pytest.mark.parametrize("side, sign", [("front", 1), ("back", -1)])
+def test_what_lies_on_a_wall_is_drawn_off_it_on_the_side_that_counts(side, sign):
+    meter = tp.Detector(tp.Disk(normal=(1, 2, 3), radius=0.5), "meter", side=side)
+    scene = tp.Scene(LAMP, detectors=meter)
+    (part,) = [each for each in parts_of(scene, frame_of(scene)) if each.kind == "detector"]
+    away = _lifted(part.drawn(), part, 1.0).points - part.drawn().points
+    assert (sign * away @ np.array([1, 2, 3]) > 0).all()
+
+
+@pytest.mark.parametrize("largest", [1.0, 1.2, 2.5, 7.1, 9.99, 1.01e-8])
+def test_an_even_scale_reaches_the_largest_value(largest):
+    assert largest <= night.evenly(np.array([0.1 * largest, largest])).high <= 2 * largest
+
+
+def test_it_is_said_what_is_not_drawn_and_what_alone_was_counted():
+    """A ball on a floor 3000 times its size; a meter that sees only what comes straight."""
+    lamp = tp.Source(tp.Point(position=(0, 0, 0.5)), tp.Isotropic(power=1.0))
+    ball = tp.Surface(tp.Sphere(center=(0, 0, 0.2), radius=0.1), tp.Black(), "ball")
+    floor = tp.Surface(tp.Rectangle(width=1000, height=1000), tp.Black(), "floor")
+    straight = tp.Detector("ball", "straight", events=0)
+    scene = tp.Scene(lamp, [ball, floor], [straight, tp.Detector("ball", "all", via="floor")])
+    result, frame = tp.simulate(scene, particles=2000, batches=4), frame_of(scene)
+    words = caption_of(scene, result, None, parts_of(scene, frame, result), frame)
+    assert "not drawn, far larger: floor" in words
+    assert "of ball only what counts with events=(0, 0)" in words
+    with pytest.raises(ValueError, match="irradiance, exitance, got 'net_flux_density'"):
+        parts_of(scene, frame, result, "net_flux_density")

@@ -43,6 +43,9 @@ def test_each_flight_begins_where_the_one_before_it_ended(scene):
     goes_on = found.histories[1:] == found.histories[:-1]
     gaps = np.abs(found.ends(1.0)[:-1] - found.starts[1:]).max(axis=1)
     assert gaps[goes_on].max() < 1e-14 * 4
+    older = np.diff(found.ages)
+    np.testing.assert_allclose(older[goes_on], found.lengths[:-1][goes_on], rtol=0, atol=1e-12)
+    assert (found.ages[1:][~goes_on] == 0).all() and found.ages[0] == 0
     assert len(np.unique(found.histories)) == 300
     assert np.allclose(np.linalg.norm(found.directions, axis=1), 1, atol=1e-14)
 
@@ -124,3 +127,11 @@ def test_plain_python_writes_down_the_same():
 def test_what_cannot_be_drawn_is_refused(wrong, words):
     with pytest.raises(tp.SceneError, match=words):
         wrong()
+
+
+def test_ages_keep_the_digits_of_short_flights_beside_long_ones():
+    """A mirror 0.3 m away sends every particle to a sky of 1e12 m: the next one's age must not have lost its metres."""
+    sky = tp.Surface(tp.Sphere(radius=1e12), tp.Black(), "sky")
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -0.3), width=1, height=1), tp.Mirror(), "floor")
+    scene = tp.Scene(tp.Source(tp.Point(), tp.Beam((0, 0, -1), power=1.0)), [sky, floor])
+    np.testing.assert_allclose(tp.tracks(scene, 50).ages, np.tile([0.0, 0.3], 50), rtol=1e-12)

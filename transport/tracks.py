@@ -53,16 +53,20 @@ class Tracks:
     @property
     def ages(self) -> np.ndarray:
         """The length of way that a history has behind it where each flight begins, (N,) [m]."""
-        ways = np.where(np.isfinite(self.lengths), self.lengths, 0.0)
-        before = np.cumsum(ways) - ways
-        first = np.searchsorted(self.histories, self.histories)  # where each one's history begins
-        return before - before[first]
+        goes_on = self.histories[1:] == self.histories[:-1]
+        before = np.zeros(len(self))
+        before[1:] = np.where(goes_on, self.lengths[:-1], 0.0)
+        step = 1  # sums over 2, 4, 8 flights of one history: a sum over all would lose the digits of the short ones
+        while (same := self.histories[step:] == self.histories[:-step]).any():
+            before[step:] += np.where(same, before[:-step], 0.0)
+            step *= 2
+        return before
 
 
 def tracks(
     scene: Scene, particles: int = 300, seed: int = 0, tracking: Tracking | str | None = None
 ) -> Tracks:
-    """The ways of that many histories: batch 0 of `seed` as `simulate` with batches=1 runs it.
+    """The ways of that many histories: those of the first batch of a run with this seed and so many particles a batch.
 
     tracking: as for `simulate`.  Where a scene is estimated backwards (cameras), they lead from the camera.  Raises SceneError
     for what cannot be run, for a Splitting or forced collisions, whose copies share a history, and for more than 2^24 flights.

@@ -76,29 +76,22 @@ def _error_norm(percent: np.ndarray) -> Normalize:
 def _picture(figure, axes, reading, values, norm, colours: str, words: str, extend: str) -> Colorbar:
     """One image with its bar; ticks of angle on a map, none on a photograph."""
     is_map = _is_map(reading)
-    extent = None
-    if is_map:
-        theta, phi = (np.degrees(edges) for edges in reading.radiance.coords.values())
-        extent = (phi[0], phi[-1], theta[-1], theta[0])
     if np.isnan(values).any():
         hatch(axes)
-    shown = axes.imshow(
-        np.ma.masked_invalid(values),
-        norm=norm,
-        cmap=colours,
-        extent=extent,
-        aspect="equal",
-        interpolation="nearest",
-    )
+    known, look = np.ma.masked_invalid(values), {"norm": norm, "cmap": colours}
     axes.grid(False)
     if is_map:
+        theta, phi = (np.degrees(edges) for edges in reading.radiance.coords.values())
+        shown = axes.pcolormesh(phi, theta, known, rasterized=True, **look)  # bins may be unlike
+        axes.set(aspect="equal", xlim=phi[[0, -1]], ylim=theta[[-1, 0]])  # the zenith is on top
         axes.set_xlabel(r"azimuth $\varphi$")
         axes.set_ylabel(r"polar angle $\theta$")
-        axes.set_xticks([angle for angle in DIRECTIONS if extent[0] <= angle <= extent[1]])
-        axes.set_yticks([angle for angle in (0, 45, 90, 135, 180) if extent[3] <= angle <= extent[2]])
+        axes.set_xticks([angle for angle in DIRECTIONS if phi[0] <= angle <= phi[-1]])
+        axes.set_yticks([angle for angle in (0, 45, 90, 135, 180) if theta[0] <= angle <= theta[-1]])
         axes.xaxis.set_major_formatter(FuncFormatter(_degrees))
         axes.yaxis.set_major_formatter(FuncFormatter(_degrees))
     else:
+        shown = axes.imshow(known, interpolation="nearest", **look)
         axes.set_xticks([])
         axes.set_yticks([])
     bar = figure.colorbar(shown, ax=axes, orientation="horizontal", extend=extend, shrink=0.9, pad=0.03)

@@ -14,6 +14,7 @@ from scipy.special import gammaincinv
 from transport import Estimate
 from transport.results.statistics import standard_error, student_quantile, weighted_mean
 from viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure_at, with_unit
+from viz.wording import as_it_stands
 
 FIRST = 3  # batches, from which on there is a band
 TWO = 0.9772498680518208  # probability below two standard deviations of a normal variable
@@ -46,7 +47,9 @@ def convergence(
     """
     estimate = _estimate(result, quantity)
     name = name or (
-        quantity.replace("_", " ").replace(".", ", ") if isinstance(quantity, str) else "estimate"
+        as_it_stands(quantity.replace("_", " ").replace(".", ", "))
+        if isinstance(quantity, str)
+        else "estimate"
     )
     course = course_of(estimate)
     with figure_at(path, (13.5, 10.4), title, note) as figure:
@@ -110,7 +113,7 @@ def _draw_errors(axes: Axes, course: Course, value: float, unit: object) -> None
     axes.plot(course.particles, guide, "--", color=INK, lw=2.2, label=r"$N^{-1/2}$ through the last")
     axes.plot(n, told, "o-", color=BLUE, mec="white", mew=0.8, label="of the batches so far")
     axes.set_yscale("log")
-    axes.set_ylim(0.7 * min(told.min(), low[2:].min()), 1.3 * max(told.max(), high.max()))
+    axes.set_ylim(0.7 * min(told[told > 0].min(), low[2:].min()), 1.3 * max(told.max(), high.max()))
     axes.yaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())

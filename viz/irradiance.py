@@ -64,7 +64,7 @@ def irradiance_map(
     label = quantity.replace("_", " ")
     if len(places.axes) == 1:
         with figure_at(path, (13, 8.4), title, note) as figure:
-            _draw_cut(figure.subplots(), places, None, means, label)
+            _draw_cut(figure.subplots(), places, None, means, label, decades)
         return path
     row = (0 if places.is_round else places.value.shape[1] // 2) if row is None else row
     across, up = _panel(places)
@@ -77,7 +77,7 @@ def irradiance_map(
         _map_values(values, bars[0], places, label, decades)
         _map_errors(errors, bars[1], places)
         _mark_row(values, places, row)
-        _draw_cut(cut, places, row, means, label)
+        _draw_cut(cut, places, row, means, label, decades)
     return path
 
 
@@ -170,8 +170,15 @@ def _sides(places: Places, row: int) -> list[tuple[int, int, float]]:
     return [*found, (place, -1, places.middles(1)[place])] if place < len(turn) - 1 else found
 
 
-def _draw_cut(axes: Axes, places: Places, row: int | None, exact: np.ndarray | None, label: str) -> None:
-    """Points with bars of two standard errors along the first coordinate, on the steps of the exact means."""
+def _draw_cut(
+    axes: Axes,
+    places: Places,
+    row: int | None,
+    exact: np.ndarray | None,
+    label: str,
+    decades: float | None,
+) -> None:
+    """Points with bars of two standard errors along the first coordinate, on the steps of the exact means; the map's scale."""
     halves = [(row, 1, None)] if row is None or not places.is_round else _sides(places, row)
     for (column, sign, angle), colour, mark in zip(halves, SIDES, MARKS, strict=False):
         pick = ... if column is None else (slice(None), column)
@@ -195,7 +202,11 @@ def _draw_cut(axes: Axes, places: Places, row: int | None, exact: np.ndarray | N
     axes.xaxis.set_major_locator(_ticks(first))
     if places.is_round and row is not None:
         axes.xaxis.set_major_formatter(FuncFormatter(lambda radius, _: f"{abs(radius):g}"))
-    if np.nanmin(places.value) >= 0:
+    if decades is not None:
+        axes.set_yscale("log", nonpositive="clip")
+        norm = value_norm(places.value, places.error, decades)
+        axes.set_ylim(norm.vmin, max(1.5 * norm.vmax, axes.get_ylim()[1]))
+    elif np.nanmin(places.value) >= 0:
         axes.set_ylim(bottom=0)
     axes.legend(
         loc="upper center",

@@ -25,6 +25,7 @@ VALUES, WAYS = "inferno", "viridis"  # what was measured, and tracks
 MOST_DECADES = 6
 FEW_DECADES = 2  # up to so many, a bar also says 2 and 5
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MARGIN = 0.008  # of the window, beside words
 BAR, WIDE = 0.075, 0.22  # width of a bar with its words, of the window, and the share of it that is coloured
 HEIGHT = 900  # pixels of the window for which type sizes are given
 FROM_FILE = 4  # how the renderer calls a font that is read from a file
@@ -84,8 +85,8 @@ def sized(plotter: pyvista.Plotter, size: float) -> int:
 def write(
     plotter: pyvista.Plotter, words: str, place: tuple[float, float], size: int, colour: str = TEXT
 ) -> None:
-    """Words at a place in the window, (0, 0) lower left to (1, 1): their lower left corner."""
-    plotter.add_text(
+    """Words at a place in the window, (0, 0) lower left to (1, 1): their lower left corner; further left where they would be cut."""
+    text = plotter.add_text(
         words,
         position=place,
         viewport=True,
@@ -93,6 +94,19 @@ def write(
         color=colour,
         font_file=font(),
     )
+    text.SetPosition(max(min(place[0], 1 - MARGIN - _width(plotter, text)), MARGIN), place[1])
+
+
+def _width(plotter: pyvista.Plotter, text: pyvista.Text) -> float:
+    """Of a line of words, as a share of the window."""
+    from vtkmodules.vtkRenderingCore import vtkTextRenderer
+
+    window = plotter.render_window
+    box = [0, 0, 0, 0]
+    vtkTextRenderer.GetInstance().GetBoundingBox(
+        text.GetTextProperty(), text.GetInput(), box, window.GetDPI()
+    )
+    return (box[1] - box[0] + 1) / window.GetSize()[0]
 
 
 def add_bar(
@@ -133,8 +147,9 @@ def add_bar(
 
 
 def in_words(estimate: object) -> str:
-    """The estimate with its error, its unit with raised exponents."""
-    return re.sub(r"\^\(?(-?\d+)\)?", lambda found: found[1].translate(SUPERSCRIPTS), str(estimate))
+    """The estimate with its error, its unit with raised exponents; why an error is unknown has no room in a picture."""
+    short = re.sub(r"\(error unknown: .*\)", "(error unknown)", str(estimate))
+    return re.sub(r"\^\(?(-?\d+)\)?", lambda found: found[1].translate(SUPERSCRIPTS), short)
 
 
 def _power(k: int) -> str:

@@ -76,7 +76,7 @@ def page(plotter: pv.Plotter, path: str | os.PathLike, title: str, note: str = "
         "title": html.escape(title),
         "note": html.escape(note),
         "background": background.hex_rgb,
-        "scene": json.dumps(told).replace("</", "<\\/"),
+        "scene": json.dumps(told).replace("<", "\\u003c"),  # else a name such as "<!--<script>" would end it
         "bytes": base64.b64encode(zlib.compress(held, 6)).decode(),
     }
     text = re.sub(r"\{\{(\w+)\}\}", lambda name: filled[name[1]], TEMPLATE.read_text(encoding="utf-8"))
@@ -109,7 +109,8 @@ def _labels(actor) -> Iterator[dict]:
     words = data.GetPointData().GetAbstractArray(source.GetLabelArrayName())
     colour = "#" + "".join(f"{round(OPAQUE * share):02x}" for share in source.GetTextProperty().GetColor())
     for k in range(data.GetNumberOfPoints()):
-        yield {"place": data.GetPoint(k), "words": words.GetValue(k), "colour": colour}
+        said = words.GetValue(k).replace(r"\$", "$")
+        yield {"place": data.GetPoint(k), "words": said, "colour": colour}
 
 
 def _placed(label: dict, middle: np.ndarray, size: float) -> dict:

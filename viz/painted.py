@@ -6,21 +6,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.detectors import Detector
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 
-SYMBOLS = {"irradiance": "E", "exitance": "M", "net_flux_density": "J", "fluence_rate": r"\phi"}
+SYMBOLS = {"irradiance": "E", "exitance": "M"}
 LEAVING = ("exitance",)
 PLACES = ("u", "v")
+SPANS = {"time": "s", "speed": "m/s"}  # axes that a detector may cover in part
 
 
 @dataclass(frozen=True)
 class Paint:
-    """values, errors, hits: of each bin of place, flat, u before v;  words: the value with its error, of one without bins."""
+    """values, errors, hits: of each bin of place, flat, u before v;  words: the value with its error, of one without bins;
+
+    only: what alone was counted, such as "events=0", None where all was.
+    """
 
     quantity: str
     unit: str
     words: str | None
+    only: str | None
     values: np.ndarray
     errors: np.ndarray
     hits: np.ndarray
@@ -33,12 +39,18 @@ class Paint:
 
 
 def paint_of(reading: object, quantity: str = "irradiance") -> Paint:
-    """What a detector read of that quantity, by place: means over bins of time, sums over those of speed."""
-    estimate = by_place(getattr(reading, quantity))
+    """What a detector read of that quantity, by place: means over bins of time, sums over those of speed.
+
+    Raises ValueError for a quantity that cannot be painted.
+    """
+    if quantity not in SYMBOLS:
+        raise ValueError(f"painted: quantity must be one of {', '.join(SYMBOLS)}, got {quantity!r}")
+    read = getattr(reading, quantity)
+    estimate = by_place(read)
     values, errors = (np.ravel(getattr(estimate, name)).astype(float) for name in ("value", "error"))
     hits = np.broadcast_to(np.ravel(_hits(reading, quantity)), values.shape)
     words = str(estimate) if isinstance(estimate, Estimate) else None
-    return Paint(quantity, str(estimate.unit), words, values, errors, hits)
+    return Paint(quantity, str(estimate.unit), words, _only(reading.detector, read), values, errors, hits)
 
 
 def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
@@ -51,6 +63,15 @@ def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
     if "speed" in estimate.coords:
         estimate = estimate.sum("speed")
     return estimate
+
+
+def _only(detector: Detector, read: Estimate | EstimateArray) -> str | None:
+    """What a detector is limited to, as it is written; None where it counts all."""
+    limits = {name: getattr(detector, name) for name in ("via", "events")}
+    said = [f"{name}={limit!r}" for name, limit in limits.items() if limit is not None]
+    spans = {name: edges for name, edges in read.coords.items() if name in SPANS}
+    said += [f"{name} {edges[0]:.3g} to {edges[-1]:.3g} {SPANS[name]}" for name, edges in spans.items()]
+    return ", ".join(said) or None
 
 
 def _hits(reading: object, quantity: str) -> np.ndarray:

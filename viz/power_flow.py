@@ -12,7 +12,7 @@ from matplotlib.path import Path
 
 from transport import Estimate
 from viz.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, axes_at, figure_at
-from viz.wording import estimate_text
+from viz.wording import as_it_stands, estimate_text
 
 WORDS = {  # ledger entry -> how it reads, and its colour
     "escaped": ("escaped", SKY),
@@ -47,7 +47,12 @@ def power_flow(
 
     Surfaces and media that absorbed stand one by one, up to `most` ends in all, the least of them together.  Parts thinner than a
     line are drawn as one.  What roulette has gained is said in words: it is no part of what was emitted.
+    Raises ValueError for a run backwards, whose ledger is of histories and not of power.
     """
+    if result.plan.turned is not None:
+        raise ValueError(
+            "power_flow: the ledger of a run backwards is no power; run the scene with estimator='analog'"
+        )
     ledger = result.ledger
     emitted = ledger["emitted"]
     ends = ends_of(result, most)
@@ -90,7 +95,7 @@ def ends_of(result: object, most: int = 9) -> list[End]:
 
 def _absorber(name: str) -> str:
     """A surface absorbs, and so does what fills it, which the ledger calls "inside fog"."""
-    return f"absorbed {name}" if name.startswith("inside ") else f"absorbed by {name}"
+    return f"absorbed {'' if name.startswith('inside ') else 'by '}{as_it_stands(name)}"
 
 
 def _is_there(estimate: Estimate) -> bool:

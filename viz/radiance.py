@@ -73,7 +73,7 @@ def radiance_map(
                 mark_azimuth(values, bins, side.column, side.colour)
         cut = axes_at(figure, *CUT)
         top = _draw_cut(cut, bins, sides, exact, steps)
-        if decades is not None:
+        if decades is not None and top > 0:
             cut.set_yscale("log", nonpositive="clip")
             cut.set_ylim(top * 10.0**-decades, 1.5 * top)
     return path

@@ -117,6 +117,15 @@ def parts_of(
     return [replace(part, seen_from=_seen_from(part, parts)) for part in parts]
 
 
+def left_out(scene: Scene, frame: Frame) -> list[str]:
+    """The names of surfaces that are so much larger than the frame that they are not drawn."""
+    return [
+        surface.name or f"surfaces[{number}]"
+        for number, surface in enumerate(scene.surfaces)
+        if frame.cut(surface.shape) is None
+    ]
+
+
 def _paints(scene: Scene, result: Result, quantity: str | None) -> dict[str, Paint]:
     """What each detector at a place read, by its name."""
     wanted = ("irradiance", "exitance") if quantity is None else (quantity,)
@@ -236,7 +245,7 @@ def _in_words(several: list[object], read: dict[str, Paint]) -> str | None:
     if len(several) > 1 or several[0].name not in read:
         return None
     paint = read[several[0].name]
-    return None if paint.words is None else f"{SYMBOLS.get(paint.quantity, paint.quantity)} = {paint.words}"
+    return None if paint.words is None else f"{SYMBOLS[paint.quantity]} = {paint.words}"
 
 
 def _sources(scene: Scene, frame: Frame, read: dict[str, Paint]) -> Iterator[Part]:

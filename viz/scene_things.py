@@ -14,6 +14,7 @@ from viz import night
 from viz.scene_frame import Frame
 from viz.scene_parts import BACK, FRONT, NOWHERE, Part
 from viz.solids import segments
+from viz.wording import as_it_stands
 
 if TYPE_CHECKING:
     import pyvista
@@ -128,6 +129,8 @@ def name_of(part: Part, up: np.ndarray) -> tuple[np.ndarray, str] | None:
         place = np.array(part.shape.position)
     else:
         points = part.outlined().points
+        if len(points) == 0:  # smooth all over, as a fine mesh
+            points = part.drawn().points
         if len(points) == 0:
             return None
         place = points[np.argmax(np.round(points @ up / part.frame.size, 6))]
@@ -141,7 +144,7 @@ def add_labels(plotter: pyvista.Plotter, labels: list[tuple[np.ndarray, str]], c
         return
     plotter.add_point_labels(
         np.array([place for place, _ in labels], dtype=float),
-        [words for _, words in labels],
+        [as_it_stands(words) for _, words in labels],
         font_size=night.sized(plotter, 15),
         bold=False,
         text_color=colour,

@@ -19,7 +19,7 @@ from viz import night
 from viz.painted import SYMBOLS
 from viz.scene_camera import VIEW_ANGLE, view_of
 from viz.scene_frame import Frame, frame_of
-from viz.scene_parts import Part, block_names, parts_of
+from viz.scene_parts import Part, block_names, left_out, parts_of
 from viz.scene_things import (
     LEAST_HITS,
     add_detector,
@@ -34,6 +34,7 @@ from viz.scene_things import (
 from viz.screen import require_screen
 from viz.style import unit_label
 from viz.track_lines import told_by, track_lines
+from viz.wording import as_it_stands
 
 if TYPE_CHECKING:
     import pyvista
@@ -73,7 +74,8 @@ def scene_plotter(
     if tracks is not None:
         _add_tracks(plotter, tracks, frame, beside=scale is not None)
     _look(plotter, parts, frame, window_size)
-    night.write(plotter, caption_of(scene, result, tracks, parts, frame), (0.022, 0.018), 9, night.FAINT)
+    caption = as_it_stands(caption_of(scene, result, tracks, parts, frame))
+    night.write(plotter, caption, (0.022, 0.018), 9, night.FAINT)
     return plotter
 
 
@@ -144,6 +146,10 @@ def caption_of(
     painted = [part for part in parts if part.paint is not None]
     if any((known(part) == 0).any() for part in painted):
         said.append(f"cells with fewer than {LEAST_HITS} hits grey")
+    limited = dict.fromkeys((part.name, part.paint.only) for part in painted if part.paint.only)
+    said += [f"of {name} only what counts with {limits}" for name, limits in limited]
+    if beyond := left_out(scene, frame):
+        said.append(f"not drawn, far larger: {', '.join(beyond)}")
     if scene.medium is not None and scene.medium.extinction > 0:
         said.append(f"a medium of {scene.medium.extinction:.3g} /m everywhere")
     return "   ·   ".join(said)
@@ -163,7 +169,7 @@ def _add_parts(plotter: pyvista.Plotter, scene: Scene, parts: list[Part], frame:
     if scale is not None and actor is not None:
         paint = painted[0].paint
         unit = unit_label(paint.unit).strip("$")
-        title = rf"${SYMBOLS.get(paint.quantity, paint.quantity)}\;[{unit}]$"
+        title = rf"${SYMBOLS[paint.quantity]}\;[{unit}]$"
         night.add_bar(plotter, actor, title, scale, (0.91, 0.36), 0.5)
     return scale
 

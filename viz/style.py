@@ -6,6 +6,7 @@ Figures are made without pyplot, so that no state is shared and no display is as
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +30,7 @@ POINTS = {"capsize": 4, "lw": 2.2, "mec": "white", "mew": 0.8}
 HOLLOW = {"mfc": "white", "mew": 1.6, "ms": 6}
 
 RESOLUTION = 150  # dots per inch
+ONE_AT_A_TIME = threading.RLock()  # the settings of matplotlib are those of all threads
 STYLE = {
     "font.size": 18,
     "axes.titlesize": 21,
@@ -68,7 +70,7 @@ def figure_at(
 
     layout: "constrained" places the axes, "none" leaves that to the caller.
     """
-    with matplotlib.rc_context(STYLE):
+    with ONE_AT_A_TIME, matplotlib.rc_context(STYLE):
         figure = Figure(figsize=size, dpi=RESOLUTION, layout=layout)
         FigureCanvasAgg(figure)
         if layout == "constrained":

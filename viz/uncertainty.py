@@ -20,17 +20,26 @@ WIDE = 5.0  # times the least error, from which on the scale is logarithmic
 
 
 def value_norm(value: np.ndarray, error: np.ndarray, decades: float | None = None) -> Normalize:
-    """From 0 (or the least, below it) to the greatest value that is well known, or so many decades down from there."""
+    """From 0 (or the least, below it) to the greatest value that is well known, or so many decades down from there.
+
+    Raises ValueError for decades of negative values.
+    """
     trusted = value[error <= TRUSTED * np.abs(value)]
     shown = trusted if trusted.size else value[np.isfinite(value)]
     low, high = min(0.0, shown.min(initial=0.0)), shown.max(initial=0.0)
-    high = high if high > low else low + 1
-    return Normalize(low, high) if decades is None else LogNorm(high * 10.0**-decades, high)
+    if decades is None:
+        return Normalize(low, high if high > low else low + 1)
+    if low < 0:
+        raise ValueError(f"decades: a logarithmic scale has no place for {low:.4g}; leave decades out")
+    high = high or value[value > 0].max(initial=0.0) or 1.0
+    return LogNorm(high * 10.0**-decades, high)
 
 
 def on_scale(value: np.ndarray, norm: Normalize) -> np.ndarray:
-    """The values, with what a logarithmic scale cannot show at its darkest end."""
-    return np.where(value <= norm.vmin, norm.vmin, value) if isinstance(norm, LogNorm) else value
+    """The values; on a logarithmic scale what is fainter at its darkest end, and nan for what has no logarithm."""
+    if not isinstance(norm, LogNorm):
+        return value
+    return np.where(value > 0, np.maximum(value, norm.vmin), np.nan)
 
 
 def value_bar(drawn: ScalarMappable, norm: Normalize, value: np.ndarray, cax: Axes) -> Colorbar:

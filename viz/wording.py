@@ -1,4 +1,4 @@
-"""An estimate as it is written into a figure: the value with its error, the unit in mathtext."""
+"""Estimates and names as they are written into a figure: the value with its error, the unit in mathtext, a name as it is."""
 
 from __future__ import annotations
 
@@ -16,3 +16,8 @@ def estimate_text(estimate: Estimate) -> str:
     tail = " (exact)" if estimate.exact else "" if estimate.reason is None else f" ({estimate.reason})"
     unit = unit_label(estimate.unit)
     return f"{number}{' ' if unit else ''}{unit}{tail}"
+
+
+def as_it_stands(name: str) -> str:
+    """A name, in which no dollar sign begins a formula."""
+    return name.replace("$", r"\$")

@@ -171,6 +171,7 @@ def _write_page(view: View, path: Path) -> object:
 
 def _write_files(view: View, path: Path) -> object:
     blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    path.open("wb").close()  # the writer only prints that it cannot
     blocks.save(path)
     return path
 

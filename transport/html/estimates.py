@@ -43,7 +43,7 @@ def thumbnail_of(array: EstimateArray) -> str:
         return ""
     if len(cut.dims) == 1:
         return thumbnail(cut.value, cut.coords[cut.dims[0]])
-    return map_thumbnail(cut.value, cut.dims)
+    return map_thumbnail(cut.value, cut.dims, [cut.coords[name] for name in cut.dims])
 
 
 def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from transport.html.gathering import gathered
+from transport.html.gathering import gathered, gathered_edges
 from transport.html.rasters import MAGMA, VIRIDIS, png_url, shade
 from transport.html.scales import WIDE
 from transport.html.typesetting import plain_typeset
@@ -14,6 +14,7 @@ MOST_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
 UPWARDS = ("mu", "theta", "v")  # axes that go up the page if they come first; all others go across
 DOWNWARDS = ("theta",)  # axes of which the small end is on top: the zenith
+ALIKE_TO = 1e-6  # widths of bins, for them to be drawn as bins of one width
 ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # axes of one measure, drawn to scale
 
 
@@ -25,6 +26,7 @@ def maps(
         value, relative, names, edges = value.T, relative.T, names[::-1], edges[::-1]
     most = (MOST_CELLS, MOST_CELLS)
     (means, sizes), (errors, _) = gathered(value, most), gathered(relative, most)
+    means, errors = (_to_scale(numbers, edges, value.shape, sizes) for numbers in (means, errors))
     tall = _height(names, edges, value.shape)
     unit = f" [{unit}]" if unit != "1" else ""
     panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
@@ -45,15 +47,33 @@ def maps(
     )
 
 
-def map_thumbnail(value: np.ndarray, names: tuple[str, str]) -> str:
+def map_thumbnail(value: np.ndarray, names: tuple[str, str], edges: list[np.ndarray]) -> str:
     """The map of the values alone, a line of text high."""
     if names[0] not in UPWARDS:
-        value, names = value.T, names[::-1]
-    means, _ = gathered(value, (20, 110))
+        value, names, edges = value.T, names[::-1], edges[::-1]
+    means, sizes = gathered(value, (20, 110))
+    means = _to_scale(means, edges, value.shape, sizes)
     rows, columns = value.shape
     width = min(max(round(20 * columns / rows), 20), 110) if set(names) in ALIKE else 110
     picture = _image(0, 0, width, 20, _turned(means, names), VIRIDIS)[0]
     return f'<svg width="{width}" height="20" role="img">{picture}</svg>'
+
+
+def _to_scale(numbers: np.ndarray, edges: list[np.ndarray], shape: tuple, sizes: tuple) -> np.ndarray:
+    """Blocks of unlike bins as wide as they are, on a raster of WIDTH cells; bins alike, instants and endless ones stay."""
+    share = (np.arange(WIDTH) + 0.5) / WIDTH
+    for axis, (along, bins, size) in enumerate(zip(edges, shape, sizes, strict=True)):
+        widths = np.diff(along)
+        if len(widths) != bins or not np.isfinite(widths).all() or _are_alike(widths):
+            continue
+        ends = gathered_edges(along, bins, size)
+        places = along[0] + share * (along[-1] - along[0])
+        numbers = np.take(numbers, np.searchsorted(ends, places, side="right") - 1, axis)
+    return numbers
+
+
+def _are_alike(widths: np.ndarray) -> bool:
+    return bool(np.ptp(widths) <= ALIKE_TO * widths.max())
 
 
 def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, title: str) -> str:
