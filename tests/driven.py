@@ -10,7 +10,6 @@ from numba import config
 from transport.compile import layout
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.passes import Pass
-from transport.engine.plain import PlainRecord
 from transport.engine.registry import NOTHING
 
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
@@ -62,5 +61,5 @@ class Lanes:
         """The same as plain Python, where what the pass calls can be replaced."""
         table = layout.row(lane_pass.table, **values) if values else table
         with np.errstate(over="ignore"):
-            lane_pass.function(PlainRecord(self.bundle), table.reshape(1).view(np.recarray)[0], 0, LANES)
+            lane_pass.function(self.bundle.view(np.recarray)[0], table.reshape(1).view(np.recarray)[0], 0, LANES)
         return self

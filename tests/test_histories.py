@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
-import subprocess
-import sys
 from functools import lru_cache
 
 import numpy as np
@@ -322,13 +319,3 @@ def digest(threads=2) -> str:
 
 def test_any_number_of_threads_counts_and_samples_the_same():
     assert len({digest(threads) for threads in (1, 2, 3)}) == 1
-
-
-@pytest.mark.parametrize("lanes", [64, 256])
-def test_bundles_of_any_size_count_and_sample_the_same(lanes):
-    code = "from tests.test_histories import digest; print(digest())"
-    environment = os.environ | {"TRANSPORT_LANES": str(lanes), "PYTHONPATH": "."}
-    found = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-    )
-    assert found.stdout.split()[-1] == digest()

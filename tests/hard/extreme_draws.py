@@ -111,10 +111,10 @@ def _looked_at(steps: set[str]):
 def _look(name: str, bundle, live: int) -> None:
     lives = bundle.weight[:live] != 0
     for field in CHECKED:
-        values = bundle[field][:live][lives]
+        values = getattr(bundle, field)[:live][lives]
         if not np.isfinite(values).all():
             raise FloatingPointError(f"{name} made a {field} of {values[~np.isfinite(values)][:3]}")
-    squares = sum(bundle[field][:live][lives] ** 2 for field in ("ux", "uy", "uz"))
+    squares = sum(getattr(bundle, field)[:live][lives] ** 2 for field in ("ux", "uy", "uz"))
     if (np.abs(squares - 1) > 1e-9).any():
         raise FloatingPointError(
             f"{name} made directions of squared length {squares[np.abs(squares - 1) > 1e-9][:3]}"
