@@ -7,9 +7,14 @@ import pytest
 from tests import one_thread  # noqa: F401
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
-# The first compiles all passes and looks at their machine code, while the second, beside it, needs next to none of them; then
-# what takes longest, so that two workers end together.
-FIRST = ("test_vectorised.py", "test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
+# The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
+# them: else both would compile the same.  Then what takes longest, so that the two end together.
+COMPILING, MEANWHILE = (
+    ("test_vectorised.py",),
+    ("test_ordinates.py", "test_half_space_theory.py", "test_charts.py", "test_microfacets.py"),
+)
+LONGEST = ("test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
+FIRST = (*COMPILING, *MEANWHILE, *LONGEST)
 
 
 APPROX = pytest.approx
