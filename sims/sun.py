@@ -58,8 +58,8 @@ def scene(planet: str = "Earth", given: str = "distance", zenith_angle: float = 
 
 def _distance(planet: str, given: str) -> float:
     if (planet, given) not in DISTANCES:
-        known = " or ".join(map(str, DISTANCES))
-        raise tp.SceneError(f"sun: planet and given must be {known}, got {(planet, given)}")
+        cure = "planet is 'Earth' or 'Mars', given is 'solid angle' or 'distance'"
+        raise tp.SceneError(f"no {given} of {planet}; {cure}")
     return DISTANCES[planet, given]
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 
 import transport as tp
 from transport.compile import compile_scene, grids
 from transport.results.estimates import Estimate
+from transport.runs.machines import program_for
 
 FALSE_ALARM = 1e-6
 SIZE = (2.0, 1.0, 1.5)
@@ -82,4 +81,4 @@ def plant_block(monkeypatch, block: int) -> None:
 def forget_programs() -> None:
     """Compiled scenes are kept: what was planted must not be found again, nor what was there before it."""
     compile_scene.cache_clear()
-    sys.modules["transport.simulate"]._program.cache_clear()
+    program_for.cache_clear()

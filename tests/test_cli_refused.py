@@ -112,6 +112,6 @@ def test_without_matplotlib_one_line_says_what_to_install(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     answer = call("run", "disk.py")
     assert answer.exit_code == 0
-    assert "pip install 'transport[plot]'" in answer.output
+    assert "pip install '.[plot]'" in answer.output
     assert "Traceback" not in answer.output
     assert "verdict" in answer.output

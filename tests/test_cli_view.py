@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import transport as tp
 from tests.own_experiments import ROOT
+from transport.command import view
 from viz import scene_view, screen
 from viz.screen import has_screen
 
@@ -42,8 +44,8 @@ def test_without_a_display_it_draws_a_picture_and_names_it(call, without_a_displ
 
     answer = call("view", "disks.py", "--case", "2", "--tracks", "20", "--particles", "1e4")
     assert answer.exit_code == 0, answer.output
-    assert answer.output.splitlines() == ["disks: distance = 4", "picture     out/view_disks.png"]
-    picture = np.asarray(Image.open("out/view_disks.png").convert("RGB")).astype(int)
+    assert answer.output.splitlines() == ["disks: distance = 4.0", "picture     out/view_disks_2.png"]
+    picture = np.asarray(Image.open("out/view_disks_2.png").convert("RGB")).astype(int)
     assert (abs(picture - picture[0, 0]).sum(axis=2) > 30).mean() > 0.01
 
 
@@ -106,7 +108,7 @@ def test_what_cannot_be_seen_is_refused_in_one_line(call, options, words):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="libraries are hidden as Linux finds them")
 def test_without_opengl_it_says_which_two_packages_to_install_and_all_else_works(call, tmp_path):
-    """In a child process whose libraries are empty files: 3-D pictures are refused; charts and ParaView's files are not."""
+    """In a child process whose libraries are empty files: 3-D pictures are refused; charts, pages, ParaView's files are not."""
     hidden = tmp_path / "hidden"
     hidden.mkdir()
     for name in LIBRARIES:
@@ -117,9 +119,8 @@ def test_without_opengl_it_says_which_two_packages_to_install_and_all_else_works
     done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
     assert done.returncode == 0, done.stderr
     picture, page, run, files, written = done.stdout.splitlines()
-    for refusal in (picture, page):
-        assert "| 2 | refused: view: " in refusal
-        assert "libegl1 libgl1-mesa-dri" in refusal
+    assert "| 2 | refused: view: " in picture and "libegl1 libgl1-mesa-dri" in picture
+    assert "| 0 |" in page and "picture out/view_disk.html" in page and "vtk" not in done.stderr
     assert "| 0 |" in run and "picture out/disk.png" in run
     assert "| 0 |" in files and "picture out/view_disk.vtm" in files
     assert written == r"b'\x89PNG' True False"
@@ -130,3 +131,17 @@ def test_files_that_cannot_be_written_are_told(call):
     answer = call("view", "disk.py", "--vtk", "--particles", "0", "--tracks", "0")
     assert answer.exit_code == 2
     assert "cannot write out/view_disk.vtm" in answer.output
+
+
+def test_tracks_without_end_are_drawn_as_far_as_there_is_room(monkeypatch):
+    """A room of mirrors: fewer tracks, then the beginning of one; what somebody asked for is not made less."""
+    walls = tp.Surface(tp.Box(size=2.0), tp.Mirror(0.99), "room")
+    scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), walls)
+    monkeypatch.setattr(view, "MOST_FLIGHTS", 5_000)
+    few, note = view._ways(scene, 300, 0, True)
+    drawn = len(np.unique(few.histories))
+    assert 1 < drawn < 100 and len(few) <= 5_000 and note.startswith(f"{drawn} of 300 tracks")
+    assert len(np.unique(view._ways(scene, 300, 0, False)[0].histories)) == 300
+    monkeypatch.setattr(view, "MOST_FLIGHTS", 10)
+    one, note = view._ways(scene, 300, 0, True)
+    assert len(one) == 10 and note.startswith("the first 10 flights of 1 of 300 tracks")

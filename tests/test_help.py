@@ -42,7 +42,7 @@ def parsed(command):
     for each in names:
         if values.get("hard"):
             assert each is None or each in families()
-        elif each and not each.endswith(".py"):
+        elif each and not each.endswith((".py", ".json")):
             _known(each, values)
     return values
 

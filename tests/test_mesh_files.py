@@ -209,7 +209,7 @@ def test_nan_in_a_file_is_refused(tmp_path):
 def test_without_pyvista_the_cure_is_named(tmp_path, monkeypatch):
     write_obj(tmp_path / "ball.obj", BALL)
     monkeypatch.setitem(sys.modules, "pyvista", None)
-    refused(tmp_path / "ball.obj", "'ball.obj' needs pyvista", "pip install 'transport[viz]'")
+    refused(tmp_path / "ball.obj", "'ball.obj' needs pyvista", "pip install '.[viz]'")
 
 
 @pytest.mark.parametrize("given", [None, [(0, 0, 0)], types.SimpleNamespace(points=[])])

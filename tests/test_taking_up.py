@@ -9,9 +9,9 @@ from tests.test_reproducible import scene
 from transport.estimators.methods import checked_method
 from transport.runs.crew import Crew
 from transport.runs.limits import checked_limits
+from transport.runs.machines import machine_for
 from transport.runs.progress import Progress
 from transport.runs.running import Run
-from transport.simulate import _machine
 
 LIMITS = {
     "particles": {"particles": 40_001},
@@ -26,13 +26,13 @@ class Watched(Run):
 
     def _take(self, batch):
         super()._take(batch)
-        self.states = [*getattr(self, "states", []), self._state()]
+        self.states = [*getattr(self, "states", []), self.now()]
 
 
 def run_of(limits, sampling="random", threads=2, saved=None):
     what = scene()
     method = checked_method(what, "analog", sampling)
-    machine = _machine(what, None, method, Progress())
+    machine = machine_for(what, None, method, Progress())
     asked = checked_limits(
         what, *(limits.get(name) for name in ("particles", "error", "seconds", "batches")), method
     )

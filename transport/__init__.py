@@ -26,6 +26,7 @@ from transport.pricing.discretisation import bins_against_noise
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
+from transport.saved import load, merge
 from transport.scene import Scene
 from transport.shapes import (
     Box,
@@ -78,7 +79,7 @@ __all__ = [
     "PointDetector", "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
     "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent",
     "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "bins_against_noise", "cm", "cost_of_accuracy", "deg",
-    "etendue", "km", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
+    "etendue", "km", "load", "merge", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
     "view_factor",
 ]  # fmt: skip
 

@@ -39,7 +39,11 @@ Range = tuple[float, float]
 
 MOST_BINS = 1_000_000  # of one axis; more would be a slip
 MOST_BINS_IN_ALL = 10_000_000  # of a detector
-BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = 32, 24, 32  # memory that a bin takes; sums on each side
+BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = (
+    32,
+    14,
+    8,
+)  # memory that a bin takes; sums on each side, of each thread
 PI = math.pi
 NARROWEST = 2.0**-43  # of a bin, in cosines: rounding moves a thousandth of it over its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {

@@ -7,11 +7,13 @@
     cases() -> list of dict                   the parameter sets of its table; missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}
+    in_bins(result) -> {name: EstimateArray}  what is told in JSON only; missing: nothing
     exact(**parameters) -> {name: float}      where there is a closed form; missing, or without a name: unknown
     verdict(outcomes) -> str                  the answer, in a sentence
     draw(outcomes, path)                      the figure, a PNG; returns the paths where there are more than one
 
-Only `scene` and `measure` are needed.  The modules of the package `sims` are experiments; so is any file of the user's.
+Only `scene` and `measure` are needed.  The modules of the package `sims` are experiments; so is any file of the user's,
+and a scene's JSON file is one that measures all that its detectors do (transport.written.experiments).
 """
 
 import importlib
@@ -22,12 +24,12 @@ import pkgutil
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 
 from transport.results import Result
-from transport.results.estimates import Estimate
+from transport.results.estimates import Estimate, EstimateArray
 from transport.runs.limits import checked_limits
 from transport.scene import Scene
 from transport.simulate import simulate
@@ -36,6 +38,7 @@ from transport.validation import SceneError, shown, suggestion
 
 PARTICLES = 1_000_000  # histories of a case where neither the experiment nor the user says how many
 WAYS = ("estimator", "sampling", "batches", "tracking")  # of `simulate`, that an experiment may choose
+FILES = ("save", "resume", "checkpoint")  # of a run
 
 
 @dataclass(frozen=True)
@@ -54,12 +57,16 @@ class Row:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One case of an experiment: its parameters, the run, and its table.  notes: warnings beside the run's own."""
+    """One case of an experiment: its parameters, the run, and its table.
+
+    notes: warnings beside the run's own;  bins: what it measured over bins, by name.
+    """
 
     parameters: dict[str, object]
     result: Result
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
+    bins: Mapping[str, EstimateArray] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Row:
         return next(row for row in self.rows if row.name == name)
@@ -85,11 +92,19 @@ def experiment_names() -> list[str]:
 
 
 def experiment(name: str) -> ModuleType:
-    """The experiment of that name in `sims`, or in the file at that path.  Raises SceneError for neither."""
+    """The experiment of that name in `sims`, or in the .py or .json file at that path.  Raises SceneError for neither."""
+    if name.endswith(".json"):
+        from transport.written.experiments import experiment_of_file
+
+        return experiment_of_file(name)
     if name.endswith(".py"):
         path = Path(name)
         if not path.is_file():
-            raise SceneError(f"no file {name}")
+            folder, cure = (
+                path.parent.resolve(),
+                "give its path, or an experiment's name, which `transport` lists",
+            )
+            raise SceneError(f"no file {path.name} in {folder}; {cure}")
         spec = importlib.util.spec_from_file_location(path.stem, path)
         module = importlib.util.module_from_spec(spec)
         with blamed(module):
@@ -165,12 +180,16 @@ def run_experiment(module: ModuleType, settings: dict[str, object] | None = None
 
 
 def outcomes_of(
-    module: ModuleType, settings: dict[str, object], limits: dict[str, object]
+    module: ModuleType,
+    settings: dict[str, object],
+    limits: dict[str, object],
+    save: Path | None = None,
 ) -> Iterator[Outcome]:
     """Each case of the experiment as soon as it is done; after Ctrl-C the last one is incomplete, the rest is left out.
 
     limits: as for `simulate`; where none is given, as many particles as the module says, in its way.  A case that does
     not have a quantity whose error is asked for runs without it, with a warning.
+    save: a file for each run; of several cases, as those of `limits`, each by its number: run_1.nc, run_2.nc.
     """
     ready = []
     for parameters in cases_of(module, settings):
@@ -185,12 +204,24 @@ def outcomes_of(
     for name, refusal in ready[0][-1].items():
         if all(name in refusals for *_, refusals in ready):
             raise refusal
-    for parameters, scene, exact, errors, refusals in ready:
-        result = simulate(scene, **_settled(module, limits | {"error": errors}))
+    for number, (parameters, scene, exact, errors, refusals) in enumerate(ready, 1):
+        own = _numbered({"save": save} | limits, number if len(ready) > 1 else None)
+        file = own.pop("save")
+        result = simulate(scene, **_settled(module, own | {"error": errors}))
+        if file is not None:
+            result.save(file)
         notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
-        yield Outcome(parameters, result, _rows(module, result, exact), notes)
+        with blamed(module):
+            bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
+        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
         if not result.is_complete:
             return
+
+
+def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object]:
+    """The limits, with the files in them those of the case of this number."""
+    files = {} if number is None else {name: limits[name] for name in FILES if limits.get(name) is not None}
+    return limits | {name: path.with_stem(f"{path.stem}_{number}") for name, path in files.items()}
 
 
 def _errors_for(
@@ -209,7 +240,8 @@ def _errors_for(
 def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
     """The limits, with the module's own way to estimate, and its number of particles, where there is none."""
     limits = ways_of(module) | {name: value for name, value in limits.items() if value is not None}
-    if any(name in limits for name in ("particles", "error", "seconds")):
+    goes_on = "resume" in limits and Path(limits["resume"]).exists()  # and says itself how far
+    if goes_on or any(name in limits for name in ("particles", "error", "seconds")):
         return limits
     return limits | {"particles": getattr(module, "particles", PARTICLES)}
 

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from os import PathLike
 
 from transport.bodies.filling import glows, names_media
 from transport.bodies.listing import AnyMedium, medium_at
@@ -66,6 +67,25 @@ class Scene:
             user.check_clock(self.duration)
         check_points(self)
         check_scene(self)
+
+    def to_json(self, path: str | PathLike | None = None) -> str:
+        """All of it as JSON text that `from_json` reads back bit by bit, written into the file too where one is named.
+
+        Raises SceneError for what no file can hold (the function of an InverseCDF); transport/guides/scenes.md.
+        """
+        from transport.written.documents import scene_text
+
+        return scene_text(self, path)
+
+    @staticmethod
+    def from_json(source: str | PathLike) -> "Scene":
+        """The scene of a JSON file, or of its text; written by `to_json` or by hand.
+
+        Raises SceneError with the place in the file, as in "surfaces[2].material.albedo", for what is wrong.
+        """
+        from transport.written.documents import scene_of
+
+        return scene_of(source)
 
     @property
     def measured_in(self) -> str:

@@ -2,17 +2,20 @@
 
 import time
 from collections.abc import Mapping
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import partial
+from os import PathLike
 
-from transport.compile import compile_scene
-from transport.estimators.aimed import aimed_scene
 from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
-from transport.estimators.methods import ANALOG, AUTO, Method, checked_method
+from transport.estimators.methods import ANALOG, AUTO, checked_method
 from transport.results import Cost, Result
-from transport.runs.crew import Crew
-from transport.runs.limits import checked_limits, checked_threads, checked_whole
-from transport.runs.progress import Progress, progress_on
+from transport.runs.hiring import Hands, checked_staff, hands_for
+from transport.runs.interruption import put_off
+from transport.runs.limits import checked_limits, checked_part, checked_whole
+from transport.runs.origins import doubts_of
+from transport.runs.progress import progress_on
 from transport.runs.running import Run
+from transport.runs.ways import Asked, Way
 from transport.scene import Scene
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown, suggestion
@@ -23,13 +26,18 @@ def simulate(
     particles: int | None = None,
     error: Mapping[str, float] | None = None,
     seconds: float | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     batches: int | None = None,
     threads: int | None = None,
     estimator: str | None = None,
     sampling: str | None = None,
     tracking: Tracking | str | None = None,
     progress: bool | None = None,
+    resume: Result | str | PathLike | None = None,
+    checkpoint: str | PathLike | None = None,
+    every: float = 60.0,
+    part: tuple[int, int] | None = None,
+    cluster: object = None,
 ) -> Result:
     """Run a scene and return what its detectors counted, every number with its standard error.
 
@@ -46,49 +54,115 @@ def simulate(
     large as the one before, of which the last complete one is the result.
     A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals
     cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.runs.stopping).
-    threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    seed: None for 0;  threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    resume: a saved run to go on with, limits counting from its beginning; what is not said is as it was.
+    checkpoint: a file, .nc or .npz, to save the run to every so many seconds and at its end; with the same file for `resume` the
+    call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`.
+    cluster: where the batches are done, bit for bit as here: a dask.distributed Client or cluster, the address of a scheduler, or
+    "local" for a process a thread.
     Raises SceneError for input that cannot be run.
     """
     if not isinstance(scene, Scene):
         raise SceneError(
             f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
         )
-    choice = None
+    asked = Asked(
+        particles,
+        error,
+        seconds,
+        batches,
+        part,
+        None if seed is None else checked_whole("seed", seed, 0, 2**64 - 1),
+        estimator,
+        sampling,
+        checked_tracking(scene, tracking),
+    )
+    saved = _saved(resume, checkpoint)
+    way, staff = _way(scene, asked, saved), checked_staff(threads, cluster)
+    keep = _checkpoints(checkpoint, every, scene)
+    begun = time.perf_counter()
+    with (
+        progress_on(progress) as bar,
+        put_off() as interruption,
+        hands_for(scene, way, staff, bar, interruption) as hands,
+    ):
+        ready = time.perf_counter()
+        run = Run(
+            scene, hands.plan, way.seed, way.limits, hands.threads, bar, hands.hire, interruption=interruption
+        )
+        result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
+        if saved is not None:
+            run.go_on_with(saved.state, saved.cost)
+        if keep is not None:
+            run.between = lambda run: keep.if_due(run, result_of)
+        run.go()
+        if not run.batches:
+            raise KeyboardInterrupt(run.why_nothing())
+        result = result_of(run, run.is_complete)
+        if keep is not None:
+            keep.end(result)
+    return result
+
+
+def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
+    """The run to go on with, None for one that begins."""
+    if resume is None and checkpoint is None:
+        return None
+    from transport.saved.resuming import run_to_go_on_with
+
+    return run_to_go_on_with(resume, checkpoint)
+
+
+def _way(scene: Scene, asked: Asked, saved: Result | None) -> Way:
+    """How the scene is run: as it is asked for, and as it was begun."""
+    if saved is not None:
+        from transport.saved.resuming import way_of
+
+        return way_of(saved, scene, asked)
+    choice, estimator, sampling = None, asked.estimator, asked.sampling
+    seed = 0 if asked.seed is None else asked.seed
     if estimator == AUTO:
-        choice = _choice(scene, (particles, error, seconds), sampling, tracking, seed)
+        choice = _choice(scene, asked.limits, sampling, asked.tracking, seed)
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = checked_method(scene, estimator, "random" if sampling is None else sampling)
-    limits = checked_limits(scene, particles, error, seconds, batches, method)
-    seed, threads = checked_whole("seed", seed, 0, 2**64 - 1), checked_threads(threads)
-    tracking = checked_tracking(scene, tracking)
-    with progress_on(progress) as bar:
-        begun = time.perf_counter()
-        machine = _machine(scene, tracking, method, bar)
-        ready = time.perf_counter()
-        plan, hire = machine.program.plan, partial(Crew, machine, seed, threads)
-        run = Run(scene, plan, seed, limits, threads, bar, hire)
-        run.go()
-    if not run.batches:
-        raise KeyboardInterrupt(run.why_nothing())
-    done = time.perf_counter()
+    limits = checked_limits(scene, *asked.limits, asked.batches, method)
+    limits = replace(limits, part=checked_part(asked.part, limits))
+    return Way(method, limits, seed, asked.tracking, choice)
+
+
+def _checkpoints(checkpoint: str | PathLike | None, every: float, scene: Scene):
+    """What saves the run while it goes on; None where nobody asked for it."""
+    if checkpoint is None:
+        return None
+    from transport.saved.checkpoints import Checkpoints
+
+    return Checkpoints(checkpoint, every, scene)
+
+
+def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, ready: float) -> Result:
+    """What the batches of a run come to, now."""
     cost = Cost(
-        seconds=done - ready,
+        seconds=time.perf_counter() - ready + run.seconds_before,
         preparation=ready - begun,
         particles=run.particles,
         crossings=run.crossings,
         collisions=run.collisions,
-        threads=threads,
+        threads=run.threads,
+        workers=hands.workers,
         slopes=run.slopes,
         forecast=run.forecast,
     )
-    return Result(plan, run.batches, seed, cost, run.is_complete, run.warnings, tracking, choice, run.state)
+    warnings = [*run.warnings, *hands.doubts(), *doubts_of(run.state.origins)]
+    return Result(
+        run.plan, run.batches, way.seed, cost, is_complete, warnings, way.tracking, way.choice, run.state
+    )
 
 
 def _choice(scene: Scene, limits: tuple, sampling: str | None, tracking, seed: int) -> Choice:
     """The cheapest way, by pilots that have random numbers of their own; limits: checked before anything runs."""
     error = checked_limits(scene, *limits, ANALOG.usual_batches).error
-    pilots = {"seed": checked_whole("seed", seed, 0, 2**64 - 1) ^ OTHER_NUMBERS, "threads": 1}
-    pilot = partial(simulate, scene, tracking=checked_tracking(scene, tracking), progress=False, **pilots)
+    pilots = {"seed": seed ^ OTHER_NUMBERS, "threads": 1}
+    pilot = partial(simulate, scene, tracking=tracking, progress=False, **pilots)
     return choose(
         scene,
         error,
@@ -122,21 +196,3 @@ def _tracking_cure(tracking: object) -> str:
         if meant.startswith("did you mean"):
             return meant
     return "leave it out for what suits the scene"
-
-
-@lru_cache(maxsize=32)
-def _program(scene: Scene, tracking: Tracking | None, method: Method):
-    from transport.engine.program import program_of
-
-    scene = aimed_scene(scene) if method.estimator == "aimed" else scene
-    return program_of(compile_scene(scene, tracking, method))
-
-
-def _machine(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
-    """Passes compiled or loaded, and wired; kept for scenes that are run again."""
-    from transport.engine.driver import machine_of
-
-    program = _program(scene, tracking, method)
-    if program.machine is None:
-        program.machine = machine_of(program, bar.compiling)
-    return program.machine

@@ -28,7 +28,7 @@ _SYNONYMS = {  # what other programs call a parameter: its name here, and what e
 
 SIMULATE = {  # what is said to `simulate`, not to the Scene
     "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
-    "progress",
+    "progress", "cluster", "resume", "checkpoint", "every", "part",
 }  # fmt: skip
 
 UNMASK = "write .filled(0), or another number"  # the cure for masked values

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from transport import Estimate
 from viz.style import BLUE, INK, MUTED, VERMILLION, WITHIN_TWO, figure_at
-from viz.wording import estimate_text
+from viz.wording import estimate_text, raised
 
 FURTHEST = 6.0  # a score beyond is an arrow at the edge
 SCALES = ((1e-3, 1e2, "%"), (0.0, 1e6, "ppm"))  # from which size on, factor, name
@@ -43,7 +43,7 @@ def comparison(
         for row, (estimate, exact) in enumerate(rows):
             words = _in_words(estimate, exact)
             right.text(1.05, row, words, transform=right.get_yaxis_transform(), va="center", fontsize=17)
-        left.set_yticks(range(len(rows)), list(table), fontsize=19)
+        left.set_yticks(range(len(rows)), [raised(name) for name in table], fontsize=19)
         left.set_ylim(len(rows) - 0.5, -0.5)
     return path
 
@@ -101,4 +101,4 @@ def _draw_arrow(axes: Axes, x: float, row: int, reach: float, edge: str, face: s
 
 
 def _in_words(estimate: Estimate, exact: float) -> str:
-    return f"{estimate_text(estimate)}\nexact {exact:.7g}".replace("exact -", "exact −")
+    return f"{estimate_text(estimate)}\nexact {f'{exact:.7g}'.replace('-', '−')}"

@@ -93,7 +93,7 @@ def _seen(name: str, title: str) -> Draw:
 def _solid(title: str, result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
     from viz.scene_view import scene_view
 
-    return scene_view(result.scene, path, result, tracks, title=title)
+    return scene_view(result.scene, path, result, tracks, title=title, quantity="irradiance")
 
 
 def _lobe(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:

@@ -126,7 +126,7 @@ def _draw(axes: Axes, places: Places, field: np.ndarray, norm: Normalize, colour
 def _draw_round(
     axes: Axes, places: Places, field: np.ndarray, norm: Normalize, colours: str
 ) -> ScalarMappable:
-    """Rings and sectors as they lie on the disk, in metres."""
+    """Rings and sectors as they lie on the disk."""
     radius, turn = places.edges
     times = max(1, math.ceil(np.diff(turn).max() / FINEST))
     fine = np.radians(np.interp(np.arange((len(turn) - 1) * times + 1) / times, np.arange(len(turn)), turn))
@@ -137,14 +137,15 @@ def _draw_round(
     drawn = axes.pcolormesh(x, y, field, norm=norm, cmap=colours, rasterized=True)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(_ticks(places.axes[0]))
-    axes.set_xlabel(r"along $e_u$  [m]")
-    axes.set_ylabel(r"along $e_v$  [m]")
+    unit = places.axes[0].unit
+    axes.set_xlabel(rf"along $e_u$  [{unit}]")
+    axes.set_ylabel(rf"along $e_v$  [{unit}]")
     return drawn
 
 
 def _ticks(coordinate: Coordinate) -> MaxNLocator:
     """Round numbers; of an angle thirds and quarters of a turn."""
-    return MaxNLocator(5, steps=[1, 2, 5, 10] if coordinate.unit == "m" else [1, 1.5, 3, 4.5, 6, 9, 10])
+    return MaxNLocator(5, steps=[1, 2, 5, 10] if coordinate.is_length else [1, 1.5, 3, 4.5, 6, 9, 10])
 
 
 def _mark_row(axes: Axes, places: Places, row: int) -> None:

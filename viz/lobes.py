@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
@@ -113,10 +114,16 @@ def _prepare(axes: Axes, panel: Panel) -> None:
     largest = max(_top(lobe) for lobe in panel.lobes)
     axes.set_rlim(0, 1.12 * max(largest, panel.arc[1] if panel.arc else 0))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value else ""))
+    highest = (0.9 if panel.is_whole else 1) * axes.get_rmax()  # beyond, it would stand among the angles
+    axes.yaxis.set_major_formatter(
+        FuncFormatter(lambda value, _: f"{value:g}" if 0 < value <= highest else "")
+    )
     axes.set_rlabel_position(76)
     axes.tick_params(axis="x", pad=9)
     axes.tick_params(axis="y", labelsize=15, labelcolor=INK)
+    rim = patheffects.withStroke(linewidth=3, foreground="white")
+    for words in axes.get_yticklabels():
+        words.set_path_effects([rim])
     angles = np.arange(0, 360, 30) if panel.is_whole else np.arange(-90, 91, 30)
     axes.set_xticks(np.radians(angles), [f"{_to_normal(angle):.0f}°" for angle in angles])
     axes.grid(color="#dcdcdc")

@@ -8,25 +8,31 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from viz.wording import SUPERSCRIPTS, raised
+
 if TYPE_CHECKING:
     import pyvista
+    from vtkmodules.vtkRenderingCore import vtkTextProperty
 
 GROUND, TEXT, FAINT = "#0d1017", "#e8ebf0", "#9aa4b2"
 UNKNOWN = "#3b414d"  # cells of too few hits
 WALL, STEEL, GLASS = "#59616f", "#aab4c2", "#7fd4e6"
 FOG, GLOWING = "#9fb8d8", "#ffb070"
 GLOW, METER = "#fff1c2", "#56b4e9"
-VALUES, WAYS = "inferno", "viridis"  # what was measured, and tracks
+VALUES, CELLS, WAYS = "inferno", "Blues_r", "viridis"  # measured on surfaces, in volumes; and tracks
 MOST_DECADES = 6
 FEW_DECADES = 2  # up to so many, a bar also says 2 and 5
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MARGIN = 0.008  # of the window, beside words
 BAR, WIDE = 0.075, 0.22  # width of a bar with its words, of the window, and the share of it that is coloured
+LEGIBLE = 10  # pixels of the type of marks and names, at least
+TICK = 12  # pixels from the colours of a bar to its marks
+BETWEEN = "   ·   "  # the pieces of a caption
 HEIGHT = 900  # pixels of the window for which type sizes are given
 FROM_FILE = 4  # how the renderer calls a font that is read from a file
 
@@ -77,15 +83,18 @@ def font() -> str:
     return str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf")
 
 
-def sized(plotter: pyvista.Plotter, size: float) -> int:
+def sized(plotter: pyvista.Plotter, size: float, least: int = 5) -> int:
     """A type size that is meant for a window of HEIGHT pixels, in the plotter's."""
-    return max(5, round(size * min(1.5, plotter.window_size[1] / HEIGHT)))
+    return max(least, round(size * min(1.5, plotter.window_size[1] / HEIGHT)))
 
 
 def write(
     plotter: pyvista.Plotter, words: str, place: tuple[float, float], size: int, colour: str = TEXT
 ) -> None:
-    """Words at a place in the window, (0, 0) lower left to (1, 1): their lower left corner; further left where they would be cut."""
+    """Words at a place in the window, (0, 0) lower left to (1, 1): their lower left corner; further left where they would be cut.
+
+    Pieces of them that BETWEEN parts go into further lines where one is too short.
+    """
     text = plotter.add_text(
         words,
         position=place,
@@ -94,18 +103,41 @@ def write(
         color=colour,
         font_file=font(),
     )
-    text.SetPosition(max(min(place[0], 1 - MARGIN - _width(plotter, text)), MARGIN), place[1])
+    look = text.GetTextProperty()
+    lines = _folded(words, lambda line: _width(plotter, look, line) <= 1 - 2 * MARGIN)
+    text.SetInput("\n".join(lines))
+    width = max(_width(plotter, look, line) for line in lines)
+    text.SetPosition(max(min(place[0], 1 - MARGIN - width), MARGIN), place[1])
 
 
-def _width(plotter: pyvista.Plotter, text: pyvista.Text) -> float:
+def _folded(words: str, fits: Callable[[str], bool]) -> list[str]:
+    """Lines that fit, as far as they can be parted."""
+    first, *rest = words.split(BETWEEN)
+    lines = [first]
+    for piece in rest:
+        longer = lines[-1] + BETWEEN + piece
+        lines = [*lines[:-1], longer] if fits(longer) else [*lines, piece]
+    return lines
+
+
+def width_of(plotter: pyvista.Plotter, words: str, size: int) -> float:
+    """Of a line of words of that type size, as a share of the window."""
+    from vtkmodules.vtkRenderingCore import vtkTextProperty
+
+    look = vtkTextProperty()
+    look.SetFontFamily(FROM_FILE)
+    look.SetFontFile(font())
+    look.SetFontSize(size)
+    return _width(plotter, look, words)
+
+
+def _width(plotter: pyvista.Plotter, look: vtkTextProperty, words: str) -> float:
     """Of a line of words, as a share of the window."""
     from vtkmodules.vtkRenderingCore import vtkTextRenderer
 
     window = plotter.render_window
     box = [0, 0, 0, 0]
-    vtkTextRenderer.GetInstance().GetBoundingBox(
-        text.GetTextProperty(), text.GetInput(), box, window.GetDPI()
-    )
+    vtkTextRenderer.GetInstance().GetBoundingBox(look, words, box, window.GetDPI())
     return (box[1] - box[0] + 1) / window.GetSize()[0]
 
 
@@ -117,7 +149,10 @@ def add_bar(
     place: tuple[float, float],
     height: float,
 ) -> None:
-    """A bar of colours with its marks; title: mathtext;  place: of the lower left corner of its colours, in shares of the window."""
+    """A bar of colours with its marks; title: mathtext;  place: of the lower left corner of its colours, in shares of the window.
+
+    It stands further left where its marks would be cut: of 5·10²⁰ a narrow window would leave 5·10².
+    """
     bar = plotter.add_scalar_bar(
         title=title,
         mapper=actor.mapper,
@@ -141,15 +176,19 @@ def add_bar(
     words = bar.GetAnnotationTextProperty()
     words.SetFontFamily(FROM_FILE)
     words.SetFontFile(font())
-    words.SetFontSize(sized(plotter, 16))
+    words.SetFontSize(sized(plotter, 16, LEGIBLE))
     words.SetColor(*(int(TEXT[k : k + 2], 16) / 255 for k in (1, 3, 5)))
-    write(plotter, title, (place[0], place[1] + height + 0.02), 12)
+    widest = max(_width(plotter, words, said) for _, said in scale.marks)
+    room = 1 - MARGIN - widest - TICK / plotter.window_size[0] - WIDE * BAR
+    left = min(place[0], room)
+    bar.SetPosition(left - (1 - WIDE) * BAR, place[1])
+    write(plotter, title, (left, place[1] + height + 0.02), 12)
 
 
 def in_words(estimate: object) -> str:
     """The estimate with its error, its unit with raised exponents; why an error is unknown has no room in a picture."""
     short = re.sub(r"\(error unknown: .*\)", "(error unknown)", str(estimate))
-    return re.sub(r"\^\(?(-?\d+)\)?", lambda found: found[1].translate(SUPERSCRIPTS), short)
+    return raised(short)
 
 
 def _power(k: int) -> str:

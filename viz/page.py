@@ -25,7 +25,8 @@ from transport.tracks import Tracks
 from viz.page_parts import OPAQUE, pieces_of
 from viz.scene_frame import frame_of
 from viz.scene_parts import parts_of
-from viz.scene_view import caption_of, scene_plotter
+from viz.scene_view import caption_of, undrawn_plotter
+from viz.screen import without_screen
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -44,14 +45,18 @@ def scene_page(
     tracks: Tracks | None = None,
     title: str = "A scene",
 ) -> str | os.PathLike:
-    """Write the scene with its result and tracks, as `scene_view` draws it, as a page that turns; returns the path."""
+    """Write the scene with its result and tracks, as `scene_view` draws it, as a page that turns; returns the path.
+
+    The browser draws it: no libraries of OpenGL are needed to write it.
+    """
     frame = frame_of(scene, tracks)
     note = caption_of(scene, result, tracks, parts_of(scene, frame, result), frame)
-    plotter = scene_plotter(scene, result, tracks)
-    try:
-        return page(plotter, path, title, note)
-    finally:
-        plotter.close()
+    with without_screen():
+        plotter = undrawn_plotter(scene, result, tracks)
+        try:
+            return page(plotter, path, title, note)
+        finally:
+            plotter.close()
 
 
 def page(plotter: pv.Plotter, path: str | os.PathLike, title: str, note: str = "") -> str | os.PathLike:

@@ -11,8 +11,10 @@ from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 
 SYMBOLS = {"irradiance": "E", "exitance": "M"}
+OF_VOLUMES = {"fluence_rate": "φ"}
 LEAVING = ("exitance",)
 PLACES = ("u", "v")
+LEAST_HITS = 4  # below, a cell is grey
 SPANS = {"time": "s", "speed": "m/s"}  # axes that a detector may cover in part
 
 
@@ -38,8 +40,10 @@ class Paint:
         return found | {"hits": np.append(self.hits, 0)[bins]}
 
 
-def paint_of(reading: object, quantity: str = "irradiance") -> Paint:
+def paint_of(reading: object, quantity: str = "irradiance", duration: float | None = None) -> Paint:
     """What a detector read of that quantity, by place: means over bins of time, sums over those of speed.
+
+    duration: of the scene's clock [s]; bins of time that cover it all leave nothing out.
 
     Raises ValueError for a quantity that cannot be painted.
     """
@@ -50,7 +54,9 @@ def paint_of(reading: object, quantity: str = "irradiance") -> Paint:
     values, errors = (np.ravel(getattr(estimate, name)).astype(float) for name in ("value", "error"))
     hits = np.broadcast_to(np.ravel(_hits(reading, quantity)), values.shape)
     words = str(estimate) if isinstance(estimate, Estimate) else None
-    return Paint(quantity, str(estimate.unit), words, _only(reading.detector, read), values, errors, hits)
+    return Paint(
+        quantity, str(estimate.unit), words, _only(reading.detector, read, duration), values, errors, hits
+    )
 
 
 def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
@@ -65,11 +71,13 @@ def by_place(estimate: Estimate | EstimateArray) -> Estimate | EstimateArray:
     return estimate
 
 
-def _only(detector: Detector, read: Estimate | EstimateArray) -> str | None:
+def _only(detector: Detector, read: Estimate | EstimateArray, duration: float | None) -> str | None:
     """What a detector is limited to, as it is written; None where it counts all."""
     limits = {name: getattr(detector, name) for name in ("via", "events")}
     said = [f"{name}={limit!r}" for name, limit in limits.items() if limit is not None]
     spans = {name: edges for name, edges in read.coords.items() if name in SPANS}
+    if "time" in spans and spans["time"][0] == 0 and spans["time"][-1] == duration:
+        del spans["time"]
     said += [f"{name} {edges[0]:.3g} to {edges[-1]:.3g} {SPANS[name]}" for name, edges in spans.items()]
     return ", ".join(said) or None
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from transport import EstimateArray
 from transport.shapes import Disk, Rectangle, Sphere
+from viz.wording import unit_of_length
 
 PLACES = ("u", "v", "x", "y", "z", "r")  # axes that are places
 
@@ -21,6 +22,10 @@ class Coordinate(NamedTuple):
     words: str
     unit: str
     scale: float = 1.0
+
+    @property
+    def is_length(self) -> bool:
+        return self.unit != "deg"
 
 
 METRES = {name: Coordinate(name, "m") for name in PLACES}
@@ -36,7 +41,7 @@ OF_REVOLVED = {"u": Coordinate("height along the axis", "m"), "v": TURN}
 class Places:
     """Bins over one or two coordinates; the first one is across the picture.
 
-    edges: of each [m or deg];  value, error, unscored: (across, up), or (across,);  is_round: a radius and an azimuth;
+    edges: of each, in the unit of its axis;  value, error, unscored: (across, up), or (across,);  is_round: a radius and an azimuth;
     taken, order: which bins of the detector's these are, and in which order of its axes.
     """
 
@@ -53,7 +58,7 @@ class Places:
     @property
     def is_metric(self) -> bool:
         """Whether both coordinates are lengths, to be drawn on one scale."""
-        return all(axis.unit == "m" for axis in self.axes)
+        return all(axis.is_length for axis in self.axes)
 
     def middles(self, axis: int) -> np.ndarray:
         """The middles of the bins along an axis."""
@@ -80,9 +85,22 @@ def places_of(reading: object, quantity: str, at: Mapping[str, int] | None = Non
     order = tuple(shown.dims.index(name) for name in names)
     axes = tuple(names.values())
     edges = tuple(shown.coords[name] * axis.scale for name, axis in names.items())
+    axes, edges = _in_suitable_units(axes, edges)
     fields = (np.transpose(each[taken], order) for each in field)
     is_round = isinstance(_shape_of(reading), Disk) and len(names) == 2
     return Places(axes, edges, *fields, array.unit, is_round, taken, order)
+
+
+def _in_suitable_units(
+    axes: tuple[Coordinate, ...], edges: tuple[np.ndarray, ...]
+) -> tuple[tuple[Coordinate, ...], tuple[np.ndarray, ...]]:
+    """Lengths in one unit, such as µm, in which they are neither tiny nor huge numbers."""
+    largest = max(
+        (np.abs(e).max() for axis, e in zip(axes, edges, strict=True) if axis.is_length), default=1.0
+    )
+    size, unit = unit_of_length(float(largest))
+    told = tuple(axis._replace(unit=unit) if axis.is_length else axis for axis in axes)
+    return told, tuple(e / size if axis.is_length else e for axis, e in zip(axes, edges, strict=True))
 
 
 def _in_order(dims: tuple[str, ...], shape: object) -> dict[str, Coordinate]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import NamedTuple
 
@@ -132,6 +133,10 @@ def _say(axes: Axes, x: float, y: float, words: str, number: str) -> None:
 
 
 def _told(amount: Estimate, emitted: Estimate) -> str:
-    """The number with its error, and its share of what was emitted."""
-    share = 100 * amount.value / emitted.value if emitted.value else np.nan
-    return f"{estimate_text(amount)},  {share:.3g} %"
+    """The number with its error, and its share of what was emitted, to the digit that is uncertain."""
+    share, error = (
+        100 * each / emitted.value if emitted.value else np.nan for each in (amount.value, amount.error)
+    )
+    if error > 0 and np.isfinite(share):
+        share = round(share, -math.floor(math.log10(error)))
+    return f"{estimate_text(amount)},  {share:.3g} %".replace(" -", " −")

@@ -138,6 +138,7 @@ def _density(part: Part) -> float:
         return 0.0 if part.is_clear else 1.0
     return {
         "medium": 0.4,
+        "cells": 1.0,
         "source": 0.2,
         "detector": 0.0 if part.paint is None else 1.0 if part.has_bins else 0.3,
     }[part.kind]

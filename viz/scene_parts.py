@@ -21,9 +21,10 @@ from transport.scene import Scene
 from transport.shapes import Plane, Point, Shape
 from transport.validation import SceneError
 from viz.facets import Facets, facets_of, half_box
-from viz.painted import SYMBOLS, Paint, paint_of
+from viz.painted import OF_VOLUMES, SYMBOLS, Paint, paint_of
 from viz.scene_frame import Frame
 from viz.solids import as_polydata, outline
+from viz.volume_cuts import cuts_of, paint_of_cells
 
 if TYPE_CHECKING:
     import pyvista
@@ -38,7 +39,7 @@ SAMPLES = 300  # facets of a shape that are asked
 class Part:
     """One thing in a picture.
 
-    kind: "surface", "medium", "source" or "detector";  what: the object that it shows;  names: what to call it;
+    kind: "surface", "medium", "source", "detector" or "cells" of a volume;  what: the object that it shows;  names: what to call it;
     facets: what is drawn of it;  paint: what was read of it, if anything;  side: of its shape that is looked at or emits;
     seen_from: the one side from which it is shown, None for both, NOWHERE where neither;  is_other_side: of a wall that is
     painted on one side, the bare one;  is_on_surface: of a detector or a source whose surface is drawn and painted as well;
@@ -104,14 +105,19 @@ def parts_of(
 ) -> list[Part]:
     """All parts of a scene that a picture of this frame shows.
 
-    quantity: painted where a detector of the result tells it, "irradiance" or "exitance"; None: irradiance, or
-    exitance where nothing arrives anywhere.
+    quantity: painted where a detector of the result tells it, "irradiance" or "exitance", or "fluence_rate" of volumes;
+    None: irradiance, or exitance where nothing arrives anywhere, and what volumes read.
     """
-    read = {} if result is None else _paints(scene, result, quantity)
+    read = {}
+    if result is not None and quantity not in OF_VOLUMES:
+        read |= _paints(scene, result, quantity)
+    if result is not None and (quantity is None or quantity in OF_VOLUMES):
+        read |= _paints_of_volumes(scene, result)
     parts = [
         *_surfaces(scene, frame, read),
         *_media(scene, frame),
         *_detectors(scene, frame, read),
+        *_cells(scene, frame, read),
         *_sources(scene, frame, read),
     ]
     return [replace(part, seen_from=_seen_from(part, parts)) for part in parts]
@@ -134,11 +140,22 @@ def _paints(scene: Scene, result: Result, quantity: str | None) -> dict[str, Pai
         found = {}
         for meter in scene.meters:
             try:
-                found[meter.name] = paint_of(result[meter.name], name)
+                found[meter.name] = paint_of(result[meter.name], name, scene.duration)
             except SceneError:  # of a shape without end, or backwards, where this is not known
                 continue
         if any((paint.values > 0).any() for paint in found.values()):
             break
+    return found
+
+
+def _paints_of_volumes(scene: Scene, result: Result) -> dict[str, Paint]:
+    """What each volume detector read, by its name."""
+    found = {}
+    for volume in scene.volumes:
+        try:
+            found[volume.name] = paint_of_cells(result[volume.name])
+        except SceneError:  # backwards, where this is not known
+            continue
     return found
 
 
@@ -234,6 +251,15 @@ def _detectors(scene: Scene, frame: Frame, read: dict[str, Paint]) -> Iterator[P
             )
 
 
+def _cells(scene: Scene, frame: Frame, read: dict[str, Paint]) -> Iterator[Part]:
+    """Cuts through volume detectors with cells."""
+    for volume in scene.volumes:
+        paint, shape = read.get(volume.name), scene.shape_of(volume)
+        if paint is not None and paint.words is None and frame.cut(shape) is shape:
+            facets = cuts_of(volume, shape, paint)
+            yield Part("cells", volume, shape, (volume.name,), facets, frame, paint=paint)
+
+
 def _side_of(detector: object) -> str | None:
     if not isinstance(detector, Detector):
         return None
@@ -245,7 +271,7 @@ def _in_words(several: list[object], read: dict[str, Paint]) -> str | None:
     if len(several) > 1 or several[0].name not in read:
         return None
     paint = read[several[0].name]
-    return None if paint.words is None else f"{SYMBOLS[paint.quantity]} = {paint.words}"
+    return None if paint.words is None else f"{(SYMBOLS | OF_VOLUMES)[paint.quantity]} = {paint.words}"
 
 
 def _sources(scene: Scene, frame: Frame, read: dict[str, Paint]) -> Iterator[Part]:
@@ -321,11 +347,21 @@ def _some(array: np.ndarray, most: int) -> np.ndarray:
     return array[:: max(1, -(-len(array) // most))]
 
 
+def is_hazed(part: Part, parts: list[Part]) -> bool:
+    """Whether a medium is drawn as a haze: not where colours of what was read lie on its bounds, nor voxels over cuts."""
+    if part.kind != "medium":
+        return False
+    painted = [each for each in parts if each.paint is not None]
+    if isinstance(part.what, Grid) and any(each.kind == "cells" for each in painted):
+        return False
+    return not any(each.shape == part.shape for each in painted)
+
+
 def block_names(parts: list[Part]) -> list[str]:
     """A name for each part, each once."""
     names, taken = [], set()
     for part in parts:
-        title = f"{part.kind} {part.name}" + (f" {part.side}" if part.paint else "")
+        title = f"{part.kind} {part.name}" + (f" {part.side}" if part.paint and part.side else "")
         again = (f"{title} {k}" for k in itertools.count(2))
         name = title if title not in taken else next(each for each in again if each not in taken)
         taken.add(name)

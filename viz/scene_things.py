@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,15 +12,15 @@ from transport.media import Grid
 from transport.scene import Scene
 from transport.shapes import Point
 from viz import night
+from viz.painted import LEAST_HITS
 from viz.scene_frame import Frame
 from viz.scene_parts import BACK, FRONT, NOWHERE, Part
-from viz.solids import segments
-from viz.wording import as_it_stands
+from viz.solids import contours, segments
+from viz.wording import as_it_stands, lengths_text
 
 if TYPE_CHECKING:
     import pyvista
 
-LEAST_HITS = 4  # below, a cell is grey
 APART = 4e-4  # of the picture's size: how far what lies on a wall is drawn off it
 HALO = ((30, 0.08), (19, 0.18), (9, 1.0))  # size [pixels] and opacity of the discs of a small glow
 RIM = ((11.0, 0.10), (6.0, 0.20), (2.0, 0.9))  # width [pixels] and opacity of the lines of a large one
@@ -27,12 +28,21 @@ SMALL = 0.02  # of the picture's size: smaller things have a mark
 HIDES = {FRONT: "back", BACK: "front", None: None}  # the facets left out, by the side that is shown
 FOG = (0.10, 0.55)  # opacity of the thinnest and the thickest medium
 DEPTH = 1.5  # mean optical depth across voxels, at most: denser ones are drawn thinner
+RIGHT = 0.9  # of the window: names that would be further right end at what they name
+LONGEST = 40  # characters of a detector's name
 SAMPLES = 80  # of opacity, along a way across voxels
 
 
 def known(part: Part) -> np.ndarray:
     """Of each bin, whether enough was counted to show it."""
     return part.paint.hits >= LEAST_HITS
+
+
+def opacity_of(part: Part) -> float:
+    """Of what was read: below 1 of what is looked through and has one colour only, which is told as a number."""
+    if part.has_bins:
+        return 1.0
+    return 0.35 if part.kind == "detector" else 0.6 if part.is_clear else 1.0
 
 
 def add_surface(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None) -> object | None:
@@ -46,7 +56,10 @@ def add_surface(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None)
     if part.paint is None and part.is_empty:
         return None
     if part.paint is not None and scale is not None:
-        return _paint(plotter, part, scale, lift=0.0, opacity=0.6 if part.is_clear else 1.0)
+        if not part.has_bins:
+            lift = APART * part.frame.size * (-1 if part.seen_from == BACK else 1)
+            _add_lines(plotter, contours(part.drawn(), lift), color=night.GROUND, opacity=0.5, line_width=1.2)
+        return _paint(plotter, part, scale, lift=0.0, opacity=opacity_of(part))
     look = {"color": night.WALL, "ambient": 0.35, "diffuse": 0.65}
     if part.is_mirror:
         look = {"color": night.STEEL, "ambient": 0.25, "diffuse": 0.5, "specular": 0.7, "specular_power": 30}
@@ -69,7 +82,8 @@ def add_medium(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None) 
     low, high = FOG
     opacity = low + (high - low) * -np.expm1(-depth)
     colour = night.GLOWING if medium.emission > 0 else night.FOG
-    plotter.add_mesh(part.drawn(), color=colour, opacity=opacity / 2, lighting=False, show_scalar_bar=False)
+    look = {"color": colour, "opacity": opacity, "lighting": False, "show_scalar_bar": False}
+    plotter.add_mesh(part.drawn(), culling="front", **look)  # the far side: what is inside keeps its colours
 
 
 def add_source(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None) -> None:
@@ -101,7 +115,7 @@ def add_distant(plotter: pyvista.Plotter, scene: Scene, frame: Frame) -> None:
         marks = frame.middle + way * frame.size * np.linspace(0.25, 0.5, 12)[:, None]
         plotter.add_mesh(segments(marks[::2], marks[1::2]), color=night.GLOW, line_width=2.5, lighting=False)
         _add_glow(plotter, marks[-1])
-        add_labels(plotter, [(marks[-1], f"source {number}, {far:.3g} m away")], night.GLOW)
+        add_labels(plotter, [(marks[-1], f"source {number}, {lengths_text([far])} away")], night.GLOW)
 
 
 def add_detector(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None) -> object | None:
@@ -119,8 +133,13 @@ def add_detector(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None
             width, opacity = (1.4, 0.6) if part.is_on_surface else (2.2, 1.0)
             _add_lines(plotter, lines, color=night.METER, line_width=width, opacity=opacity)
     if part.paint is not None and scale is not None:
-        return _paint(plotter, part, scale, lift=1.0, opacity=1.0 if part.has_bins else 0.35)
+        return _paint(plotter, part, scale, lift=1.0, opacity=opacity_of(part))
     return None
+
+
+def add_cells(plotter: pyvista.Plotter, part: Part, scale: night.Scale | None) -> object | None:
+    """What a volume detector read, on cuts.  Returns the painted actor."""
+    return None if scale is None else _paint(plotter, part, scale, lift=0.0, opacity=1.0, colours=night.CELLS)
 
 
 def name_of(part: Part, up: np.ndarray) -> tuple[np.ndarray, str] | None:
@@ -134,7 +153,8 @@ def name_of(part: Part, up: np.ndarray) -> tuple[np.ndarray, str] | None:
         if len(points) == 0:
             return None
         place = points[np.argmax(np.round(points @ up / part.frame.size, 6))]
-    words = part.name if part.told is None else f"{part.name}   {night.in_words(part.told)}"
+    name = textwrap.shorten(part.name, LONGEST, placeholder=" …")
+    words = name if part.told is None else f"{name}   {night.in_words(part.told)}"
     return place, words
 
 
@@ -142,14 +162,38 @@ def add_labels(plotter: pyvista.Plotter, labels: list[tuple[np.ndarray, str]], c
     """Words at places in space; those that would lie on others are left out."""
     if not labels:
         return
+    places = np.array([place for place, _ in labels], dtype=float)
+    words = np.array([as_it_stands(each) for _, each in labels])
+    size = night.sized(plotter, 15, night.LEGIBLE)
+    widths = np.array([night.width_of(plotter, each, size) for each in words])
+    is_right = _across(plotter, places) + widths > RIGHT
+    for chosen, side in ((~is_right, "left"), (is_right, "right")):
+        if chosen.any():
+            _add_words(plotter, places[chosen], list(words[chosen]), colour, side, size)
+
+
+def _across(plotter: pyvista.Plotter, places: np.ndarray) -> np.ndarray:
+    """Where places lie in the window, from 0 at the left to 1."""
+    aspect = plotter.window_size[0] / plotter.window_size[1]
+    matrix = plotter.camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1)
+    matrix = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    shown = np.column_stack([places, np.ones(len(places))]) @ matrix.T
+    return 0.5 + 0.5 * shown[:, 0] / shown[:, 3]
+
+
+def _add_words(
+    plotter: pyvista.Plotter, places: np.ndarray, words: list[str], colour: str, side: str, size: int
+) -> None:
+    """Words at places [m], which are at their "left" or "right" end."""
     plotter.add_point_labels(
-        np.array([place for place, _ in labels], dtype=float),
-        [as_it_stands(words) for _, words in labels],
-        font_size=night.sized(plotter, 15),
+        places,
+        words,
+        justification_horizontal=side,
+        font_size=size,
         bold=False,
         text_color=colour,
         font_file=night.font(),
-        shape="rounded_rect",
+        shape="rounded_rect" if side == "left" else None,  # it would lie beside words that end at a place
         shape_color=night.GROUND,
         shape_opacity=0.55,
         margin=3,
@@ -164,14 +208,21 @@ def _add_lines(plotter: pyvista.Plotter, lines: pyvista.PolyData, **look: object
         plotter.add_mesh(lines, lighting=False, **look)
 
 
-def _paint(plotter: pyvista.Plotter, part: Part, scale: night.Scale, lift: float, opacity: float) -> object:
+def _paint(
+    plotter: pyvista.Plotter,
+    part: Part,
+    scale: night.Scale,
+    lift: float,
+    opacity: float,
+    colours: str = night.VALUES,
+) -> object:
     drawn = part.drawn()
     values = scale.of(np.where(known(part), part.paint.values, np.nan))
     drawn.cell_data["shown"] = np.append(values, np.nan)[part.facets.bins]
     return plotter.add_mesh(
         _lifted(drawn, part, lift) if lift else drawn,
         scalars="shown",
-        cmap=night.VALUES,
+        cmap=colours,
         clim=(scale.low, scale.high),
         nan_color=night.UNKNOWN,
         lighting=False,

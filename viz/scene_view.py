@@ -14,14 +14,15 @@ import numpy as np
 
 from transport.results import Result
 from transport.scene import Scene
+from transport.shapes import Box
 from transport.tracks import Tracks
 from viz import night
-from viz.painted import SYMBOLS
+from viz.painted import LEAST_HITS, OF_VOLUMES, SYMBOLS
 from viz.scene_camera import VIEW_ANGLE, view_of
 from viz.scene_frame import Frame, frame_of
-from viz.scene_parts import Part, block_names, left_out, parts_of
+from viz.scene_parts import Part, block_names, is_hazed, left_out, parts_of
 from viz.scene_things import (
-    LEAST_HITS,
+    add_cells,
     add_detector,
     add_distant,
     add_labels,
@@ -30,11 +31,13 @@ from viz.scene_things import (
     add_surface,
     known,
     name_of,
+    opacity_of,
 )
 from viz.screen import require_screen
 from viz.style import unit_label
 from viz.track_lines import told_by, track_lines
-from viz.wording import as_it_stands
+from viz.volume_cuts import grid_of_cells
+from viz.wording import as_it_stands, lengths_text
 
 if TYPE_CHECKING:
     import pyvista
@@ -45,6 +48,15 @@ FULL, FEWEST = 0.75, 0.02  # opacity of a few tracks, and of very many
 MOST_SMOOTHED = 20_000  # flights
 SMOOTHED = 1.9  # how much finer lines would be where pictures are smoothed
 CLEAR_OF = 60.0  # tracks that may all be drawn at the full opacity
+BARS = {0: (), 1: ((0.36, 0.5),), 2: ((0.64, 0.23), (0.36, 0.18))}  # lower ends and heights, by their number
+
+_ADDERS = {
+    "surface": add_surface,
+    "medium": add_medium,
+    "cells": add_cells,
+    "detector": add_detector,
+    "source": add_source,
+}
 
 
 def scene_plotter(
@@ -59,11 +71,27 @@ def scene_plotter(
 ) -> pyvista.Plotter:
     """A pyvista.Plotter that shows the scene, in metres; the caller shows, exports and closes it.
 
-    result: whose irradiance (or exitance) colours the surfaces that detectors look at;  quantity: "irradiance" or
-    "exitance";  tracks: drawn as lines, coloured by weight, or by age where all weigh the same;  whole: with sources that
+    result: whose irradiance (or exitance) colours the surfaces that detectors look at, and whose fluence rate cuts through
+    volumes;  quantity: "irradiance", "exitance" or "fluence_rate" alone;  tracks: drawn as lines, coloured by weight, or by age where all weigh the same;  whole: with sources that
     lie so far away that all else would be a dot.  Raises NoScreen where nothing can be drawn.
     """
     require_screen()
+    return undrawn_plotter(
+        scene, result, tracks, off_screen=off_screen, window_size=window_size, quantity=quantity, whole=whole
+    )
+
+
+def undrawn_plotter(
+    scene: Scene,
+    result: Result | None = None,
+    tracks: Tracks | None = None,
+    *,
+    off_screen: bool = True,
+    window_size: tuple[int, int] = WINDOW,
+    quantity: str | None = None,
+    whole: bool = False,
+) -> pyvista.Plotter:
+    """What `scene_plotter` gives, on machines as well that cannot draw it."""
     import pyvista
 
     frame = frame_of(scene, tracks, whole)
@@ -127,7 +155,8 @@ def scene_blocks(
     parts = parts_of(scene, frame, result, more.get("quantity"))
     blocks = pyvista.MultiBlock()
     for name, part in zip(block_names(parts), parts, strict=True):
-        blocks.append(part.drawn(), name)
+        is_grid = part.kind == "cells" and isinstance(part.shape, Box)
+        blocks.append(grid_of_cells(part.what, part.shape, part.paint) if is_grid else part.drawn(), name)
     if tracks is not None:
         blocks.append(track_lines(tracks, frame.grown()), "tracks")
     return blocks
@@ -137,8 +166,7 @@ def caption_of(
     scene: Scene, result: Result | None, tracks: Tracks | None, parts: list[Part], frame: Frame
 ) -> str:
     """One line: how large it is, what is drawn, and of how many histories."""
-    sides = " × ".join(f"{side:.3g}" for side in frame.high - frame.low)
-    said = [f"{sides} m"]
+    said = [lengths_text(frame.high - frame.low)]
     if result is not None:
         said.append(f"{result.particles:_} histories".replace("_", " "))
     if tracks is not None:
@@ -148,30 +176,50 @@ def caption_of(
         said.append(f"cells with fewer than {LEAST_HITS} hits grey")
     limited = dict.fromkeys((part.name, part.paint.only) for part in painted if part.paint.only)
     said += [f"of {name} only what counts with {limits}" for name, limits in limited]
+    for part in painted:
+        if part.kind == "cells":
+            said.append(
+                f"{part.name} cut through its {'brightest cell' if isinstance(part.shape, Box) else 'middle'}"
+            )
+    mixed = {
+        "behind a haze": painted and any(is_hazed(part, parts) for part in parts),
+        "of what is seen through": any(opacity_of(part) < 1 for part in painted),
+    }
+    if any(mixed.values()):
+        said.append(
+            f"colours {' and '.join(name for name, is_so in mixed.items() if is_so)} are not the bar's"
+        )
     if beyond := left_out(scene, frame):
         said.append(f"not drawn, far larger: {', '.join(beyond)}")
     if scene.medium is not None and scene.medium.extinction > 0:
-        said.append(f"a medium of {scene.medium.extinction:.3g} /m everywhere")
-    return "   ·   ".join(said)
+        said.append(f"a medium of {scene.medium.extinction:.3g} m⁻¹ everywhere")
+    return night.BETWEEN.join(said)
 
 
 def _add_parts(plotter: pyvista.Plotter, scene: Scene, parts: list[Part], frame: Frame) -> night.Scale | None:
-    """Draw all parts, and the bar of what was measured; returns its scale, None where nothing was."""
-    painted = [part for part in parts if part.paint is not None]
-    values = [part.paint.values[part.paint.hits >= LEAST_HITS] for part in painted]
-    scale = night.decades(np.concatenate(values)) if values else None
-    actor = None
-    adders = {"surface": add_surface, "medium": add_medium, "detector": add_detector, "source": add_source}
+    """Draw all parts, and the bars of what was measured; returns a scale of them, None where nothing was."""
+    kinds = [[part for part in parts if (part.kind == "cells") == is_cells] for is_cells in (False, True)]
+    scales = [_scale_of(some) for some in kinds]
+    actors = {}
     for part in parts:
-        drawn = adders[part.kind](plotter, part, scale)
-        actor = drawn if drawn is not None else actor
+        if part.kind == "medium" and not is_hazed(part, parts):
+            continue
+        scale = scales[part.kind == "cells"]
+        drawn = _ADDERS[part.kind](plotter, part, scale)
+        if drawn is not None:
+            actors[part.kind == "cells"] = (drawn, part.paint, scale)
     add_distant(plotter, scene, frame)
-    if scale is not None and actor is not None:
-        paint = painted[0].paint
+    for (low, height), (actor, paint, scale) in zip(BARS[len(actors)], actors.values(), strict=True):
         unit = unit_label(paint.unit).strip("$")
-        title = rf"${SYMBOLS[paint.quantity]}\;[{unit}]$"
-        night.add_bar(plotter, actor, title, scale, (0.91, 0.36), 0.5)
-    return scale
+        symbol = (SYMBOLS | OF_VOLUMES)[paint.quantity]
+        night.add_bar(plotter, actor, rf"${symbol}\;[{unit}]$", scale, (0.91, low), height)
+    return next((scale for _, _, scale in actors.values()), None)
+
+
+def _scale_of(parts: list[Part]) -> night.Scale | None:
+    """Whole decades for all that was read on parts, of what is shown of it."""
+    values = [part.paint.values[known(part)] for part in parts if part.paint is not None]
+    return night.decades(np.concatenate(values)) if values else None
 
 
 def _add_tracks(plotter: pyvista.Plotter, tracks: Tracks, frame: Frame, beside: bool) -> None:

@@ -7,6 +7,8 @@ import importlib.util
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -35,10 +37,15 @@ def has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def require_screen() -> None:
-    """Make ready to draw with VTK; to be called before pyvista is first imported.  Raises NoScreen where it cannot."""
+def make_ready() -> None:
+    """Let VTK draw without a display; to be called before pyvista is first imported."""
     if not has_display():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+
+def require_screen() -> None:
+    """Make ready to draw with VTK; to be called before pyvista is first imported.  Raises NoScreen where it cannot."""
+    make_ready()
     lack = _lack()
     if lack is not None:
         raise NoScreen(lack)
@@ -51,6 +58,20 @@ def has_screen() -> bool:
     except NoScreen:
         return False
     return True
+
+
+@contextmanager
+def without_screen() -> Iterator[None]:
+    """Windows that nothing is drawn on may be made here, on any machine; VTK keeps to itself what it lacks for more."""
+    make_ready()
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    spoken = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(spoken)
 
 
 @functools.cache

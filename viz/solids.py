@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SHARP = 30.0  # degrees between two triangles of a mesh, beyond which their edge is drawn
 MOST_EDGES = 20_000  # of a mesh
+LEVELS = 11  # lines round a form of one colour
 
 
 def solid(shape: Shape, positions: Positions | None = None, bounds: Bounds | None = None) -> pyvista.PolyData:
@@ -72,6 +73,26 @@ def segments(starts: np.ndarray, ends: np.ndarray) -> pyvista.PolyData:
     rows = np.full((len(starts), 3), 2)
     rows[:, 1:] = np.arange(2 * len(starts)).reshape(-1, 2)
     return pyvista.PolyData(points, lines=rows.ravel())
+
+
+def contours(drawn: pyvista.PolyData, lift: float) -> pyvista.PolyData:
+    """Level lines of what is not flat, as on a map of mountains: they show its form where it is of one colour.
+
+    drawn: as `as_polydata` gives it;  lift: how far along its normals they stand off it [m].
+    """
+    low, high = np.reshape(drawn.bounds, (3, 2)).T
+    normals = drawn.cell_data["Normals"]
+    if np.linalg.matrix_rank(normals[:: max(1, len(normals) // 200)], tol=1e-3) < 2:
+        return polylines([])
+    axis = 2 if high[2] - low[2] > 0.1 * (high - low).max() else int(np.argmax(high - low))
+    starts, ends = [], []
+    for level in np.linspace(low[axis], high[axis], LEVELS + 2)[1:-1]:
+        cut = drawn.slice(normal="xyz"[axis], origin=np.eye(3)[axis] * level)
+        if cut.n_cells:
+            ways = cut.points[cut.lines.reshape(-1, 3)[:, 1:]] + lift * cut.cell_data["Normals"][:, None]
+            starts.append(ways[:, 0])
+            ends.append(ways[:, 1])
+    return segments(np.concatenate(starts), np.concatenate(ends)) if starts else polylines([])
 
 
 def _lines_of(shape: Shape, bounds: Bounds | None) -> list[np.ndarray]:

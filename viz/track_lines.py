@@ -24,6 +24,7 @@ def track_lines(tracks: Tracks, bounds: Bounds) -> pyvista.PolyData:
     lines = segments(starts + first[inside, None] * ways, starts + last[inside, None] * ways)
     lines.cell_data["weight"] = tracks.weights[inside]
     lines.cell_data["age"] = tracks.ages[inside] + (first[inside] + last[inside]) / 2
+    lines.field_data["unit of age"] = ["m"]
     lines.cell_data["history"] = tracks.histories[inside].astype(np.int64)
     return lines
 

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 from transport import Estimate
 from transport.results.notation import plus_minus
+from transport.units import au
 from viz.style import unit_label
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+LENGTHS = (  # from which length on [m]; the unit's size [m] and its name
+    (1e10, au, "au"), (1e3, 1e3, "km"), (0.1, 1.0, "m"), (1e-3, 1e-3, "mm"), (1e-6, 1e-6, "µm"), (0.0, 1e-9, "nm"),
+)  # fmt: skip
 
 
 def estimate_text(estimate: Estimate) -> str:
@@ -16,6 +25,24 @@ def estimate_text(estimate: Estimate) -> str:
     tail = " (exact)" if estimate.exact else "" if estimate.reason is None else f" ({estimate.reason})"
     unit = unit_label(estimate.unit)
     return f"{number}{' ' if unit else ''}{unit}{tail}"
+
+
+def lengths_text(lengths: Sequence[float]) -> str:
+    """ "4 × 4 × 2.3 µm": lengths [m] in the unit that suits the largest, from nm to km."""
+    size, unit = unit_of_length(max(lengths))
+    return " × ".join(f"{length / size:.3g}" for length in lengths) + f" {unit}"
+
+
+def unit_of_length(largest: float) -> tuple[float, str]:
+    """(its size [m], its name) of the unit that suits lengths up to the largest [m]."""
+    if largest == 0:
+        return 1.0, "m"
+    return next((size, unit) for least, size, unit in LENGTHS if largest >= 0.999 * least)
+
+
+def raised(words: str) -> str:
+    """Exponents written as such: "on 1 m^2" as "on 1 m²"."""
+    return re.sub(r"\^\(?(-?\d+)\)?", lambda found: found[1].translate(SUPERSCRIPTS), words)
 
 
 def as_it_stands(name: str) -> str:

@@ -5,16 +5,13 @@ exact points of its edges and corners.  What breaks the naive ways is shown by p
 their rounding leak where a ray misses both, points left on an edge leak at the next flight.
 """
 
-import sys
-
 import numpy as np
 import pytest
 
 import transport as tp
 from transport.compile import compiler as compiling
 from transport.compile import pieces
-
-simulating = sys.modules[tp.simulate.__module__]
+from transport.runs.machines import program_for
 
 BEAMS, HISTORIES = 60, 100
 
@@ -24,7 +21,7 @@ def compiled_anew():
     """Scenes are compiled once; a planted fault must not meet or leave a plan of before."""
     for step in ("before", "after"):
         compiling.compile_scene.cache_clear()
-        simulating._program.cache_clear()
+        program_for.cache_clear()
         if step == "before":
             yield
 

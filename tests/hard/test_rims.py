@@ -6,15 +6,14 @@ comes out of it again, counted in integers.
 """
 
 import math
-import sys
 
 import numpy as np
 import pytest
 
 import transport as tp
 from transport.compile import compiler, pieces
+from transport.runs.machines import program_for
 
-simulating = sys.modules[tp.simulate.__module__]
 AXIS, CENTER = np.array([0.3, -0.5, 0.81]) / np.linalg.norm([0.3, -0.5, 0.81]), np.array([0.37, -1.1, 0.23])
 BEAMS, HISTORIES = 40, 100
 
@@ -24,7 +23,7 @@ def compiled_anew():
     """Scenes are compiled once; a planted fault must not meet or leave a plan of before."""
     for step in ("before", "after"):
         compiler.compile_scene.cache_clear()
-        simulating._program.cache_clear()
+        program_for.cache_clear()
         if step == "before":
             yield
 

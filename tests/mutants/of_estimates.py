@@ -86,8 +86,8 @@ FAULTS = (
     ),
     Fault(
         "results/batches.py",
-        "raw.meters[:, 0] * HIGH + raw.meters[:, 1] * LOW",
-        "raw.meters[:, 0].astype(np.float32) * np.float32(HIGH) + raw.meters[:, 1] * LOW",
+        "meters[a:b, 0] * HIGH + meters[a:b, 1] * LOW",
+        "meters[a:b, 0].astype(np.float32) * np.float32(HIGH) + meters[a:b, 1] * LOW",
         "sums in single precision",
         ("hard/test_cases::test_it_is_right_where_the_naive_way_is_not",),
     ),

@@ -9,10 +9,24 @@ from typer.core import TyperGroup
 
 from transport import __version__
 from transport.command.console import INTERRUPTED, TEXT_WIDTH, refusals, say, say_json
+from transport.command.files import merge, show
 from transport.command.hard_cases import verify_hard
 from transport.command.long_proof import verify_long
 from transport.command.measuring import bench, cost, effects
-from transport.command.options import Json, Particles, Seed, Set, Sim, Threads
+from transport.command.options import (
+    Checkpoint,
+    Cluster,
+    Every,
+    Json,
+    Part,
+    Particles,
+    Resume,
+    Save,
+    Seed,
+    Set,
+    Sim,
+    Threads,
+)
 from transport.command.printout import (
     draw_picture,
     print_menu,
@@ -20,8 +34,8 @@ from transport.command.printout import (
     text_of,
 )
 from transport.command.running import checked, is_complete, record_of
-from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
-from transport.command.showing import docs, gallery, view
+from transport.command.settings import named_errors, named_values, number, part_of, tracking_of, whole_number
+from transport.command.showing import docs, gallery, schema, view
 from transport.command.verifying import verify_laws
 from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.experiment import experiment, experiment_names, outcomes_of
@@ -99,8 +113,16 @@ def run(
         str | None, typer.Option(metavar="auto", help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest.")
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="sobol", help=f"{', '.join(SAMPLINGS)}.")] = None,
-    seed: Seed = 0,
+    seed: Annotated[
+        int | None, typer.Option(help="The same seed gives the same digits; 0 if not said.")
+    ] = None,
     threads: Threads = None,
+    save: Save = None,
+    checkpoint: Checkpoint = None,
+    every: Every = None,
+    resume: Resume = None,
+    part: Part = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Where the picture goes; out/ if not said.")
     ] = None,
@@ -117,6 +139,10 @@ def run(
       transport run cost_disks --error meter.flux_in=1e-4 --estimator auto
       transport run slab --set tau=20 --tracking roulette=1e-11 --no-picture
       transport run mine.py --seconds 10 --json
+      transport run scene.json --particles 1e7
+      transport run scene.json --particles 1e10 --checkpoint run.nc --resume run.nc
+      transport run sun --particles 1e9 --part 2/8 --save part2.nc
+      transport run sun --particles 1e9 --cluster tcp://10.0.0.1:8786
     """
     limits = {
         "particles": whole_number("--particles", particles),
@@ -127,16 +153,21 @@ def run(
         "sampling": sampling,
         "seed": seed,
         "threads": threads,
+        "checkpoint": checkpoint,
+        "every": None if every is None else number("--every", every),
+        "resume": resume,
+        "part": part_of(part),
+        "cluster": cluster,
     }
     module = checked(experiment(sim))
-    pending = outcomes_of(module, named_values(set_ or ()), limits)
+    pending = outcomes_of(module, named_values(set_ or ()), limits, save)
     if json:
         outcomes = list(pending)
         say_json(record_of(module, outcomes))
         wants_picture = out is not None
     else:
         outcomes = print_run(module, pending)
-        wants_picture = True
+        wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
         draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
     if not is_complete(outcomes):
@@ -203,5 +234,5 @@ def verify(
     raise typer.Exit((verify_long if long else verify_laws)(sims, limits, json))
 
 
-for command in (cost, view, effects, gallery, bench, docs):
+for command in (cost, show, merge, view, effects, gallery, bench, schema, docs):
     app.command()(command)

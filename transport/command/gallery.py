@@ -14,6 +14,7 @@ from transport.command.running import (
     drawn,
     is_complete,
     picture_of,
+    pip_install,
     verdict_on,
     warnings_of,
 )
@@ -106,9 +107,7 @@ def pieces(settings: Settings) -> list[Piece]:
         wanted = (error.name or "").partition(".")[0]
         if wanted not in EXTRAS:
             raise
-        raise SceneError(
-            f"gallery: {wanted} is not installed; pip install 'transport[{EXTRAS[wanted]}]'"
-        ) from None
+        raise SceneError(f"gallery: {wanted} is not installed; {pip_install(EXTRAS[wanted])}") from None
     runs = Runs(settings)
     found = [_general(exhibit, runs, settings) for exhibit in exhibits]
     names = experiment_names()

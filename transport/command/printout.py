@@ -51,13 +51,15 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for outcome in pending:
         if not outcomes:
             say(name_of(module), style="bold")
-            for label in filter(partial(text_of, module), ("law", "question")):
+            for label in filter(partial(text_of, module), ("about", "law", "question")):
                 say_labelled(label, text_of(module, label))
         outcomes.append(outcome)
         say("")
         if outcome.title:
             say(outcome.title, style="bold cyan")
         say(case_table(outcome))
+        if outcome.bins:
+            say_labelled("in bins", f"{bins_line(outcome)}; --json gives them")
         say_labelled("ledger", ledger_line(outcome.result))
     say("")
     is_whole = is_complete(outcomes)
@@ -74,6 +76,17 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for warning in warnings_of(outcomes):
         say_labelled("warning", warning, style="bold yellow")
     return outcomes
+
+
+def bins_line(outcome: Outcome) -> str:
+    """What was measured over bins, each with its axes and how many bins these have."""
+    told = []
+    for name, array in outcome.bins.items():
+        axes = zip(array.dims, array.shape, strict=True)
+        told.append(
+            f"{name}{UNBROKEN}({f',{UNBROKEN}'.join(f'{dim}{UNBROKEN}{bins}' for dim, bins in axes)})"
+        )
+    return ", ".join(told)
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:

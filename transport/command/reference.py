@@ -58,6 +58,7 @@ def pages() -> list[Page]:
         Page("results", "Results", ("results",), READ),
         Page("cost", "What accuracy costs", ("pricing",)),
         Page("units", "Units", ("units",)),
+        Page("files", "Saved runs", ("saved",)),
     ]
     for name in sorted(transport.__all__, key=str.lower):
         module = getattr(getattr(transport, name), "__module__", "transport.units")

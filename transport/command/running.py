@@ -69,12 +69,17 @@ def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
     except Exception as error:
         wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
         if wanted in EXTRAS:
-            return [], f"{wanted} is not installed; pip install 'transport[{EXTRAS[wanted]}]'"
+            return [], f"{wanted} is not installed; {pip_install(EXTRAS[wanted])}"
         raise
 
 
+def pip_install(extra: str) -> str:
+    """The command that brings an extra; the package is in no index, so it is run in the clone."""
+    return f"pip install '.[{extra}]' in the clone"
+
+
 def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
-    """{sim, parameters, quantities, ledger, cost, verdict, warnings} for machines.
+    """{sim, parameters, quantities, ledger, cost, verdict, warnings} for machines; with `bins` where there are such.
 
     Where the experiment has several cases, parameters and the ledger's values and errors are lists with one entry a
     case, quantities have the case in front of their names, and the cost is that of all.
@@ -101,18 +106,28 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
         }
         for name in ledgers[0]
     }
+    bins = [_bins(outcome, name, len(outcomes)) for outcome in outcomes for name in outcome.bins]
     cost = total_cost(outcomes)
     rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
     return {
         "sim": name_of(module),
         "parameters": parameters,
         "quantities": quantities,
+        **({"bins": bins} if bins else {}),
         "ledger": ledger,
         "cost": asdict(cost) | rates,
         "verdict": verdict_on(module, outcomes),
         "warnings": warnings_of(outcomes),
         "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
     }
+
+
+def _bins(outcome: Outcome, name: str, cases: int) -> dict[str, object]:
+    """What was measured over bins: nested lists with an axis for each of dims, whose edges coords hold."""
+    array = outcome.bins[name]
+    coords = {dim: edges.tolist() for dim, edges in array.coords.items()}
+    numbers = {"value": array.value.tolist(), "error": array.error.tolist(), "unit": str(array.unit)}
+    return {"name": row_name(outcome, name, cases), "dims": array.dims, "coords": coords, **numbers}
 
 
 def _method(result) -> dict[str, object]:

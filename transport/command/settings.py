@@ -38,6 +38,16 @@ def number(option: str, text: str, kind: str = "finite number such as 1e-3") -> 
     return value
 
 
+def part_of(text: str | None) -> tuple[int, int] | None:
+    """(2, 8) from "2/8".  Raises SceneError for anything else."""
+    if text is None:
+        return None
+    one, slash, of = text.partition("/")
+    if not (slash and one.strip().isdigit() and of.strip().isdigit()):
+        raise SceneError(f"--part must be like 2/8, the second of eight parts, got {text!r}")
+    return int(one), int(of)
+
+
 def tracking_of(text: str | None) -> Tracking | str | None:
     """What `simulate` takes: "analog" or "weighted", or a Tracking from "forced" or "roulette=1e-8"."""
     if text == "forced":

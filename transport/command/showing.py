@@ -1,4 +1,4 @@
-"""Commands that show: a scene in 3-D, every figure, these pages."""
+"""Commands that show: a scene in 3-D, every figure, the format of scenes, these pages."""
 
 from pathlib import Path
 from typing import Annotated
@@ -76,6 +76,8 @@ def view(
         say_json({"sim": seen.sim, "parameters": seen.parameters, "pictures": paths})
     else:
         say(seen.title, style="bold")
+        if seen.note:
+            say(f"{'tracks':<12}{seen.note}")
         tell_picture(paths, "", quiet=False)
 
 
@@ -104,6 +106,26 @@ def gallery(
     """
     settings = Settings(whole_number("--particles", particles), seed, threads)
     raise typer.Exit(build_gallery(settings, only or (), out, json))
+
+
+def schema(
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where it goes; printed if not said.")
+    ] = None,
+) -> None:
+    """Print what a scene's .json file may hold, as a JSON Schema for editors.
+
+    \b
+    Examples:
+      transport schema
+      transport schema --out scene.schema.json
+    """
+    from transport.written.schema import schema_text
+
+    if out is None:
+        typer.echo(schema_text(), nl=False)
+    else:
+        out.write_text(schema_text(), encoding="utf-8")
 
 
 def docs(

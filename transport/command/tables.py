@@ -32,12 +32,13 @@ IN_WORDS = (
 
 
 def case_table(outcome: Outcome) -> Table:
-    """Quantity, estimate ± one standard error, unit, exact value and z of each row of a case."""
-    table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>")
+    """Quantity, estimate ± one standard error, unit, exact value and z of each row; without these where none is known."""
+    is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
+    table = plain_table("quantity", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
     for row in outcome.rows:
-        exact = exact_number(row.exact, row.estimate)
-        z = z_cell(score_of(row.estimate, row.exact))
-        table.add_row(row.name, estimate_cell(row.estimate), unit_cell(row.estimate), exact, z)
+        judged = exact_number(row.exact, row.estimate), z_cell(score_of(row.estimate, row.exact))
+        cells = row.name, estimate_cell(row.estimate), unit_cell(row.estimate)
+        table.add_row(*cells, *(judged if is_judged else ()))
     return table
 
 

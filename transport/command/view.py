@@ -4,11 +4,11 @@ import importlib
 import textwrap
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 
-from transport.command.running import EXTRAS, drawn
+from transport.command.running import EXTRAS, drawn, pip_install
 from transport.command.treatment import treatment_by
 from transport.experiment import PARTICLES, cases_of, name_of, scene_of, ways_of
 from transport.results import Result
@@ -19,13 +19,19 @@ from transport.validation import SceneError
 
 WINDOW, PICTURE, PAGE, FILES, MOVIE = "window", ".png", ".html", ".vtm", ".gif"
 TRACKS, FLYING = 300, 1500  # of a picture, and of a movie
+MOST_FLIGHTS = 200_000  # of tracks whose number nobody asked for
+FEWER = 64  # times, where there is no room for tracks
+SHORT = 10  # characters of a number
 LONGEST = 76  # characters of a title
 BY_DIRECTION, BY_WEIGHT = "direction", "weight"
 
 
 @dataclass(frozen=True)
 class View:
-    """What is seen of an experiment.  result, tracks: None where they are not;  flying: what a movie flies along, None by the clock."""
+    """What is seen of an experiment.  result, tracks: None where they are not;  flying: what a movie flies along, None by the clock;
+
+    case: which of the experiment's, 1 is the first;  note: what to know about the tracks.
+    """
 
     sim: str
     parameters: Mapping[str, object]
@@ -34,15 +40,22 @@ class View:
     tracks: Tracks | None
     flying: Tracks | None
     colour: str
+    case: int = 1
+    note: str = ""
 
     @property
     def title(self) -> str:
         """The experiment and the parameters of its case, in a line."""
         said = ", ".join(
-            f"{name} = {value:.4g}" if isinstance(value, float) else f"{name} = {value}"
+            f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
             for name, value in self.parameters.items()
         )
         return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, LONGEST, placeholder=" …")
+
+
+def _short(value: float) -> str:
+    """Four digits, or all where they are few: 0.99999 is not 1."""
+    return repr(value) if len(repr(value)) <= SHORT else f"{value:.4g}"
 
 
 def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
@@ -55,7 +68,7 @@ def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple
         screen = importlib.import_module("viz.screen")
         if not asked:
             asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
-        if asked != (FILES,):  # which are written, not drawn
+        if not set(asked) <= {FILES, PAGE}:  # which are written, not drawn
             try:
                 screen.require_screen()
             except screen.NoScreen as lack:
@@ -92,14 +105,20 @@ def view_of(
         result = simulate(film or scene, particles, seed=seed, threads=threads, **ways_of(module))
     still = 0 if not is_still else TRACKS if ways is None else ways
     flying = FLYING if ways is None else ways
+    shown, note = _ways(scene, still, seed, ways is None)
+    flown, note = (
+        _ways(scene, flying, seed, ways is None) if MOVIE in kinds and film is None else (None, note)
+    )
     return View(
         sim=name_of(module),
         parameters=parameters,
         scene=scene,
         result=result,
-        tracks=tracks(scene, still, seed) if still else None,
-        flying=tracks(scene, flying, seed) if MOVIE in kinds and film is None else None,
+        tracks=shown,
+        flying=flown,
         colour=colour,
+        case=case,
+        note=note,
     )
 
 
@@ -110,11 +129,15 @@ def show(view: View) -> None:
 
 
 def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
-    """Write each kind of file as view_SIM into the folder: their paths.  Raises SceneError where one cannot be written."""
+    """Write each kind of file as view_SIM, of later cases as view_SIM_2 and so on, into the folder: their paths.
+
+    Raises SceneError where one cannot be written.
+    """
+    number = f"_{view.case}" if view.case > 1 else ""
     for kind in kinds:
         with _installed():
             paths, why = drawn(
-                lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{kind}"
+                lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{number}{kind}"
             )
         if not paths:
             raise SceneError(f"view: {why}")
@@ -132,6 +155,35 @@ def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[
         )
         raise SceneError(f"view: no case {number}; {has}")
     return cases[number - 1]
+
+
+def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks | None, str]:
+    """Tracks to draw, and why they are fewer than wanted, if they are.  is_free: whether nobody asked for that number."""
+    count = wanted
+    while count:
+        try:
+            found = tracks(scene, count, seed)
+        except SceneError:
+            if count == 1:
+                raise
+            count = max(1, count // FEWER)
+            continue
+        flights = len(found)
+        if flights <= MOST_FLIGHTS or not is_free:
+            break
+        if count == 1:
+            found = _first(found, MOST_FLIGHTS)
+            return found, f"the first {MOST_FLIGHTS} flights of 1 of {wanted} tracks, which has {flights}"
+        count = max(1, count * MOST_FLIGHTS // (2 * flights))
+    if count == wanted:
+        return (found if wanted else None), ""
+    return found, f"{count} of {wanted} tracks: they turn {flights / count:.2g} times each"
+
+
+def _first(found: Tracks, flights: int) -> Tracks:
+    """The tracks as far as their first flights go."""
+    columns = ("starts", "directions", "lengths", "weights", "histories", "meets")
+    return replace(found, **{name: getattr(found, name)[:flights] for name in columns})
 
 
 def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
@@ -156,7 +208,7 @@ def _installed() -> Iterator[None]:
         wanted = (error.name or "").partition(".")[0]
         if wanted not in EXTRAS:
             raise
-        raise SceneError(f"view: {wanted} is not installed; pip install 'transport[viz]'") from None
+        raise SceneError(f"view: {wanted} is not installed; {pip_install('viz')}") from None
 
 
 def _write_picture(view: View, path: Path) -> object:

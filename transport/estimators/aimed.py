@@ -32,6 +32,11 @@ def aimed_scene(scene: Scene) -> Scene:
     return replace(scene, sources=tuple(replace(source, aim=aim) for source in scene.sources))
 
 
+def unaimed_scene(scene: Scene) -> Scene:
+    """The scene of which that one was made: of those that it may be made of no source has an aim."""
+    return replace(scene, sources=tuple(replace(source, aim=None) for source in scene.sources))
+
+
 def _detectors(scene: Scene) -> str | None:
     if len(scene.detectors) == 1 and isinstance(scene.detectors[0], Detector):
         return None

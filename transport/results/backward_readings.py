@@ -204,6 +204,8 @@ def _covers_directions(detector: Detector) -> bool:
 class ArrivedSums(MeterSums):
     """The cells' means as if they were a detector's sums over the run: fluxes in bins [W]."""
 
+    is_large = False  # they are made at once
+
     def __init__(self, result, detector: Detector, cells: CellSums) -> None:
         super().__init__(result.plan, result.batches, result.run, detector)
         self._cell_sums = cells

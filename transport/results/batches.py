@@ -6,6 +6,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.plan import Plan
+from transport.results.packed import MOST_PLAIN, STRETCH, Packed, columns
 from transport.results.records import merged_records, records_of
 
 HIGH, LOW, SLANT = 2.0**-32, 2.0**-63, 2.0**-22  # units of the sums [largest birth weight]
@@ -19,12 +20,15 @@ class LedgerError(AssertionError):
 
 @dataclass(frozen=True)
 class Batch:
-    """What one batch, or several merged, counted; weights in units of the largest birth weight."""
+    """What one batch, or several merged, counted; weights in units of the largest birth weight.
+
+    Of many rows weights, counts, slants and moments are packed: a slice of them is an array as well.
+    """
 
     histories: int
-    weights: np.ndarray  # (rows,) sums
-    counts: np.ndarray  # (rows,) scores
-    slants: np.ndarray  # (rows,) sums of weight/|mu|
+    weights: np.ndarray | Packed  # (rows,) sums
+    counts: np.ndarray | Packed  # (rows,) scores
+    slants: np.ndarray | Packed  # (rows,) sums of weight/|mu|
     grazing: (
         np.ndarray
     )  # (meters,) crossings beyond the grazing cut: how many more in its inner half than in the outer
@@ -37,7 +41,7 @@ class Batch:
     unseen: int  # crossings out of a body by what was not seen to enter it
     crossings: int
     collisions: int
-    moments: np.ndarray  # (long rows,) sums of velocities
+    moments: np.ndarray | Packed  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
     sizes: np.ndarray  # (cells,) how often scores of each size came (compile/sizes.py)
     seed: int  # by which its random numbers are keyed, with those of the batch:
@@ -88,11 +92,22 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         "roulette": layout.ROULETTE,
         "lost": layout.LOST,
     }
+    meters, moments, most = raw.meters, raw.moments, (1 << layout.COUNT_BITS) - 1
+    weights, counts, slants = columns(
+        [
+            lambda a, b: meters[a:b, 0] * HIGH + meters[a:b, 1] * LOW,
+            lambda a, b: meters[a:b, 2] & most,
+            lambda a, b: meters[a:b, 3] * SLANT,
+        ],
+        [1, 1, SLANT],
+        meters,
+    )
+    (velocities,) = columns([lambda a, b: moments[a:b] @ LIMBS], [1], moments)
     return Batch(
         raw.histories,
-        raw.meters[:, 0] * HIGH + raw.meters[:, 1] * LOW,
-        raw.meters[:, 2] & ((1 << layout.COUNT_BITS) - 1),
-        raw.meters[:, 3] * SLANT,
+        weights,
+        counts,
+        slants,
         _grazing(plan, raw.meters[:, 2]),
         born * LOW,
         float(raw.ledger[layout.BORN, 3].view(np.float64)),
@@ -103,7 +118,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         int(ledger[layout.ESCAPED, 3]),
         raw.crossings,
         raw.collisions,
-        raw.moments @ LIMBS,
+        velocities,
         records_of(raw.records, raw.stride, raw.seed),
         raw.sizes,
         raw.seed,
@@ -117,5 +132,18 @@ def _grazing(plan: Plan, counts: np.ndarray) -> np.ndarray:
     firsts = [plan.bases[detector.name] for detector in plan.scene.meters]
     if not firsts:
         return np.zeros(0, np.int64)
+    if plan.half > MOST_PLAIN:  # rows that were never written to need no memory, their copy would
+        ends = [*firsts[1:], plan.half]
+        return np.array([_excess(plan, counts, *rows) for rows in zip(firsts, ends, strict=True)])
     excess = counts[: 2 * plan.half] >> layout.COUNT_BITS
     return sum(np.add.reduceat(side, firsts) for side in excess.reshape(2, -1))
+
+
+def _excess(plan: Plan, counts: np.ndarray, first: int, past: int) -> int:
+    """The same of one meter, its rows stretch by stretch."""
+    sides = (counts[: plan.half], counts[plan.half : 2 * plan.half])
+    return sum(
+        int((side[a : min(a + STRETCH, past)] >> layout.COUNT_BITS).sum())
+        for side in sides
+        for a in range(first, past, STRETCH)
+    )

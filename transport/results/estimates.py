@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
 from transport.results.quantities import Quantity
 from transport.results.replicates import Batches, Replicates
@@ -97,7 +98,7 @@ class EstimateArray(Quantity):
         exact: bool = False,
     ) -> None:
         _check_axes(np.shape(values)[1:], dims, coords)
-        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self._replicates = replicates_of(values, run, exact, counts)
         self.unit = as_unit(unit)
         self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
 
@@ -109,7 +110,7 @@ class EstimateArray(Quantity):
     @property
     def shape(self) -> tuple[int, ...]:
         """Numbers of bins along the axes."""
-        return self._replicates.value.shape
+        return self._replicates.shape
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -119,7 +120,7 @@ class EstimateArray(Quantity):
 
     def __getitem__(self, index: object) -> Estimate | EstimateArray:
         index = _one_index_an_axis(index, self.shape)
-        replicates = self._replicates.rearranged(lambda array: array[(..., *index)])
+        replicates = self._replicates.indexed(index)
         coords = {}
         for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
             if isinstance(along, slice):

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 
 from transport.compile.looks import bin_counts, block_rows, is_blocked
 from transport.detectors import Detector
+from transport.results.batches import Batch
 from transport.results.estimates import Estimate, EstimateArray
+from transport.results.stacked import Box, Stacked, in_box, is_large
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
+STORED = (
+    "time",
+    "speed",
+    "u",
+    "v",
+    "turn",
+    "mu",
+)  # axes of the rows, those first whose bins lie farthest apart
 MOMENTS = ("momentum", "speeds", "squares")  # of the three rows of velocity sums behind each row of scores
 
 
@@ -20,7 +32,8 @@ class MeterSums:
     """Sums of one detector in the batches of a run.
 
     kind: "weights" (in the unit of the run), "counts", "slants", or one of MOMENTS;  side: ARRIVALS or DEPARTURES.
-    Arrays have the axes (batches, time, speed, ...), the latter two of length 1 where they are not binned.
+    Arrays have the axes (batches, time, speed, ...), the latter two of length 1 where they are not binned; of very many
+    bins they are Stacked, made part by part.
     """
 
     def __init__(self, plan, batches, run, detector: Detector) -> None:
@@ -54,24 +67,39 @@ class MeterSums:
 
     def whole(self, kind: str, side: int) -> np.ndarray:
         """Sums over the whole shape and all directions, (B, time, speed)."""
+        if self.is_large:
+            return np.concatenate([one.whole(kind, side) for one in self._one_by_one])
         return self.blocks(kind, side).sum(axis=-1)
 
-    def by_place(self, kind: str, side: int) -> np.ndarray:
+    def by_place(self, kind: str, side: int) -> np.ndarray | Stacked:
         """Sums over all directions, (B, time, speed, u, v) without axes that are not binned."""
         if not self.place_axes:
             return self.whole(kind, side)
+        inner = 3 + len(self.place_axes)
+        shape = self._lengths[: inner - 1]
+        if self.is_large and not is_large((len(self.batches), *shape)):
+            return np.concatenate([one.by_place(kind, side) for one in self._one_by_one])
         bins = self.by_direction(kind, side)
-        return bins.sum(axis=tuple(range(3 + len(self.place_axes), bins.ndim)))
+        return bins.sum(axis=tuple(range(inner, bins.ndim)))
 
-    def by_direction(self, kind: str, side: int) -> np.ndarray:
+    def by_direction(self, kind: str, side: int) -> np.ndarray | Stacked:
         """Sums in all bins, (B, time, speed, u, v, mu or theta, phi) without axes that are not binned."""
+        if self.is_large:
+            # Azimuths lie farther apart than cosines.
+            order = sorted(range(len(self._lengths)), key=lambda axis: STORED.index(self._stored[axis]))
+            shape = (len(self.batches), *self._lengths)
+            return Stacked(shape, tuple(order), lambda box: self._in_box(kind, side, box))
         blocks = self.blocks(kind, side)[..., 1:]
         inner = [self.cells[name] for name in ("u", "v", "turn", "mu")]
-        values = blocks.reshape(*blocks.shape[:3], *inner).swapaxes(5, 6)  # stored (u, v, azimuth, cosine)
+        return self._arranged(blocks.reshape(*blocks.shape[:3], *inner))
+
+    def _arranged(self, values: np.ndarray) -> np.ndarray:
+        """Sums (B, time, speed, u, v, azimuth, cosine), as they are stored, in the order of quantities."""
+        values = values.swapaxes(5, 6)
         if "theta" in self.direction_axes:
             values = values[..., ::-1, :]  # stored by rising cosine
-        axes = self.place_axes | self.direction_axes
-        return values.reshape(*blocks.shape[:3], *(len(edges) - 1 for edges in axes.values()))
+        lengths = dict(zip(("time", "speed", "u", "v", "mu", "turn"), values.shape[1:], strict=True))
+        return values.reshape(len(values), *(lengths[name] for name in self._stored))
 
     def estimate(
         self,
@@ -86,26 +114,68 @@ class MeterSums:
         shape = [len(edges) - 1 for edges in axes.values()]
         sizes = self.run.sizes.reshape(-1, *(1,) * len(shape))
         values = values.reshape(len(values), *shape) / sizes
-        counts = counts.sum(axis=0).reshape(shape)
+        counts = counts.reshape(len(counts), *shape)
+        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
         if not axes:
             return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
         return EstimateArray(values, self.run, unit, tuple(axes), axes, counts=counts, exact=exact)
 
     def blocks(self, kind: str, side: int) -> np.ndarray:
         """The detector's rows, (B, time, speed, block): the first row of a block fell outside its other bins."""
-        first = self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half
-        sums = self._rows(kind, first)
+        outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
+        return self._rows(kind, side, 0, math.prod(outer) * block).reshape(-1, *outer, block)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether its rows of all batches are too many to be made at once; those of one are not."""
+        return is_large((len(self.batches), *self._lengths))
+
+    @property
+    def _one_by_one(self) -> Iterator[MeterSums]:
+        """The same of each batch alone."""
+        return (MeterSums(self.plan, [batch], self.run, self.detector) for batch in self.batches)
+
+    @cached_property
+    def _stored(self) -> list[str]:
+        """What the axes of `by_direction` are called where rows are stored."""
+        named = {"theta": "mu", "phi": "turn"}
+        return ["time", "speed", *(named.get(name, name) for name in self.place_axes | self.direction_axes)]
+
+    @cached_property
+    def _lengths(self) -> tuple[int, ...]:
+        """Bins along the axes of `by_direction`."""
+        return tuple(self.cells[name] for name in self._stored)
+
+    def _in_box(self, kind: str, side: int, box: Box) -> np.ndarray:
+        """Sums by direction in a box of the bins: of each time and speed one stretch of rows, and of these what is asked for."""
+        spans = {name: slice(0, count) for name, count in self.cells.items()}
+        spans |= dict(zip(self._stored, box, strict=True))
+        if "theta" in self.direction_axes:
+            last, asked = self.cells["mu"], spans["mu"]
+            spans["mu"] = slice(last - asked.stop, last - asked.start)
+        times, speeds = (range(self.cells[name])[spans[name]] for name in STORED[:2])
+        inner, bins = [spans[name] for name in STORED[2:]], [self.cells[name] for name in STORED[2:]]
+
+        def block(time: int, speed: int) -> np.ndarray:
+            first = 1 + (time * self.cells["speed"] + speed) * block_rows(self.cells)
+            return in_box(lambda a, many: self._rows(kind, side, first + a, many), tuple(inner), tuple(bins))
+
+        values = np.stack([block(*pair) for pair in itertools.product(times, speeds)], axis=1)
+        return self._arranged(values.reshape(len(values), len(times), len(speeds), *values.shape[2:]))
+
+    def _rows(self, kind: str, side: int, start: int, many: int) -> np.ndarray:
+        """So many of the detector's rows, (B, many), with what events told it."""
+        first = (
+            self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half + start
+        )
+        sums = self._columns(kind, first, many)
         if self._scale is not None:
-            expected = self._rows(kind, first + 2 * self.plan.half)
+            expected = self._columns(kind, first + 2 * self.plan.half, many)
             sums = sums + (expected if kind == "counts" else expected / self._scale)
         return sums
 
-    def _rows(self, kind: str, first: int) -> np.ndarray:
-        outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
-        rows = slice(first, first + math.prod(outer) * block)
-        return np.array([self._column(batch, kind)[rows] for batch in self.batches]).reshape(
-            -1, *outer, block
-        )
+    def _columns(self, kind: str, first: int, many: int) -> np.ndarray:
+        return np.array([_column(batch, kind, slice(first, first + many)) for batch in self.batches])
 
     @cached_property
     def _scale(self) -> float | None:
@@ -113,7 +183,9 @@ class MeterSums:
         name = self.detector.name
         return next((each.scale for each in self.plan.expectations if each.detector.name == name), None)
 
-    def _column(self, batch, kind: str) -> np.ndarray:
-        if kind in MOMENTS:
-            return batch.moments[: 6 * self.plan.half].reshape(-1, 3)[:, MOMENTS.index(kind)]
-        return getattr(batch, kind)
+
+def _column(batch: Batch, kind: str, rows: slice) -> np.ndarray:
+    if kind not in MOMENTS:
+        return getattr(batch, kind)[rows]
+    of_rows = batch.moments[len(MOMENTS) * rows.start : len(MOMENTS) * rows.stop]
+    return of_rows.reshape(-1, len(MOMENTS))[:, MOMENTS.index(kind)]

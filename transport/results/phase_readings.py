@@ -11,7 +11,7 @@ from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
-from transport.results.records import chosen_alike
+from transport.results.records import chosen_alike, told_apart
 from transport.scene_speeds import scene_mass, why_no_mass
 from transport.speeds.maxwellian import BOLTZMANN
 from transport.units import Unit
@@ -267,7 +267,8 @@ class SnapshotReading(Quantified):
         speed = plan.speed_unit
         self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
         self.weights = records["weight"] * (plan.unit / result.particles / chance)
-        self.histories = records["identity"].copy()
+        seeds = np.array([batch.seed for batch in result.batches], np.uint64)
+        self.histories = told_apart(records["identity"], seeds[self.batches], result.seed)
 
     def _cure(self, name: str) -> str:
         return (

@@ -194,7 +194,7 @@ class Quantity:
             return other
         if not isinstance(other, Real | np.ndarray) or np.asarray(other).dtype.kind not in "biuf":
             return None
-        shape = self._replicates.value.shape
+        shape = self._replicates.shape
         try:
             constant = np.broadcast_to(np.asarray(other, dtype=float), shape)
         except ValueError:

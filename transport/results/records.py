@@ -59,6 +59,12 @@ def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> tuple[
     return places < limit, limit
 
 
+def told_apart(identities: np.ndarray, seeds: np.ndarray, seed: int) -> np.ndarray:
+    """Numbers of histories of which each may be of another seed, (N,): as they are for those of that seed."""
+    own = _mixed(np.array([seed], np.uint64))
+    return (identities.astype(np.uint64) ^ _mixed(seeds) ^ own).astype(np.int64)
+
+
 def _mixed(numbers: np.ndarray) -> np.ndarray:
     """64 bits that look random, for each number (SplitMix64: Steele, Lea, Flood 2014)."""
     z = numbers + np.uint64(0x9E3779B97F4A7C15)

@@ -48,6 +48,8 @@ class Replicates:
     runs: tuple[Batches, ...]
     scale: np.ndarray  # size of the largest term added: a spread that rounding of it alone can make is none
 
+    is_in_parts = False  # as those of very many bins are (in_parts.py)
+
     @classmethod
     def of_batches(
         cls, values: np.ndarray, run: Batches, exact: bool, counts: np.ndarray | None
@@ -68,6 +70,11 @@ class Replicates:
     def constant(cls, value: np.ndarray | float, runs: tuple[Batches, ...] = ()) -> Replicates:
         """Replicates of what is known exactly."""
         return _replicates(np.asarray(value, dtype=float), {}, True, runs)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of bins along the axes."""
+        return self.value.shape
 
     @property
     def is_exact(self) -> bool:
@@ -117,6 +124,10 @@ class Replicates:
         value, scored, scale = (change(part) for part in (self.value, self.scored, self.scale))
         return _aligned(value, deviations, scored, self.runs, scale)
 
+    def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
+        """Replicates of the bins of an index, one whole number or slice an axis."""
+        return self.rearranged(lambda array: array[(..., *index)])
+
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
         """Replicates of the axes `own` with the axes `dims` in their order, new ones of length 1."""
         order = [own.index(name) - len(own) for name in dims if name in own]
@@ -133,6 +144,8 @@ class Replicates:
 
 def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
     """first + second, or first - second for a sign of -1."""
+    if large := _in_parts(first, second):
+        return large.mapped(lambda *parts: added(*parts, sign), (first, second))
     runs = dict.fromkeys((*first.deviations, *second.deviations))
     with np.errstate(invalid="ignore", over="ignore"):
         deviations = {
@@ -163,6 +176,8 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
     linear_in: the operands in which the function is linear while the others are held; where only one of them
     is uncertain, no jackknife is needed.
     """
+    if large := _in_parts(*operands):
+        return large.mapped(lambda *parts: combined(function, *parts, linear_in=linear_in), operands)
     means = [operand.value for operand in operands]
     scored = reduce(np.logical_and, [operand.scored for operand in operands])
     runs = sum((operand.runs for operand in operands), ())
@@ -190,6 +205,11 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
         ]
         scale = reduce(np.fmax, [np.where(np.isfinite(each), each, 0.0) for each in moved])
     return _replicates(value, deviations, scored, runs, scale)
+
+
+def _in_parts(*operands: Replicates) -> Replicates | None:
+    """The first that is made part by part, as then is what is made of it."""
+    return next((each for each in operands if each.is_in_parts), None)
 
 
 def _replicates(

@@ -9,6 +9,7 @@ from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.empty_meters import wrong_way
 from transport.results.estimates import Estimate
+from transport.results.footprint import batches_that_fit, bytes_of_a_batch
 from transport.results.prices import price_lines
 from transport.results.readings import Reading
 from transport.volumes import VolumeDetector
@@ -18,6 +19,7 @@ def report_of(result) -> str:
     """The report that `result.report()` prints."""
     lines = [
         head_of(result),
+        *memory_lines(result),
         *method_lines(result),
         *tracking_lines(result),
         "",
@@ -96,12 +98,17 @@ def cost_lines(result) -> list[str]:
     rate = cost.particles_per_second / 1e6
     collisions = f" {cost.collisions:.3g} collisions," if cost.collisions else ""
     return [
-        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''},"
+        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''}{_of_workers(cost)},"
         f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
         *_pilots(result),
         *_foretold(cost),
         f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
     ]
+
+
+def _of_workers(cost) -> str:
+    """Whose threads they were, where they were not this process's."""
+    return f" of {cost.workers} worker{'s' if cost.workers > 1 else ''}" if cost.workers else ""
 
 
 def _pilots(result) -> list[str]:
@@ -133,6 +140,15 @@ def method_lines(result) -> list[str]:
     return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
 
 
+def memory_lines(result) -> list[str]:
+    """Why there are fewer batches than usual, where nobody said how many."""
+    state, usual = result.state, result.plan.method.usual_batches
+    if state is None or not state.limits.is_free or batches_that_fit(result.plan) >= usual:
+        return []
+    size = bytes_of_a_batch(result.plan) / 1e6
+    return [f"batches: fewer than the usual {usual}, for the sums of one take up to {size:.3g} MB"]
+
+
 def _as_they_come(result) -> str:
     """The detectors that no event tells what to expect, where events tell others."""
     names = counted_as_they_come(result.scene) if result.plan.expects and result.plan.turned is None else []
@@ -160,7 +176,9 @@ def tracking_lines(result) -> list[str]:
 def head_of(result) -> str:
     """How large the run was, and whether it was finished."""
     state = "" if result.is_complete else ", INCOMPLETE: interrupted"
-    return f"{result.particles:_} particles in {len(result.run)} batches, seed {result.seed}{state}"
+    seeds = sorted({batch.seed for batch in result.batches})
+    told = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
+    return f"{result.particles:_} particles in {len(result.run)} batches, {told}{state}"
 
 
 def _is_told(name: str, estimate: Estimate) -> bool:

@@ -31,6 +31,8 @@ from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     from transport.estimators.choosing import Choice
     from transport.runs.outlook import Forecast
     from transport.runs.state import State
@@ -43,7 +45,8 @@ class Cost:
     """What a run cost.
 
     seconds: wall clock, without `preparation` (compiling or loading passes);  particles, crossings, collisions: all that were
-    followed, with those of rounds that a later one has replaced;  slopes: of the errors asked for against time, where that has
+    followed, with those of rounds that a later one has replaced;  threads: at a time, of so many workers where it was a cluster that
+    did them;  slopes: of the errors asked for against time, where that has
     been measured;  forecast: what a pilot of the run foretold, where it came to that.
     """
 
@@ -53,6 +56,7 @@ class Cost:
     crossings: int
     threads: int
     collisions: int = 0
+    workers: int = 0
     slopes: Mapping[str, float] = field(default_factory=dict)
     forecast: "Forecast | None" = None
 
@@ -218,6 +222,15 @@ class Result:
         if self.cost is None or not 0 < error < math.inf:
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
         return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, BY_CHANCE))
+
+    def save(self, path: "str | PathLike") -> None:
+        """Write all of it into a file, whole or not at all: .nc, NetCDF-4 (extra `files`), or .npz; `tp.load` reads it.
+
+        Raises SceneError for a scene that no file can hold, FileError for a file that cannot be written.
+        """
+        from transport.saved.record import save
+
+        save(self, path)
 
     def report(self) -> str:
         """The ledger, each detector, the cost and what the next digit costs, as text."""

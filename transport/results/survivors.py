@@ -14,8 +14,9 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
+from transport.results.in_parts import replicates_of
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
-from transport.results.replicates import Batches, Replicates
+from transport.results.replicates import Batches
 from transport.vectors import Vector
 
 NOISELESS = 1e-6  # relative error below which what is scored has not been through a medium by chance
@@ -52,7 +53,7 @@ def doubt_of_meter(sums: MeterSums, is_blind: bool) -> str | None:
         found = found_in(totals)
         if found is not None and (totals.any() or is_blind):
             return doubt(plan, f"{quantity if totals.any() else ''}{title}", found)
-    if not (sums.place_axes or sums.direction_axes):
+    if not (_thins_out(plan) and (sums.place_axes or sums.direction_axes)):
         return None
     for side, way in ((ARRIVALS, "arrives at"), (DEPARTURES, "leaves from")):
         bins = sums.by_direction("weights", side).sum(axis=(1, 2))
@@ -71,7 +72,7 @@ def missing_survivors(
     medium, where all that it could have ended weighs less than the errors, or where the heaviest survivor adds no more
     than MANY errors to any sum.  Where none has scored but roulette has ended histories, they are in doubt as well.
     """
-    if not (plan.has_roulette_in_flight or plan.splits):
+    if not _thins_out(plan):
         return None
     histories = run.sizes.sum()
     born = sum(batch.born for batch in batches) / histories
@@ -82,7 +83,7 @@ def missing_survivors(
     if not sums.any():
         return Doubt(math.inf, heaviest / histories / born) if played > 0 else None
     means = sums / run.sizes.reshape(-1, *[1] * (sums.ndim - 1))
-    found = Replicates.of_batches(means, run, exact=False, counts=None)
+    found = replicates_of(means, run, exact=False, counts=None)
     errors, is_noisy = found.error / most, found.error > NOISELESS * found.value
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(is_noisy & (played > errors), heaviest / histories / errors, 0.0)
@@ -92,6 +93,11 @@ def missing_survivors(
     worst = tuple(int(k) for k in np.unravel_index(ratios.argmax(), ratios.shape))
     share = played * most / float(found.value[worst])
     return Doubt(float(ratios[worst]), float(errors[worst] / born), share, worst, doubtful - 1)
+
+
+def _thins_out(plan: Plan) -> bool:
+    """Whether media end light histories by chance."""
+    return plan.has_roulette_in_flight or plan.splits
 
 
 def _heaviest_share(plan: Plan, place: Vector) -> float:

@@ -14,6 +14,7 @@ from transport.results.quantified import Quantified
 from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
 from transport.results.sizes import possible_of, scores_alike
+from transport.results.stacked import Stacked, in_box, is_large, over_batches, totals_of
 from transport.results.survivors import doubt, missing_survivors
 from transport.shapes import Box, Sphere
 from transport.units import Unit
@@ -84,9 +85,7 @@ class VolumeReading(Quantified):
                 "radiance", "directions=..., got None", "write directions=Directions.sphere(mu=8, phi=16)"
             )
         axes, angles = directions.edges(), directions.solid_angles()
-        values, counts = (
-            rows[..., 1:].reshape(*rows.shape[:-1], *angles.shape) for rows in (self._sums, self._counts)
-        )
+        values, counts = (_by_direction(rows, angles.shape) for rows in (self._sums, self._counts))
         volumes = np.reshape(self.volumes, (*np.shape(self.volumes), *(1,) * angles.ndim))
         values = values * (self._unit / self._plan.tempo) / volumes / angles
         return self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
@@ -118,14 +117,12 @@ class VolumeReading(Quantified):
     @cached_property
     def whole(self) -> Estimate:
         """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
-        return Estimate(
-            self._sums.reshape(len(self._run), -1).sum(axis=1) / self._run.sizes, self._run, Unit()
-        )
+        return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit())
 
     @cached_property
     def scores(self) -> Scores:
         """How many scores there are, in all cells, as if they were alike."""
-        number = int(self._counts.sum())
+        number = int(totals_of(self._counts).sum())
         return scores_alike(number, possible_of(self._plan, self._batches, number))
 
     def _way_through_cell(self) -> float:
@@ -146,12 +143,12 @@ class VolumeReading(Quantified):
     # ---- from sums to estimates ----
 
     @cached_property
-    def _sums(self) -> np.ndarray:
+    def _sums(self) -> np.ndarray | Stacked:
         """(B, *cells, 1 + bins of direction): sums of weight times way."""
         return self._rows("weights", "first", int(self._volume.row["rows"]))
 
     @cached_property
-    def _counts(self) -> np.ndarray:
+    def _counts(self) -> np.ndarray | Stacked:
         return self._rows("counts", "first", int(self._volume.row["rows"]))
 
     @property
@@ -160,16 +157,14 @@ class VolumeReading(Quantified):
         return self._volume.unit * self._plan.unit
 
     @cached_property
-    def _kept(self) -> np.ndarray:
+    def _kept(self) -> np.ndarray | Stacked:
         if not self._volume.absorbs:
             self._refuse("absorbed power", "a medium that absorbs", "write Medium(absorption=...)")
-        kept = self._rows("weights", "kept", 1)[..., 0]
-        kept[:, ~self._may_absorb] = 0.0
-        return kept * self._plan.unit
+        return self._rows("weights", "kept", 1).sum(axis=-1) * self._may_absorb * self._plan.unit
 
     @cached_property
-    def _kept_counts(self) -> np.ndarray:
-        return self._rows("counts", "kept", 1)[..., 0]
+    def _kept_counts(self) -> np.ndarray | Stacked:
+        return self._rows("counts", "kept", 1).sum(axis=-1)
 
     @cached_property
     def _may_absorb(self) -> np.ndarray:
@@ -197,15 +192,23 @@ class VolumeReading(Quantified):
     @property
     def _is_faint(self) -> np.ndarray:
         """The cells that absorb hardly anything of what they could, if they were of what absorbs most."""
-        kept = self._rows("weights", "kept", 1)[..., 0].sum(axis=0)
-        ways = self._sums.sum(axis=(0, -1)) * self._volume.unit
+        kept = over_batches(self._rows("weights", "kept", 1).sum(axis=-1))
+        ways = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
         return (kept > 0) & (kept <= FAINT * most * ways)
 
-    def _rows(self, kind: str, column: str, each: int) -> np.ndarray:
-        first, shape = int(self._volume.row[column]), np.shape(self.volumes)
-        rows = slice(first, first + np.size(self.volumes) * each)
-        return np.array([getattr(batch, kind)[rows] for batch in self._batches]).reshape(-1, *shape, each)
+    def _rows(self, kind: str, column: str, each: int) -> np.ndarray | Stacked:
+        """(B, *cells, each)."""
+        begin, bins = int(self._volume.row[column]), (*np.shape(self.volumes), each)
+        shape = (len(self._batches), *bins)
+
+        def rows(first: int, many: int) -> np.ndarray:
+            these = slice(begin + first, begin + first + many)
+            return np.array([getattr(batch, kind)[these] for batch in self._batches])
+
+        if is_large(shape):
+            return Stacked(shape, tuple(range(len(bins))), lambda box: in_box(rows, box, bins))
+        return rows(0, math.prod(bins)).reshape(shape)
 
     def _per_volume(self, seconds: float, unit: Unit) -> Estimate | EstimateArray:
         values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes
@@ -225,7 +228,7 @@ class VolumeReading(Quantified):
         """Sums (B, *axes) of a run's batches as means over its histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
-        counts = counts.sum(axis=0)
+        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
         if not axes:
             return Estimate(values, self._run, unit, is_sure, int(counts))
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts, is_sure)
@@ -236,3 +239,17 @@ class VolumeReading(Quantified):
 
     def _refuse(self, quantity: str, need: str, cure: str) -> None:
         raise SceneError(f"VolumeDetector {self.name!r}: {quantity} needs {need}; {cure}")
+
+
+def _by_direction(rows: np.ndarray | Stacked, bins: tuple[int, ...]) -> np.ndarray | Stacked:
+    """Rows (B, *cells, 1 + bins of direction) by these, without what fell into none of them."""
+    shape = (*rows.shape[:-1], *bins)
+    if not isinstance(rows, Stacked):
+        return rows[..., 1:].reshape(shape)
+    cells = len(shape) - len(bins) - 1
+
+    def part(box: tuple[slice, ...]) -> np.ndarray:
+        values = rows.part((*box[:cells], slice(0, rows.shape[-1])))[..., 1:]
+        return values.reshape(*values.shape[:-1], *bins)[(..., *box[cells:])]
+
+    return Stacked(shape, tuple(range(len(shape) - 1)), part)

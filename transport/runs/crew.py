@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 
 from transport.results.batches import Batch, batch_of
+from transport.runs.origins import Origin
 
 GLANCE = 0.1  # [s] between looks at the progress
 PARCEL = (
@@ -15,21 +16,49 @@ PARCEL = (
 )
 
 
-class Crew:
-    """As many threads as asked for, each with a bundle of its own.
+class CrewLost(RuntimeError):
+    """Nobody is there any more to do batches; those that were handed over are good."""
 
-    done: the histories and seconds of each batch of the present leg, as they are done.
+
+class InOrder:
+    """Batches come as they are done, and are handed over in the order of their numbers, each once.
+
+    done: the histories and seconds of each batch of the present leg, as they are done;  origins: who does them, where that is
+    not this process.
     """
+
+    origins: tuple[Origin, ...] = ()
+
+    def __init__(self) -> None:
+        self.next = 0  # number of the next batch to be handed over
+        self.ahead: dict[int, Batch] = {}  # batches that are done, though others before them are not
+        self.done: list[tuple[int, float]] = []
+
+    def _missing(self, sizes: Iterator[int]) -> Iterator[tuple[int, int]]:
+        """Numbers and sizes of the batches that are not done yet."""
+        known = frozenset(self.ahead)
+        return ((number, size) for number, size in enumerate(sizes, self.next) if number not in known)
+
+    def _keep(self, parcel: dict[int, Batch]) -> None:
+        """Batches that are done; of one that was done twice, because its first doer seemed lost, only one is kept."""
+        self.ahead |= {number: batch for number, batch in parcel.items() if number >= self.next}
+
+    def _whose_turn_it_is(self) -> Iterator[Batch]:
+        while self.next in self.ahead:
+            self.next += 1
+            yield self.ahead.pop(self.next - 1)
+
+
+class Crew(InOrder):
+    """As many threads as asked for, each with a bundle of its own."""
 
     def __init__(self, machine: object, seed: int, threads: int, count: int) -> None:
         """count: batches, among which the sample of a Snapshot is divided."""
         from transport.engine.bundle import empty_bundle
 
+        super().__init__()
         self.machine, self.seed, self.count = machine, seed, count
         self.bundles = [empty_bundle() for _ in range(threads)]
-        self.next = 0  # number of the next batch to be handed over
-        self.ahead: dict[int, Batch] = {}  # batches that are done, though others before them are not
-        self.done: list[tuple[int, float]] = []
 
     @property
     def started(self) -> int:
@@ -41,9 +70,7 @@ class Crew:
 
         Close it to stop early: what is done then, out of order, is in `ahead`, and not done again.  Raises what a batch raised.
         """
-        known = frozenset(self.ahead)
-        missing = ((number, size) for number, size in enumerate(sizes, self.next) if number not in known)
-        self.tasks, self.lock, self.is_over, self.done = missing, threading.Lock(), False, []
+        self.tasks, self.lock, self.is_over, self.done = self._missing(sizes), threading.Lock(), False, []
         self.finished = queue.SimpleQueue()
         workers = [
             threading.Thread(target=self._work, args=(bundle,), daemon=True) for bundle in self.bundles
@@ -58,7 +85,7 @@ class Crew:
                 if worker.ident is not None:
                     worker.join()
             while not self.finished.empty():
-                self.ahead |= self.finished.get()[0]
+                self._keep(self.finished.get()[0])
 
     def _in_order(self) -> Iterator[Batch | None]:
         working = len(self.bundles)
@@ -72,13 +99,8 @@ class Crew:
             if error is not None:
                 raise error
             working -= not parcel
-            self.ahead |= parcel
+            self._keep(parcel)
             yield from self._whose_turn_it_is()
-
-    def _whose_turn_it_is(self) -> Iterator[Batch]:
-        while self.next in self.ahead:
-            self.next += 1
-            yield self.ahead.pop(self.next - 1)
 
     def _work(self, bundle) -> None:
         """What a thread does: batch after batch, in its own bundle."""
@@ -93,8 +115,12 @@ class Crew:
                 if number is None:
                     break
                 begun = time.perf_counter()
-                raw = run_batch(self.machine, self.seed, number, size, bundle, self.count)
-                parcel[number] = batch_of(self.machine.program.plan, raw, number)
+                # Its sums are not held on to: they would be there beside those of the next batch.
+                parcel[number] = batch_of(
+                    self.machine.program.plan,
+                    run_batch(self.machine, self.seed, number, size, bundle, self.count),
+                    number,
+                )
                 bundle["started"], now = 0, time.perf_counter()
                 self.done.append((size, now - begun))
                 if now - handed > PARCEL:

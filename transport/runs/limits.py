@@ -121,6 +121,25 @@ def _is_number(value: object) -> bool:
     )
 
 
+def checked_part(part: object, limits: Limits) -> tuple[int, int]:
+    """(k, n): the k-th of n parts of a run for `particles`, (1, 1) where all is done.  Raises SceneError."""
+    if part is None:
+        return 1, 1
+    is_pair = isinstance(part, tuple | list) and len(part) == 2
+    if not is_pair or not all(_is_number(number) and number == number // 1 for number in part):
+        raise SceneError(
+            f"simulate: part must be (k, n), the k-th of n parts, got {part!r}; write part=(1, 4)"
+        )
+    one, of = map(int, part)
+    if not 1 <= one <= of:
+        raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}")
+    if of > 1 and (limits.error or limits.seconds is not None):
+        raise SceneError(
+            f"simulate: part must be of a run for particles alone, got {part!r}; leave out error and seconds"
+        )
+    return one, of
+
+
 def checked_threads(threads: object) -> int:
     """The number of threads; None means one for each core that this process may use.  Raises SceneError."""
     if threads is None:

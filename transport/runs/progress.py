@@ -24,6 +24,9 @@ class Progress:
     def compiling(self, done: int, of: int, name: str) -> None:
         """Before the pass `name` is compiled or loaded."""
 
+    def waiting(self, what: str) -> None:
+        """While a cluster is not ready yet: what for."""
+
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         """While batches run: particles so far, seconds since the run began and in all (inf: not known), and the quantity
         that is furthest from the error asked for."""
@@ -38,6 +41,9 @@ class Bar(Progress):
 
     def compiling(self, done: int, of: int, name: str) -> None:
         self._show("compile", f"compiling {name} (the first time only)", done / of)
+
+    def waiting(self, what: str) -> None:
+        self._show("wait", what, 0.0)
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         self._show("run", running_text(particles, elapsed, end, worst), elapsed / end if end > 0 else 1.0)

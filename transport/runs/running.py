@@ -7,17 +7,21 @@ from contextlib import closing
 from dataclasses import dataclass, field
 
 from transport.compile.plan import Plan
-from transport.results import Result
+from transport.results import Cost, Result
 from transport.results.batches import Batch
 from transport.results.report import duration_text
-from transport.runs.crew import GLANCE, Crew
+from transport.runs.crew import GLANCE, CrewLost, InOrder
+from transport.runs.interruption import Interruption
 from transport.runs.limits import HOPELESS, MOST_BATCHES, Limits
+from transport.runs.memory import check_memory
+from transport.runs.origins import Origin, joined, this_origin
 from transport.runs.outlook import Forecast, Outlook
 from transport.runs.progress import Progress
-from transport.runs.schedules import Leg, schedule_for, sizes_of
+from transport.runs.schedules import Leg, batches_in, schedule_for, sizes_of
 from transport.runs.state import State, looks_at, put_back
 from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
+from transport.validation import SceneError
 
 SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
 
@@ -33,7 +37,7 @@ class Run:
     threads: int
     bar: Progress
     hire: Callable[
-        [int], Crew
+        [int], InOrder
     ]  # those who do the batches, among so many of which the sample of a Snapshot is divided
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
@@ -43,24 +47,40 @@ class Run:
     crossings: int = 0
     collisions: int = 0
     saved: State | None = None  # of a run to go on with
+    origins: tuple[Origin, ...] = ()  # who did its batches, once there are new ones
+    between: Callable[["Run"], None] | None = None  # called after each batch, and every GLANCE: to save it
+    seconds_before: float = 0.0  # of wall clock, until it was saved
+    interruption: Interruption = field(default_factory=Interruption)
     leg: Leg = field(default_factory=list)  # under way
     done: int = 0  # batches of it
 
+    def go_on_with(self, saved: State, cost: Cost | None) -> None:
+        """Begin where a saved run stood, which cost so much."""
+        self.saved, self.origins = saved, joined(saved.origins, [this_origin()])
+        self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
+
     def go(self) -> None:
+        self.interruption.begin()
         self.begun = self.shown = time.perf_counter()
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
+        check_memory(self.plan, self.schedule, self.threads)
         self.crew = self.hire(self.schedule.count)
         try:
             if self.saved is None or self._takes_up():
                 while self._leg() and not self._is_enough():
                     pass
-        except KeyboardInterrupt:
+            self.interruption.check()
+        except (KeyboardInterrupt, CrewLost) as why:
             self.is_complete = False
-            self.state = self._state()
+            self.state = self.now()
             self._take_ahead()
-            self.warnings.append(f"interrupted after {len(self.batches)} batches")
+            if isinstance(why, CrewLost) and not self.batches:
+                raise
+            self.warnings.append(
+                f"interrupted after {len(self.batches)} batches{f': {why}' * bool(str(why))}"
+            )
             return
-        self.state = self._state()
+        self.state = self.now()
         if not_reached := self._not_reached():
             self.warnings.append(not_reached)
 
@@ -89,6 +109,9 @@ class Run:
             for batch in batches:
                 if batch is not None:
                     self._take(batch)
+                if self.between is not None:
+                    self.between(self)
+                self.interruption.check()
                 if self._is_late() and len(self.batches) > 1:
                     return False
                 if time.perf_counter() - self.shown > GLANCE:
@@ -102,6 +125,10 @@ class Run:
         """The batches until the next look, none where the run is over; of a part of a run its own."""
         self.leg, self.done = self.schedule.next_leg(self.looks), 0
         if self.limits.part != (1, 1) and self.leg:
+            most = math.ceil(batches_in(self.leg) / self.schedule.together)
+            if self.limits.part[1] > most:
+                got = f"part must be of {most} parts at most, got {self.limits.part}"
+                raise SceneError(f"simulate: {got}: no batch is left for some")
             self.crew.next, self.leg = self.schedule.part(self.leg)
 
     def _take(self, batch: Batch) -> None:
@@ -113,9 +140,10 @@ class Run:
 
     # ---- what is saved of it, and goes on ----
 
-    def _state(self) -> State:
+    def now(self) -> State:
         """Where the run stands between two batches."""
-        schedule = self.schedule
+        schedule, saved = self.schedule, self.saved
+        is_new = saved is None or self.particles > saved.particles
         return State(
             self.limits,
             type(schedule).__name__,
@@ -131,6 +159,7 @@ class Run:
             self.crossings,
             self.collisions,
             self._elapsed,
+            joined(self.origins, self.crew.origins) if is_new else saved.origins,
         )
 
     def _takes_up(self) -> bool:

@@ -14,8 +14,9 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
+from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch
 from transport.runs.leaps import FARTHEST, FEWEST_ROUNDS, is_last_leap, leaps_suffice, leaps_to_come, slope_of
-from transport.runs.limits import MOST_PARTICLES, Limits
+from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
 from transport.runs.stopping import Look
 
 LARGEST_BATCH = 1 << 24  # histories
@@ -25,7 +26,7 @@ MOST_EVENTS = (
 FIRST_BATCH = 512  # histories of a batch where only the time is limited; doubled as the run goes on
 SMALL_BATCH = 128  # histories of a batch of a pilot
 MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
-FEWEST = 32  # batches, however large they are
+FEWEST = 32  # batches, unless they are very large
 FEWEST_OF_A_ROUND = 8  # batches, by which a round that was not finished is better than the one before it
 MOST_IN_ONE_GO = (
     4  # times as many batches as asked for, where these would be too large; beyond it neighbours are merged
@@ -63,10 +64,13 @@ class Schedule:
     """
 
     remembered = ("issued",)  # the numbers by which a saved run goes on
+    most, fewest_most = 2, 2  # times `count` that are kept at most, and where batches are large
 
-    def __init__(self, limits: Limits, count: int, records: int) -> None:
-        """count: batches;  records: that snapshots may keep in all."""
+    def __init__(self, limits: Limits, count: int, records: int, is_large: bool = False) -> None:
+        """count: batches;  records: that snapshots may keep in all;  is_large: whether the sums of a batch are."""
         self.limits, self.count, self.records = limits, count, records
+        self.is_large = is_large
+        self.most_kept = (self.fewest_most if is_large else self.most) * count
         self.batches: list[Batch] = []
         self.current: list[Batch] = []  # of a round that is under way
         self.issued = 0  # histories of all legs so far
@@ -97,7 +101,7 @@ class Schedule:
     def take(self, batch: Batch) -> None:
         """Keep a batch; they come in the order of their numbers."""
         self.batches.append(batch)
-        if len(self.batches) >= 2 * self.count:
+        if len(self.batches) >= self.most_kept:
             self._merge(2)
 
     def end_leg(self) -> None:
@@ -169,6 +173,7 @@ class InOneGo(Schedule):
     """For `particles` alone: all batches at once."""
 
     remembered = ("issued", "together", "taken")
+    most, fewest_most = MOST_IN_ONE_GO, 1
     together = 1  # batches that become one: what is kept does not grow with the histories
     taken = 0  # batches of this leg
 
@@ -178,7 +183,7 @@ class InOneGo(Schedule):
         leg = self._sizes(self.left) if self.batches else self._first()
         self.taken, self.together = (
             0,
-            max(1, math.ceil(batches_in(leg) / (MOST_IN_ONE_GO * self.count))),
+            max(1, math.ceil(batches_in(leg) / self.most_kept)),
         )
         return leg
 
@@ -191,6 +196,8 @@ class InOneGo(Schedule):
 
     def _first(self) -> Leg:
         least = math.ceil(self.left / LARGEST_BATCH)
+        if self.is_large:  # as many together in each of those that are kept
+            least = self.count * math.ceil(least / self.count)
         return _evenly(self.left, max(self.count, least))
 
     def take(self, batch: Batch) -> None:
@@ -214,6 +221,8 @@ class Nets(InOneGo):
 class Planned(Schedule):
     """For an `error`: a pilot of small batches, then as many histories as the last look asked for."""
 
+    most = 4
+
     def _leg(self, looks: list[Look]) -> Leg:
         wanted = looks[-1].next_at if looks else SMALL_BATCH * self.count
         more = min(wanted - self.particles, self.left)
@@ -221,7 +230,7 @@ class Planned(Schedule):
 
     def take(self, batch: Batch) -> None:
         self.batches.append(batch)
-        if len(self.batches) >= 4 * self.count:  # where larger batches would not have been safe
+        if len(self.batches) >= self.most_kept:  # where larger batches would not have been safe
             self._merge(2)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
@@ -237,9 +246,10 @@ class Rounds(Schedule):
     """
 
     remembered = ("issued", "size", "adds")
+    most = 4
 
-    def __init__(self, limits: Limits, count: int, records: int) -> None:
-        super().__init__(limits, count, records)
+    def __init__(self, limits: Limits, count: int, records: int, is_large: bool = False) -> None:
+        super().__init__(limits, count, records, is_large)
         few = self.left // count
         self.size = min(SMALL_BATCH, 1 << max(0, few.bit_length() - 1))
         self.farthest = FARTHEST if limits.seconds is None else 1  # what is not done when time is up is lost
@@ -265,7 +275,7 @@ class Rounds(Schedule):
     def end_leg(self) -> None:
         self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
-        while len(self.batches) >= 4 * self.count:
+        while len(self.batches) >= self.most_kept:
             self._merge(2)
 
     @property
@@ -301,13 +311,21 @@ def schedule_for(limits: Limits, plan: Plan) -> Schedule:
     """How to spend what the limits allow."""
     count, records = limits.batches, sum(snapshot.particles for snapshot in plan.scene.snapshots)
     is_random = plan.method.sampling == "random"
-    if limits.error and limits.is_free:
-        count = min(count, max(FEWEST, MEMORY // (2 * _bytes_of(plan))))
+    if limits.is_free:
+        count = min(count, _most_batches(limits, plan))
     if limits.error or limits.seconds is not None:
         kind = Rounds if not is_random else Planned if limits.error else Schedule
     else:
         kind = InOneGo if is_random else Nets
-    return kind(limits, count, records)
+    return kind(limits, count, records, kind.most * count * bytes_of_a_batch(plan) > KEPT)
+
+
+def _most_batches(limits: Limits, plan: Plan) -> int:
+    """How many batches a run may have, by the size of their sums."""
+    fit = batches_that_fit(plan)
+    if not limits.error:
+        return fit
+    return max(FEWEST_FOR_ERROR, min(fit, max(FEWEST, MEMORY // (2 * _bytes_of(plan)))))
 
 
 def equal_powers_of_two(particles: int, batches: int) -> tuple[int, int]:

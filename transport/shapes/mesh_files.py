@@ -24,7 +24,7 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
         import pyvista
     except ImportError as error:
         raise SceneError(
-            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error}; pip install 'transport[viz]'"
+            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error}; pip install '.[viz]' in the clone"
         ) from error
     heard = pyvista.VtkErrorCatcher(send_to_logging=False)
     try:

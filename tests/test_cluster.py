@@ -1,0 +1,257 @@
+"""Batches of a cluster's workers are those of one process, bit for bit: killed, late, of a scheduler that died, or stopped."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.test_reproducible import scene
+from tests.test_taking_up import assert_same
+from transport.cluster import line as lines
+from transport.cluster.crew import ClusterCrew
+from transport.cluster.groups import Groups, Pace
+
+pytest.importorskip("distributed")
+from tests.dask_cluster import ROOT, DaskCluster
+
+LIMITS = {
+    "particles": {"particles": 40_001, "batches": 64},
+    "error": {"error": {"ball.flux_in": 0.02}},
+    "nets": {"particles": 30_000, "sampling": "sobol"},
+}
+POSTS = "len(__import__('transport.cluster.posts', fromlist=['POSTS']).POSTS)"  # that a worker keeps
+MANY = {"particles": 60_000, "batches": 300, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with DaskCluster(2) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """What one process comes to."""
+    return tp.simulate(scene(), **MANY, threads=2)
+
+
+@pytest.fixture(autouse=True)
+def small_groups(monkeypatch):
+    """So that many are out when something happens."""
+    monkeypatch.setattr("transport.cluster.crew.SECONDS", 0.01)
+
+
+def happening(monkeypatch, act, parcel=5):
+    """Something happens when so many parcels have come."""
+    keep, came = ClusterCrew._keep, []
+
+    def kept(self, batches):
+        came.append(batches)
+        if len(came) == parcel:
+            act()
+        keep(self, batches)
+
+    monkeypatch.setattr(ClusterCrew, "_keep", kept)
+    return came
+
+
+def come_late(monkeypatch, cluster, path):
+    """A worker of these sources comes between the roll call and the first batch."""
+    muster = lines.Line._muster
+
+    async def late(line, client):
+        await muster(line, client)
+        cluster.start_worker(path)
+        cluster.wait_for(2)
+
+    monkeypatch.setattr(lines.Line, "_muster", late)
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_it_ends_as_in_one_process(cluster, name):
+    here = tp.simulate(scene(), seed=3, threads=2, **LIMITS[name])
+    there = tp.simulate(scene(), seed=3, cluster=cluster.address, **LIMITS[name])
+    assert_same(there.batches, here.batches)
+    assert there.cost.workers == there.cost.threads == 2
+    assert there.warnings == here.warnings
+
+
+def test_nobody_is_missed_when_a_worker_is_killed_and_another_comes_late(cluster, whole, monkeypatch):
+    def act():
+        cluster.workers.pop(0).kill()
+        cluster.start_worker()
+
+    happening(monkeypatch, act)
+    assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+    cluster.wait_for(2)
+
+
+def test_all_workers_killed_and_another_come(cluster, whole, monkeypatch):
+    def act():
+        for worker in cluster.workers:
+            worker.kill()
+        cluster.start_worker()
+
+    happening(monkeypatch, act)
+    assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+    cluster.start_worker()
+    cluster.wait_for(2)
+
+
+def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whole, monkeypatch):
+    def act():
+        cluster.scheduler.kill()
+        for worker in cluster.workers:
+            worker.kill()
+        cluster.start_scheduler()
+        for _ in range(2):
+            cluster.start_worker()
+
+    happening(monkeypatch, act)
+    assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+
+
+def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
+    keep, first = ClusterCrew._keep, []
+
+    def kept(self, batches):
+        first.append(batches)
+        keep(self, batches)
+        keep(self, first[0])
+
+    monkeypatch.setattr(ClusterCrew, "_keep", kept)
+    result = tp.simulate(scene(), **MANY, cluster=cluster.address)
+    assert_same(result.batches, whole.batches)
+    assert result.state.ahead == {}  # where an interrupted run would have counted them again
+
+
+def test_what_is_out_is_taken_back_when_time_is_up(cluster):
+    result = tp.simulate(scene(), seconds=0.5, cluster=cluster.address)
+    assert result.is_complete and 0.5 < result.cost.seconds < 2
+    cluster.wait_until_empty()
+
+
+def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(cluster, whole, monkeypatch):
+    happening(monkeypatch, lambda: os.kill(os.getpid(), signal.SIGINT))
+    stopped = tp.simulate(scene(), **MANY, cluster=cluster.address)
+    assert not stopped.is_complete and 0 < stopped.particles < MANY["particles"]
+    cluster.wait_until_empty()
+    assert_same(tp.simulate(scene(), **MANY, resume=stopped).batches, whole.batches)
+
+
+def test_a_client_of_ones_own_does(cluster, whole):
+    from distributed import Client
+
+    with Client(cluster.address) as client:
+        assert_same(tp.simulate(scene(), **MANY, cluster=client).batches, whole.batches)
+        assert client.status == "running"
+
+
+def test_without_workers_or_scheduler_a_run_ends_with_what_it_has(whole, monkeypatch):
+    monkeypatch.setattr(lines, "PATIENCE", 1.0)
+    monkeypatch.setattr(lines, "CONNECT", 1.0)
+    with DaskCluster(1) as cluster:
+        happening(monkeypatch, cluster.scheduler.kill)
+        result = tp.simulate(scene(), **MANY, cluster=cluster.address)
+    assert not result.is_complete and 0 < len(result.batches)
+    assert any("no scheduler answers" in warning for warning in result.warnings)
+    with pytest.raises(tp.SceneError, match=r"no scheduler answers at tcp.*dask scheduler"):
+        tp.simulate(scene(), **MANY, cluster=cluster.address)
+
+
+def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):
+    """One that comes late is not used; the run goes on, and says so."""
+    stranger = tmp_path / "stranger"
+    stranger.mkdir()
+    ignored = shutil.ignore_patterns("__kernels__", "__pycache__")
+    shutil.copytree(ROOT / "transport", tmp_path / "transport", ignore=ignored)
+    with (tmp_path / "transport/units.py").open("a") as units:
+        units.write("# other\n")
+    with DaskCluster(1) as mixed:
+        come_late(monkeypatch, mixed, tmp_path)
+        result = tp.simulate(scene(), **MANY, cluster=mixed.address)
+        assert_same(result.batches, whole.batches)
+        assert any("was not used: it has transport" in warning for warning in result.warnings)
+        monkeypatch.undo()
+        mixed.start_worker(stranger)
+        mixed.wait_for(3)
+        with pytest.raises(tp.SceneError) as refused:
+            tp.simulate(scene(), **MANY, cluster=mixed.address)
+    said = str(refused.value)
+    assert "worker tcp://127.0.0.1:" in said and "of sources" in said and "cannot import transport" in said
+
+
+def test_a_late_worker_without_transport_does_no_harm(whole, tmp_path, monkeypatch):
+    with DaskCluster(1) as mixed:
+        come_late(monkeypatch, mixed, tmp_path)
+        assert_same(tp.simulate(scene(), **MANY, cluster=mixed.address).batches, whole.batches)
+
+
+@pytest.mark.parametrize(
+    ("cluster", "said"),
+    [
+        ("somewhere", "must be an address or 'local'"),
+        (3, "must be a Client or an address"),
+        ("tcp://127.0.0.1:1", "threads"),
+    ],
+)
+def test_wrong_input_is_refused(cluster, said):
+    with pytest.raises(tp.SceneError, match=said):
+        tp.simulate(scene(), particles=10, cluster=cluster, threads=2)
+
+
+def test_groups_take_half_a_second_and_less_towards_the_end():
+    pace = Pace()
+    groups = Groups(((number, 1000) for number in range(1000)), pace, seconds=0.5)
+    assert len(groups.take(2)) == 1  # nothing is known yet
+    pace.add([(1000, 0.01)] * 100, 1000)
+    taken = []
+    while groups:
+        taken.append(groups.take(2))
+    assert [number for group in taken for number, _ in group] == list(range(1, 1000))
+    sizes = np.array([len(group) for group in taken])
+    assert 49 <= sizes[0] <= 50 and sizes[-1] == 1 and (np.diff(sizes) <= 0).all()
+    groups.put_back(taken[3])
+    groups.put_back(taken[0])
+    assert groups.take(2) == taken[0] and groups.take(2) == taken[3] and not groups
+    pace.add([(1000, 0.01)] * 100, 100 << 25)
+    assert (
+        len(Groups([(number, 1000) for number in range(10_000)], pace).take(2)) == 1
+    )  # large sums travel alone
+
+
+def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):
+    """`cluster="local"`: processes of its own, gone when it ends."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sys, transport as tp\nfrom tests.test_reproducible import digest, scene\n"
+        "print(digest(scene(), cluster='local', threads=2), 'numba' in sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    from tests.test_reproducible import digest
+
+    assert done.stdout.split() == [digest(scene()), "False"] and done.stderr == ""
+
+
+def test_nothing_is_left_behind(cluster):
+    """No thread of a line, no scene at a worker, no task at the scheduler."""
+    from distributed import Client
+
+    assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("transport-")]
+    cluster.wait_until_empty()
+    with Client(cluster.address, set_as_default=False) as client:
+        assert set(client.run(eval, POSTS).values()) == {0}

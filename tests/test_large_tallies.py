@@ -1,0 +1,239 @@
+"""Tallies of very many bins: packed and read part by part they are bit for bit what plain ones are, and what does not fit is refused.
+
+Here pages and parts are made so small that ordinary scenes have many of them.
+"""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import transport as tp
+from transport.compile import compile_scene
+from transport.results import footprint, in_parts, packed, stacked
+from transport.results.in_parts import InParts
+from transport.results.packed import Packed
+from transport.runs import memory
+from transport.runs.limits import checked_limits
+from transport.runs.schedules import batches_in, schedule_for
+
+rng = np.random.default_rng(1)
+COLUMNS = {  # and the unit of most of their numbers
+    "nothing": (np.zeros(5001), 1),
+    "counts": (rng.poisson(0.5, 5001), 1),
+    "counts, some of them huge": (np.where(rng.random(5001) < 0.01, 1 << 50, rng.poisson(0.5, 5001)), 1),
+    "weights": (rng.random(5001) * (rng.random(5001) < 0.3), 1),
+    "slants, some of them grazing": (np.floor(rng.pareto(0.5, 5001) * 1e6) * 2.0**-22, 2.0**-22),
+    "momenta": (rng.standard_normal(5001), 1),
+    "one": (np.eye(1, 5001, 3000).ravel(), 1),
+    "a whole page": (np.ones(4096), 1),
+}
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_a_packed_column_is_what_it_stands_for(name):
+    rows, unit = COLUMNS[name]
+    column = packed.packed(lambda first, past: rows[first:past], len(rows), unit)
+    assert column[:].dtype == rows.dtype
+    np.testing.assert_array_equal(column[:], rows)
+    for first, past in np.sort(rng.integers(0, len(rows) + 1, (20, 2))):
+        np.testing.assert_array_equal(column[first:past], rows[first:past])
+    np.testing.assert_array_equal((column + column)[:], rows + rows)
+    assert (column.max(), len(column)) == (rows.max(), len(rows))
+
+
+def test_numbers_are_kept_in_few_bytes():
+    sizes = {
+        name: packed.packed(lambda a, b, rows=rows: rows[a:b], len(rows), unit).nbytes / rows.nbytes
+        for name, (rows, unit) in COLUMNS.items()
+    }
+    assert sizes["counts"] < 0.1 and sizes["counts, some of them huge"] < 0.13
+    assert sizes["slants, some of them grazing"] < 0.65 and sizes["nothing"] == 0
+
+
+def room(**bins):
+    """A grey room with a lamp, a meter with bins of all kinds, and a wall with moments; particles fly at two speeds."""
+    wall = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=2, height=2)
+    gas = tp.Gas(density=1.0, speed=tp.SpeedTable((1.0, 2.0), (0.5, 0.5)), mass=1e-26)
+    return tp.Scene(
+        tp.Source(tp.Box(size=(2, 2, 2)), gas),
+        surfaces=[
+            tp.Surface(tp.Box(size=(2, 2, 2)), tp.Diffuse(albedo=0.5), name="room"),
+        ],
+        detectors=[
+            tp.Detector(
+                tp.Rectangle(width=1, height=1),
+                name="bins",
+                positions=tp.Positions(u=5, v=6),
+                directions=tp.Directions(**bins),
+                times=3,
+                speeds=(0.5, 1.5, 2.5),
+                moments=True,
+            ),
+            tp.Detector(wall, name="places", positions=tp.Positions(u=9, v=11)),
+        ],
+        duration=1.0,
+    )
+
+
+def fog() -> tp.Scene:
+    """A lamp in fog with a void; cells with bins of direction, and without."""
+    void = tp.Surface(tp.Box(center=(1, 0, 0), size=(1, 2, 2)), tp.Transparent(), inside=tp.Vacuum())
+    cells = {"cells": (5, 6, 7), "directions": tp.Directions.sphere(mu=3, phi=4)}
+    return tp.Scene(
+        tp.Source(tp.Point(), tp.Isotropic(power=1.0)),
+        surfaces=void,
+        medium=tp.Medium(scattering=1.0, absorption=0.5),
+        detectors=[
+            tp.VolumeDetector(tp.Box(size=(3, 3, 3)), name="by direction", **cells),
+            tp.VolumeDetector(tp.Box(size=(2, 2, 2)), name="cells", cells=(9, 8, 7)),
+        ],
+    )
+
+
+SCENES = {"bins of theta": room(theta=3, phi=4), "bins of mu": room(mu=4), "cells": fog()}
+
+
+@pytest.fixture
+def small_parts(monkeypatch):
+    """Columns packed, in small pages, and readings made of small parts."""
+
+    def begin():
+        monkeypatch.setattr(packed, "MOST_PLAIN", 0)
+        monkeypatch.setattr(packed, "PAGE", 64)
+        monkeypatch.setattr(packed, "STRETCH", 256)
+        monkeypatch.setattr(stacked, "MOST_AT_ONCE", 300)
+        for module in (stacked, in_parts):
+            monkeypatch.setattr(module, "MOST_OF_A_PART", 500)
+
+    return begin
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_readings_of_packed_rows_made_part_by_part_are_bit_for_bit_those_of_plain_ones(name, small_parts):
+    plain = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
+    read = {f"{look}.{q}": each for look in plain for q, each in plain[look].quantities.items()}
+    whole = {title: (each.value, each.error, each.reason, each.dof) for title, each in read.items()}
+    warnings = plain.warnings
+    small_parts()
+    large = tp.simulate(SCENES[name], 4000, seed=1, batches=8, progress=False)
+    assert isinstance(large.batches[0].weights, Packed)
+    in_parts = 0
+    for title, numbers in whole.items():
+        found = large.quantity(title)
+        in_parts += isinstance(found._replicates, InParts) and len(found._replicates.boxes) > 4
+        for number, like in zip((found.value, found.error, found.reason, found.dof), numbers, strict=True):
+            np.testing.assert_array_equal(number, like, err_msg=title)
+    assert in_parts >= 4 and large.warnings == warnings
+
+
+def test_arithmetic_with_parts_is_that_with_the_whole(small_parts):
+    plain = tp.simulate(room(mu=4), 4000, seed=1, batches=8, progress=False)
+    ways = {
+        "twice": lambda r: 2.0 * r["bins"].radiance,
+        "an array": lambda r: r["bins"].radiance * np.arange(1.0, 5.0),
+        "a total": lambda r: r["bins"].radiance / r["places"].flux_in,
+        "a ratio": lambda r: r["bins"].radiance / r["bins"].radiance_out,
+        "a power": lambda r: r["bins"].radiance ** 0.5,
+        "an element": lambda r: r["bins"].radiance[1, 0, 2, 3, -1],
+        "a slice": lambda r: r["bins"].radiance[1:, :, 2, 1:4],
+        "doubt": lambda r: r["bins"].radiance.unless(r["bins"].counts.value < 3),
+        "a sum": lambda r: r["bins"].radiance.sum("u"),
+        "all": lambda r: r["places"].irradiance.sum(),
+        "a mean": lambda r: r["bins"].radiance.mean(("time", "mu")),
+    }
+    whole = {name: (found.value, found.error) for name, found in ((n, way(plain)) for n, way in ways.items())}
+    small_parts()
+    large = tp.simulate(room(mu=4), 4000, seed=1, batches=8, progress=False)
+    for name, way in ways.items():
+        found, rounding = way(large), 1e-12 * (name in ("a sum", "all", "a mean"))
+        np.testing.assert_allclose(found.value, whole[name][0], rtol=rounding, err_msg=name)
+        np.testing.assert_allclose(found.error, whole[name][1], rtol=max(rounding, 0), err_msg=name)
+    values = plain["bins"].radiance.values
+    np.testing.assert_array_equal(large["bins"].radiance.values, values)
+
+
+def test_merged_batches_are_the_same_packed(small_parts):
+    plain = tp.simulate(room(mu=4), 400, seed=1, batches=2, progress=False).batches
+    small_parts()
+    large = tp.simulate(room(mu=4), 400, seed=1, batches=2, progress=False).batches
+    one, other = (batches[0].merged(batches[1], 0) for batches in (plain, large))
+    for name in ("weights", "counts", "slants", "moments"):
+        np.testing.assert_array_equal(getattr(other, name)[:], getattr(one, name))
+
+
+def wall_of(bins: int, material=None, **named) -> tp.Scene:
+    wall = tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1)
+    return tp.Scene(
+        tp.Source(tp.Rectangle(width=1, height=1), tp.Lambertian(radiance=1.0)),
+        surfaces=tp.Surface(wall, tp.Black() if material is None else material, name="wall"),
+        detectors=tp.Detector("wall", name="image", positions=tp.Positions(u=bins, v=bins), **named),
+    )
+
+
+def test_batches_are_fewer_where_bins_are_very_many():
+    def schedule(bins, batches=None, material=None):
+        scene = wall_of(bins, material)
+        return schedule_for(checked_limits(scene, 1_100_000_000, None, None, batches), compile_scene(scene))
+
+    assert schedule(900).count == 32 and schedule(900).most_kept == 128
+    black, grey = schedule(3162), schedule(3162, material=tp.Diffuse(albedo=0.5))
+    assert (black.count, grey.count, schedule(3162, batches=40).count) == (12, 8, 40)
+    leg = black.next_leg([])
+    assert (batches_in(leg), black.together, black.most_kept) == (72, 6, 12)
+
+
+def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch):
+    monkeypatch.setattr(memory, "memory_left", lambda: 3e9)
+    with pytest.raises(tp.SceneError) as refused:
+        tp.simulate(wall_of(3162, tp.Diffuse(albedo=0.5)), 1000, threads=4, batches=40, progress=False)
+    assert str(refused.value) == (
+        "simulate: the sums of this scene take up to 14.9 GB, 640 MB on each of 4 threads and 280 MB in each of 40 batches,"
+        " and 3 GB of memory are left; take fewer bins (detector 'image' has 9_998_245), or threads=1, or fewer batches"
+        " than 40"
+    )
+    monkeypatch.setattr(memory, "memory_left", lambda: pytest.fail("asked for a run that needs nothing"))
+    tp.simulate(wall_of(100), 1000, progress=False)
+
+
+def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(tmp_path, monkeypatch):
+    proc, groups = tmp_path / "proc", tmp_path / "groups"
+    (proc / "self").mkdir(parents=True)
+    (groups / "a/b").mkdir(parents=True)
+    (proc / "meminfo").write_text("MemTotal: 9000 kB\nMemAvailable:    8000 kB\n")
+    (proc / "self/cgroup").write_text("0::/a/b\n")
+    monkeypatch.setattr(memory, "PROC", proc)
+    monkeypatch.setattr(memory, "GROUPS", groups)
+    assert memory.memory_left() == 8000 * 1024
+    for where, most in (("a/b", "max"), ("a", "5000000")):
+        (groups / where / "memory.max").write_text(f"{most}\n")
+        (groups / where / "memory.current").write_text("3000000\n")
+        (groups / where / "memory.stat").write_text("anon 5\ninactive_file 1000000\n")
+    assert memory.memory_left() == 3_000_000
+    (proc / "meminfo").unlink()
+    (groups / "a/memory.max").unlink()
+    assert memory.memory_left() is None
+
+
+def test_the_report_says_why_there_are_fewer_batches(monkeypatch):
+    monkeypatch.setattr(footprint, "KEPT", 6e6)
+    result = tp.simulate(wall_of(100), 1000, seed=1, progress=False)
+    assert "batches: fewer than the usual 32, for the sums of one take up to 0.48 MB" in result.report()
+    assert len(result.run) == 12
+
+
+CHILD = """
+import transport as tp
+from tests.test_large_tallies import wall_of
+result = tp.simulate(wall_of(3162), 1_000_000, seed=1, threads=2, batches=4, progress=False)
+read, total = result["image"].irradiance, result["image"].flux_in.value
+assert abs(read.value.mean() - total) < 1e-9 * total and (read.error > 0).any()
+print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_ten_million_bins_are_run_and_read_within_two_gigabytes():
+    told = subprocess.run([sys.executable, "-c", CHILD], capture_output=True, text=True, check=True).stdout
+    assert 1024 * int(told) < 1.2e9

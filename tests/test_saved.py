@@ -1,0 +1,392 @@
+"""A run in a file: loaded, gone on with and merged it is the run that was never saved, bit for bit; else it is refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+import transport as tp
+from tests.media_scenes import TRACKINGS
+from tests.own_experiments import ROOT
+from tests.plain_scenes import SCENES
+from transport.results.packed import Packed, packed
+from transport.runs.origins import this_origin
+from transport.saved import checkpoints
+from transport.saved.columns import columns_of, values_of
+from transport.saved.whole import FileError, written_whole
+
+LIMITS = {
+    "random": ("room", {"particles": 20_001}),
+    "few batches": ("room", {"particles": 20_001, "batches": 5}),
+    "sobol": ("room", {"particles": 20_000, "sampling": "sobol"}),
+    "error": ("room", {"error": {"-z.flux_in": 0.02}}),
+    "error by sobol": ("room", {"error": {"-z.flux_in": 0.02}, "sampling": "sobol"}),
+    "snapshots": ("vessel", {"particles": 4_001}),
+    "volumes": ("pile", {"particles": 4_001}),
+    "clock": ("flash", {"particles": 4_001}),
+    "backward": ("backward view", {"particles": 8_001, "estimator": "backward"}),
+    "expected": ("expected fog", {"particles": 4_001, "estimator": "expected"}),
+    "splitting": ("deep", {"particles": 4_001, "tracking": TRACKINGS["deep"]}),
+}
+FILES = {name: ".nc" if place % 2 else ".npz" for place, name in enumerate(LIMITS)}
+SMALL = tp.Scene(
+    tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0)),
+    (),
+    tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), "meter"),
+)
+
+
+class Killed(BaseException):
+    """What ends a run at once."""
+
+
+def run(name, **more):
+    scene, how = LIMITS[name]
+    return tp.simulate(SCENES[scene](), **{"seed": 2**64 - 3, "threads": 2} | how | more)
+
+
+def assert_same(one, other):
+    """Every number of every batch, with its type; and what is said of it."""
+    assert len(one) == len(other)
+    for batch, like in zip(one, other, strict=True):
+        for field in dataclasses.fields(batch):
+            value, again = getattr(batch, field.name), getattr(like, field.name)
+            assert type(value) is type(again), field.name
+            if isinstance(value, np.ndarray):
+                assert (value.dtype, value.shape, value.tobytes()) == (
+                    again.dtype,
+                    again.shape,
+                    again.tobytes(),
+                )
+            else:
+                assert value == again, field.name
+
+
+def killed_at(save_number, path, monkeypatch, name, **more):
+    """A run that is saved between all batches, and killed after the file has been written so many times."""
+    times, save = [], checkpoints.save
+
+    def save_and_count(*what):
+        save(*what)
+        times.append(1)
+        if len(times) == save_number:
+            raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoints, "SHARE", math.inf)
+        patch.setattr(checkpoints, "save", save_and_count)
+        with pytest.raises(Killed):
+            run(name, checkpoint=path, every=1e-9, **more)
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_it_is_loaded_and_goes_on_as_if_it_had_not_been_killed(name, tmp_path, monkeypatch):
+    whole, path = run(name), tmp_path / f"run{FILES[name]}"
+    whole.save(path)
+    loaded = tp.load(path)
+    assert_same(whole.batches, loaded.batches)
+    assert loaded.report() == whole.report() and loaded.scene == whole.scene
+    assert loaded.cost == whole.cost and loaded.state.looks == whole.state.looks
+    for place in np.random.default_rng(1).integers(1, 8, 2):
+        path.unlink()
+        killed_at(place, path, monkeypatch, name)
+        again = run(name, threads=1 + place % 3, resume=path, checkpoint=path)
+        assert_same(again.batches, whole.batches)
+        assert (again.is_complete, again.warnings) == (whole.is_complete, whole.warnings)
+        assert again.cost.crossings == whole.cost.crossings
+    assert_same(tp.simulate(SCENES[LIMITS[name][0]](), resume=path).batches, whole.batches)
+
+
+@pytest.mark.parametrize("name", ["random", "few batches", "sobol", "snapshots", "backward"])
+def test_parts_are_together_the_whole(name, tmp_path):
+    whole = run(name)
+    parts = [run(name, part=(k, 3)) for k in (3, 1, 2)]
+    parts[0].save(tmp_path / "part.npz")
+    merged = tp.merge(tmp_path / "part.npz", *parts[1:])
+    assert_same(merged.batches, whole.batches)
+    assert merged.particles == sum(part.particles for part in parts)
+    scene, more = SCENES[LIMITS[name][0]](), 2 * whole.particles
+    gone_on = [tp.simulate(scene, particles=more, resume=run) for run in (merged, whole)]
+    assert_same(*(result.batches for result in gone_on))
+
+
+def test_a_killed_part_goes_on_as_that_part(tmp_path, monkeypatch):
+    path = tmp_path / "part.nc"
+    killed_at(3, path, monkeypatch, "random", part=(2, 3))
+    assert_same(run("random", resume=path).batches, run("random", part=(2, 3)).batches)
+
+
+def test_a_run_goes_on_to_more_and_never_beyond_what_is_asked(tmp_path, monkeypatch):
+    path = tmp_path / "run.npz"
+    few = tp.simulate(SMALL, particles=10_000)
+    more = tp.simulate(SMALL, particles=30_000, resume=few)
+    assert (few.particles, more.particles) == (10_000, 30_000)
+    one, other, *_ = few.batches
+    np.testing.assert_array_equal(more.batches[0].weights, one.weights + other.weights)
+    assert tp.simulate(SMALL, particles=5_000, resume=more).particles == 30_000
+    exact = tp.simulate(SMALL, error={"meter.flux_in": 0.01}, resume=few)["meter"].flux_in
+    assert exact.relative_error <= 0.01
+    killed_at(4, path, monkeypatch, "random")
+    done = tp.load(path).particles
+    assert run("random", particles=done + 1000, resume=path).particles == done + 1000
+
+
+def test_other_seeds_add_up_in_whatever_order(tmp_path):
+    runs = [tp.simulate(SMALL, particles=8_000, seed=seed) for seed in (5, 3)]
+    merged = tp.merge(*runs)
+    assert_same(merged.batches, tp.merge(*runs[::-1]).batches)
+    mean = np.mean([run["meter"].flux_in.value for run in runs])
+    assert merged["meter"].flux_in.value == pytest.approx(mean, rel=1e-12)
+    assert "seeds 3, 5" in merged.report()
+    merged.save(tmp_path / "both.nc")
+    more = tp.simulate(SMALL, particles=20_000, resume=tmp_path / "both.nc")
+    assert more.particles == 20_000 and {batch.seed for batch in more.batches} == {3, 5}
+    places = [(batch.seed, number) for batch in more.batches for number in range(batch.first, batch.past)]
+    assert len(set(places)) == len(places)
+
+
+def refusal(call, *arguments, **named):
+    with pytest.raises(tp.SceneError) as refused:
+        call(*arguments, **named)
+    return str(refused.value)
+
+
+def test_what_overlaps_or_is_unlike_is_refused_by_name(tmp_path):
+    one, path = tp.simulate(SMALL, particles=4_000, seed=1), tmp_path / "a.npz"
+    one.save(path)
+    parts = [tp.simulate(SMALL, particles=4_000, seed=1, part=(k, 2)) for k in (1, 2)]
+    assert "batches 16 to 31 of seed 1" in refusal(
+        tp.merge, tp.merge(path, tp.simulate(SMALL, particles=9, seed=2)), parts[1]
+    )
+    assert "batches 0 to 15 of seed 1" in refusal(tp.merge, parts[0], one)
+    brighter = dataclasses.replace(SMALL, sources=tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=2.0)))
+    other = tp.simulate(brighter, particles=4_000, seed=2)
+    told = "sources[0].emission.power: 2.0 instead of 1.0"
+    assert told in refusal(tp.merge, one, other)
+    assert told in refusal(tp.simulate, brighter, resume=path)
+    aimed = tp.simulate(SMALL, particles=4_000, seed=2, estimator="aimed")
+    assert "method of run 2" in refusal(tp.merge, one, aimed)
+    assert "two runs or more" in refusal(tp.merge, one)
+    weighted = (
+        {"tracking": "weighted"} if one.plan.tracking.absorption != "weighted" else {"tracking": "analog"}
+    )
+    for unlike in (
+        {"seed": 2},
+        {"estimator": "aimed"},
+        {"sampling": "sobol"},
+        {"batches": 33},
+        {"part": (1, 2)},
+        weighted,
+    ):
+        assert f"{next(iter(unlike))} must be that of the saved run" in refusal(
+            tp.simulate, SMALL, resume=path, **unlike
+        )
+    assert "particles must be that" in refusal(tp.simulate, SMALL, resume=parts[0], particles=9_000)
+    assert "checkpoint must be a new file" in refusal(tp.simulate, SMALL, particles=9, checkpoint=path)
+    assert "every must be" in refusal(tp.simulate, SMALL, particles=9, checkpoint=tmp_path / "b.nc", every=0)
+    for part in (3, (0, 2), (3, 2), (1.5, 2)):
+        assert "part must be (k, n)" in refusal(tp.simulate, SMALL, particles=9, part=part)
+    assert "for particles alone" in refusal(tp.simulate, SMALL, seconds=1, part=(1, 2))
+    assert "9 parts at most" in refusal(tp.simulate, SMALL, particles=9, part=(1, 40))
+
+
+def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
+    how = {"estimator": "aimed", "particles": 4_000}
+    whole = tp.simulate(SMALL, **how)
+    whole.save(tmp_path / "run.nc")
+    assert tp.simulate(SMALL, resume=tmp_path / "run.nc").report().splitlines()[1] == "estimator: aimed"
+    assert_same(tp.load(tmp_path / "run.nc").batches, whole.batches)
+
+
+def test_what_is_no_whole_file_is_refused(tmp_path):
+    result = tp.simulate(SMALL, particles=4_000)
+    assert "ends in .nc or .npz" in refusal(result.save, tmp_path / "run.json")
+    assert "no file" in refusal(tp.load, tmp_path / "none.nc")
+    assert "make the folder" in refusal(result.save, tmp_path / "none" / "run.nc")
+    for suffix in (".nc", ".npz"):
+        path = tmp_path / f"run{suffix}"
+        result.save(path)
+        content = path.read_bytes()
+        rng = np.random.default_rng(3)
+        for length in rng.integers(0, len(content) - 1, 10):
+            path.write_bytes(content[:length])
+            assert "not a whole file" in refusal(tp.load, path)
+    assert issubclass(FileError, OSError)
+    path = tmp_path / "newer.npz"
+    result.save(path)
+    for change, told in (
+        ({"version": 99}, "is newer than"),
+        ({"format": "x"}, "no file of a run"),
+        ({"rows": {}}, "laid out"),
+    ):
+        with zipfile.ZipFile(path) as archive:
+            entries = {name: archive.read(name) for name in archive.namelist()}
+        entries["run.json"] = json.dumps(json.loads(entries["run.json"]) | change)
+        with zipfile.ZipFile(tmp_path / "changed.npz", "w") as archive:
+            for name, entry in entries.items():
+                archive.writestr(name, entry)
+        assert told in refusal(tp.load, tmp_path / "changed.npz")
+
+
+def test_without_its_package_netcdf_is_refused_with_the_other_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "h5netcdf", None)
+    told = refusal(tp.simulate(SMALL, particles=100).save, tmp_path / "run.nc")
+    assert "transport[files]" in told and "run.npz" in told
+
+
+def test_other_programs_read_what_it_found_out(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    result, path = run("random"), tmp_path / "run.nc"
+    result.save(path)
+    radiance = result["-z"].radiance
+    with xarray.open_dataset(path, engine="h5netcdf", group="-z") as found:
+        assert found.radiance.dims == radiance.dims and found.radiance.units == str(radiance.unit)
+        np.testing.assert_array_equal(found.radiance, radiance.value)
+        np.testing.assert_array_equal(found.radiance_error, radiance.error)
+        np.testing.assert_array_equal(found.mu_high, radiance.coords["mu"][1:])
+        assert {"mu_low", "mu_high", "phi_low"} <= set(found.coords)
+    with xarray.open_dataset(path, engine="h5netcdf") as ledger:
+        assert float(ledger.absorbed) == result.ledger["absorbed"].value
+    with xarray.open_dataset(path, engine="h5netcdf", group="run") as saved:
+        assert tp.Scene.from_json(saved.scene.item()) == result.scene
+    result.save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as found:
+        np.testing.assert_array_equal(found["-z/radiance_error"], radiance.error)
+
+
+def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path):
+    """In a process of its own, which may write no file beyond so many bytes; HDF5 would end it, were it told."""
+    for suffix in (".nc", ".npz"):
+        path = tmp_path / f"run{suffix}"
+        tp.simulate(SMALL, particles=4_000).save(path)
+        old = path.read_bytes()
+        code = f"""
+import resource, warnings
+import transport as tp
+from tests.test_saved import SMALL
+from transport.saved.whole import FileError
+tp.simulate(SMALL, particles=1000)
+resource.setrlimit(resource.RLIMIT_FSIZE, ({len(old) // 3}, resource.RLIM_INFINITY))
+result = tp.simulate(SMALL, particles=5000)
+for _ in range(3):
+    try:
+        result.save({str(path)!r})
+    except FileError as error:
+        print(error)
+with warnings.catch_warnings(record=True) as told:
+    result = tp.simulate(SMALL, particles=9000, resume={str(path)!r}, checkpoint={str(path)!r}, every=1e-9)
+print(len(told), result.particles, result.warnings[-1])
+"""
+        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        first, *_, second = done.stdout.splitlines()
+        assert "File too large" in first and "as it was" in first
+        assert " 9000 " in second and "could not be written" in second and not second.startswith("0")
+        assert path.read_bytes() == old and os.listdir(tmp_path) == [path.name]
+        path.unlink()
+
+
+def test_what_a_killed_process_left_aside_is_removed(tmp_path):
+    path = tmp_path / "run.npz"
+    child = "import os, sys, pathlib\nfrom transport.saved.whole import written_whole\n"
+    child += "with written_whole(pathlib.Path(sys.argv[1])): os._exit(0)"
+    subprocess.run([sys.executable, "-c", child, path], cwd=ROOT, check=True)
+    assert len(os.listdir(tmp_path)) == 1
+    with written_whole(path) as file:
+        file.write(b"whole")
+    assert os.listdir(tmp_path) == ["run.npz"]
+
+
+def test_ctrl_c_saves_too(tmp_path):
+    """Between two batches, with what was done out of turn: nothing is missing afterwards."""
+    import signal
+    import threading
+
+    path, whole = tmp_path / "run.npz", tp.simulate(SMALL, particles=30_000_000, batches=300)
+    threading.Timer(0.3 * whole.cost.seconds, signal.raise_signal, [signal.SIGINT]).start()
+    stopped = tp.simulate(SMALL, particles=30_000_000, batches=300, checkpoint=path)
+    assert not stopped.is_complete and 0 < len(stopped.batches) < 300
+    again = tp.simulate(SMALL, resume=path)
+    assert again.is_complete
+    assert_same(again.batches, whole.batches)
+
+
+def test_kills_at_random_instants_tear_no_file():
+    """Three of them; tests/bench/kills.py has fifty."""
+    from tests.bench.kills import survives
+
+    kills, _ = survives("short", "run.nc", np.random.default_rng(7), 3)
+    assert kills
+
+
+def test_histories_of_other_seeds_have_other_numbers():
+    """Of a sample: the first seed's keep theirs, and one history has one number in all snapshots."""
+    runs = [run("snapshots", seed=seed) for seed in (3, 5)]
+    merged = tp.merge(*runs)
+    snapshot = merged.scene.snapshots[0].name
+    numbers = [set(run[snapshot].histories.tolist()) for run in runs]
+    found = set(merged[snapshot].histories.tolist())
+    assert found & numbers[0] and not found & (numbers[1] - numbers[0])
+
+
+def test_unlike_sources_and_machines_are_told():
+    one, other = (tp.simulate(SMALL, particles=1_000, seed=seed) for seed in (1, 2))
+    origin = dataclasses.replace(this_origin(), sources="0", machine="another")
+    other.state = dataclasses.replace(other.state, origins=(origin,))
+    told = " ".join(tp.merge(one, other).warnings)
+    assert "unlike sources" in told and "another" in told
+    assert tp.merge(one, tp.simulate(SMALL, particles=1_000, seed=2)).warnings == []
+    assert any("unlike sources" in w for w in tp.simulate(SMALL, particles=3_000, resume=other).warnings)
+    assert not any("unlike" in w for w in tp.simulate(SMALL, particles=1_000, resume=other).warnings)
+
+
+def test_any_kind_of_field_comes_back_as_it_was():
+    """What a Batch may come to hold: see saved.columns."""
+    rng, columns = np.random.default_rng(2), {}
+    rows = [
+        {
+            "ragged": rng.random((n, 3)), "alike": rng.random(4).astype(np.float32), "bool": rng.random(n) > 0.5,
+            "mixed": rng.integers(0, 9, n).astype(np.uint8 if n % 2 else np.int64), "none": None if n % 2 else 1.5,
+            "whole": 2**64 - 1 - n, "empty": np.zeros((0, 2)), "tuple": (n, -0.0, math.inf), "text": "ü", "nested": {"a": n},
+            "packed": packed(lambda first, past, n=n: np.arange(first, past) % (3 * n + 2) * 0.5, 5000, 0.5),
+        }
+        for n in (3, 1, 0)
+    ]  # fmt: skip
+    described = json.loads(json.dumps(columns_of("", rows, columns)))
+    whole = {name: np.concatenate([p for p in column.pieces]) for name, column in columns.items()}
+
+    def pieces(name, lengths):
+        return iter(np.split(whole[name], np.cumsum(lengths)[:-1]))
+
+    again = values_of(described, "", len(rows), pieces, {"Packed": Packed})
+    for row, like in zip(rows, again, strict=True):
+        for name, value in row.items():
+            assert type(value) is type(like[name]), name
+            if isinstance(value, np.ndarray | Packed):
+                array, other = np.asarray(value), np.asarray(like[name])
+                assert (array.dtype, array.shape) == (other.dtype, other.shape), name
+                assert array.tobytes() == other.tobytes(), name
+            else:
+                assert repr(value) == repr(like[name])
+
+
+def test_names_that_a_file_cannot_have_are_kept_apart(tmp_path):
+    meters = [
+        tp.Detector(tp.Disk(center=(0, 0, z), radius=1), name)
+        for z, name in ((1, "a/b"), (2, "a|b"), (3, "run"))
+    ]
+    result = tp.simulate(dataclasses.replace(SMALL, detectors=meters), particles=1_000)
+    result.save(tmp_path / "run.nc")
+    xarray = pytest.importorskip("xarray")
+    for group, name in (("a|b", "a/b"), ("a|b_", "a|b"), ("run_", "run")):
+        with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf", group=group) as found:
+            assert found.attrs["name"] == name and float(found.flux_out) == result[name].flux_out.value
+    assert_same(tp.load(tmp_path / "run.nc").batches, result.batches)

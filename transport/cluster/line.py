@@ -1,0 +1,278 @@
+"""A run's line to a cluster: groups of batches go out, their sums come back, whatever happens to workers and scheduler.
+
+It lives in a thread of its own, which alone knows Dask; the run puts in groups and takes out what was counted.  What is
+out when a worker or the scheduler dies goes out again.  The scene is in no task: each worker is told it once, and a worker
+that does not know it, because it came late, says so.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import pickle
+import queue
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from uuid import uuid4
+
+from transport.cluster import posts
+from transport.cluster.groups import Group, Groups
+from transport.cluster.places import reached
+from transport.runs.crew import GLANCE, CrewLost
+from transport.runs.origins import this_origin
+from transport.validation import SceneError
+
+DEPTH = 3  # groups that are out for each thread: one is being done, one waits beside it, one is on its way
+WATCH = 1.0  # [s] between looks at who is there
+CONNECT = 10.0  # [s] in which a scheduler must answer
+PATIENCE = 300.0  # [s] without scheduler or workers, after which a run ends with what it has
+READY = object()  # what comes first: someone can begin
+
+
+class Line:
+    """Open it, then hand in the groups of one leg after the other; close it whatever happens."""
+
+    def __init__(self, cluster: object, threads: int, task: tuple) -> None:
+        """cluster: as `simulate` takes it;  threads: of a local one;  task: scene, tracking and method."""
+        from cloudpickle import dumps  # which comes with Dask, and takes functions of a script along
+
+        self.cluster, self.threads, self.task = cluster, threads, dumps(task)
+        self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
+        self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
+        self.groups: Groups | None = None
+        self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it
+        self.there: dict[str, int] = {}  # threads of each worker
+        self.refused: dict[str, str] = {}  # workers that are not to be used, and why
+        self.origins: dict = {}  # of those that are, in the order in which they came
+        self.sent, self.is_begun, self.is_over = 0, False, False
+
+    # ---- called by the run ----
+
+    def open(self, tell: Callable[[str], None]) -> None:
+        """Return once a worker is ready; until then tell what is waited for.  Raises SceneError where none can be had."""
+        self.doing = "looking for the cluster"
+        self.thread = threading.Thread(target=self._live, name=self.name, daemon=True)
+        self.thread.start()
+        while self.receive(GLANCE) is not READY:
+            tell(self.doing)
+
+    def begin(self, groups: Groups, seed: int, count: int) -> None:
+        """Have these batches done.  count: of the run, among which the sample of a Snapshot is divided."""
+        self._soon(self._begin, groups, (seed, count))
+
+    def end(self) -> None:
+        """What is not done yet is wanted no more."""
+        self._soon(self._begin, None, ())
+
+    def receive(self, seconds: float) -> tuple | object | None:
+        """What has come, or None after so long: batches by their numbers, histories and seconds of each.  Raises what a batch
+        raised, and CrewLost."""
+        try:
+            came = self.came.get(timeout=seconds)
+        except queue.Empty:
+            return None
+        if isinstance(came, BaseException):
+            raise came
+        return came
+
+    def close(self) -> None:
+        """Tell the workers that the run is over, and return when all that was begun here has ended."""
+        self.is_over = True  # Dask may swallow a cancellation
+        self._soon(lambda: self.serving.cancel())
+        self.thread.join()
+
+    @property
+    def doubts(self) -> list[str]:
+        """What a reader should know of those who did the batches."""
+        return [f"worker {address} was not used: {why}" for address, why in self.refused.items()]
+
+    def _soon(self, act: Callable, *arguments: object) -> None:
+        with suppress(RuntimeError, AttributeError):  # its thread has ended, or not begun
+            self.loop.call_soon_threadsafe(act, *arguments)
+
+    # ---- in the line's own thread ----
+
+    def _live(self) -> None:
+        try:
+            asyncio.run(self._serve())
+        except BaseException as error:
+            self.came.put(error)
+
+    async def _serve(self) -> None:
+        """Keep a client connected to the scheduler, and begin anew with another where that fails."""
+        from distributed import Client
+
+        self.serving, self.changed, self.heard = asyncio.current_task(), asyncio.Event(), time.monotonic()
+        self.loop = asyncio.get_running_loop()
+        async with reached(self.cluster, self.threads) as options:
+            while not self.is_over:
+                try:
+                    async with Client(
+                        **options, asynchronous=True, set_as_default=False, timeout=CONNECT
+                    ) as client:
+                        await self._converse(client)
+                except OSError as error:
+                    self._bear(f"no scheduler answers at {options['address']}", error)
+                    await asyncio.sleep(WATCH)
+
+    async def _converse(self, client) -> None:
+        """Hand out groups until the line is closed.  Raises OSError where the scheduler is gone."""
+        try:
+            looked = -math.inf
+            while not self.is_over:
+                if time.monotonic() - looked >= WATCH:
+                    await self._look_round(client)
+                    looked = time.monotonic()
+                self._hand_out(client)
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(
+                        WATCH
+                    ):  # wait_for may swallow the cancellation by which the line is closed
+                        await self.changed.wait()
+                self.changed.clear()
+                if client.status != "running":
+                    raise ConnectionError("the connection was lost")
+        finally:
+            self._take_back()
+            if client.status == "running":
+                with suppress(OSError):
+                    async with asyncio.timeout(CONNECT):
+                        await client.run(posts.dismiss, self.name, on_error="ignore")
+
+    async def _look_round(self, client) -> None:
+        """Who is there?  The first are told of the run at once, those that come later when they ask."""
+        self.there = await client.nthreads()
+        self.threads = max(
+            1, sum(many for address, many in self.there.items() if address not in self.refused)
+        )
+        for task, (future, _, allowed) in list(self.out.items()):
+            if allowed is not None and not allowed & self.there.keys():
+                await client.cancel([future])  # none of those who may do it is there any more
+                task.cancel()
+        if not self.there.keys() - self.refused.keys():
+            self._bear(f"no workers at {client.scheduler.address}")
+            return
+        self.heard = time.monotonic()
+        if not self.is_begun:
+            await self._muster(client)
+
+    async def _muster(self, client) -> None:
+        """Tell everybody of the run, and wait until one has compiled or loaded its passes.  Raises SceneError naming those
+        that cannot work for it."""
+        self.doing = "workers compile or load passes"
+        await self._tell(client, None)
+        if self.refused:
+            told = "; ".join(f"worker {address}: {why}" for address, why in self.refused.items())
+            raise SceneError(
+                f"simulate: cluster: {told}; start its workers from the same sources as this process"
+            )
+        ready = client.submit(posts.make_ready, self.name, key=(self.name, "ready"), pure=False)
+        if (
+            await client.gather(ready) is None
+        ):  # else it came while we were telling the others: look round again
+            self.is_begun = True
+            self.came.put(READY)
+
+    async def _tell(self, client, workers: list[str] | None) -> None:
+        """Tell workers of the run, all of them or these; whoever has other sources is not to be used."""
+        arguments = self.name, self.task, self.sources
+        answers = await client.run(posts.enlist, *arguments, workers=workers, on_error="return")
+        for address, answer in answers.items():
+            if isinstance(answer, OSError):
+                continue  # it has just died
+            if isinstance(answer, Exception):  # whose kind is lost on the way
+                self.refused[address] = f"it cannot import transport: {answer}"
+            else:
+                self.origins[answer] = None
+                if answer.sources != self.sources:
+                    del self.origins[answer]
+                    self.refused[address] = (
+                        f"it has transport {answer.version} of sources {answer.sources}, not {self.sources}"
+                    )
+
+    def _begin(self, groups: Groups | None, arguments: tuple) -> None:
+        self._take_back()
+        self.groups, self.arguments = groups, arguments
+        self._wake()
+
+    def _take_back(self) -> None:
+        """Nobody is to do what is out; it waits again."""
+        for task in list(self.out):
+            task.cancel()
+
+    def _wake(self) -> None:
+        self.changed.set()
+
+    def _hand_out(self, client) -> None:
+        """Give everybody something to do."""
+        allowed = frozenset(self.there.keys() - self.refused.keys()) if self.refused else None
+        while self.groups and len(self.out) < DEPTH * self.threads and allowed != frozenset():
+            group = self.groups.take(self.threads)
+            self.sent += 1
+            future = client.submit(
+                posts.work_on,
+                self.name,
+                group,
+                *self.arguments,
+                key=(self.name, self.sent),  # of its own: what was lost is never asked for again by its key
+                pure=False,
+                workers=None if allowed is None else list(allowed),
+            )
+            task = asyncio.create_task(self._collect(client, future, group, self.groups))
+            self.out[task] = future, group, allowed
+            task.add_done_callback(self._forget)
+
+    def _forget(self, task: asyncio.Task) -> None:
+        self.out.pop(task, None)
+        self._wake()
+
+    async def _collect(self, client, future, group: Group, groups: Groups) -> None:
+        """Wait for what a group counted; where its worker or the scheduler died, the group waits again."""
+        from distributed import KilledWorker
+
+        try:
+            parcel = await client.gather(future)
+            if isinstance(parcel, posts.Untold):
+                await self._tell(client, [parcel.worker])
+                groups.put_back(group)
+                return
+        except asyncio.CancelledError:
+            groups.put_back(group)
+            raise
+        except KilledWorker as error:
+            self._split(group, groups, error)
+        except Exception as error:
+            if future.status == "error" and not await self._is_by_stranger(client, error):
+                self.came.put(error)
+            groups.put_back(group)
+        else:
+            batches, times = pickle.loads(parcel)
+            groups.pace.add(times, len(parcel))
+            self.came.put((batches, times))
+
+    async def _is_by_stranger(self, client, error: Exception) -> bool:
+        """Whether a batch failed because a worker that came late has no transport; it will not be used any more."""
+        known = len(self.refused)
+        if isinstance(error, ImportError):
+            await self._tell(client, None)
+        return len(self.refused) > known
+
+    def _split(self, group: Group, groups: Groups, error: Exception) -> None:
+        """Several workers died over a group: find out over which batch of it, or give up."""
+        for batch in group:
+            groups.put_back([batch])
+        if len(group) == 1:
+            number, size = group[0]
+            why = f"batch {number}, of {size} particles: {error}"
+            self.came.put(CrewLost(f"{why}  Most likely it needs more memory than a worker has"))
+
+    def _bear(self, what: str, error: Exception | None = None) -> None:
+        """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""
+        self.doing = what
+        if error is not None and not self.is_begun:
+            cure = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
+            raise SceneError(f"simulate: cluster: {what} ({error}); {cure}")
+        if self.is_begun and time.monotonic() - self.heard > PATIENCE:
+            raise CrewLost(f"{what} for {PATIENCE:g} s")

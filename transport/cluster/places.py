@@ -1,0 +1,114 @@
+"""What `simulate(cluster=...)` takes: a Client, a cluster, the address of a scheduler, or "local"."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import os
+import sys
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
+
+from transport.validation import SceneError, shown
+
+LOCAL = "local"
+CURE = "write the address of a scheduler, such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
+LONELY = 60.0  # [s] after which a local worker ends that finds no scheduler
+DYING = 5.0  # [s] that a local worker gets to end by itself
+
+
+def checked_cluster(cluster: object) -> None:
+    """Raises SceneError where it is none of these, or where Dask is missing."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        cure = "pip install 'transport[cluster]'"
+        raise SceneError(
+            f"simulate: cluster needs Dask's distributed, which is not installed; {cure}"
+        ) from None
+    if not isinstance(cluster, str):
+        if _address_of(cluster) is None:
+            state = " that is not closed" if hasattr(cluster, "scheduler") else ""
+            raise SceneError(
+                f"simulate: cluster must be a Client or an address{state}, got {shown(cluster)}; {CURE}"
+            )
+    elif cluster != LOCAL and ":" not in cluster:
+        raise SceneError(f"simulate: cluster must be an address or 'local', got {shown(cluster)}; {CURE}")
+
+
+@asynccontextmanager
+async def reached(cluster: object, threads: int) -> AsyncIterator[dict[str, object]]:
+    """What a Client of this cluster is made with.  threads: of a local one, a process each, which end with the context."""
+    if isinstance(cluster, str) and cluster == LOCAL:
+        async with _local(threads) as address:
+            yield {"address": address}
+    elif isinstance(cluster, str):
+        yield {"address": cluster}
+    else:
+        options = {"address": _address_of(cluster), "security": getattr(cluster, "security", None)}
+        direct = getattr(cluster, "direct_to_workers", None)
+        yield options | ({} if direct is None else {"direct_to_workers": direct})
+
+
+def _address_of(cluster: object) -> str | None:
+    """Of the scheduler of a Client, or of a cluster; None of anything else, and where it is closed."""
+    found = getattr(cluster, "scheduler_address", None)
+    if not isinstance(found, str):
+        found = getattr(getattr(cluster, "scheduler", None), "address", None)
+    return found if isinstance(found, str) and found else None
+
+
+@asynccontextmanager
+async def _local(threads: int) -> AsyncIterator[str]:
+    """A scheduler in this process, and a worker process for each thread; these end when the scheduler does, however it ends.
+
+    They are interpreters of their own and not forked or spawned from this one, so that a script needs no main guard.
+    """
+    from distributed import Scheduler
+
+    quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+    with _silence():
+        async with Scheduler(host="127.0.0.1", port=0, **quiet) as scheduler:
+            what = json.dumps(
+                {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": LONELY, **quiet}}
+            )
+            calm = os.environ | {"DASK_LOGGING__DISTRIBUTED": "error"}
+            apart = {
+                "env": calm,
+                "stdin": asyncio.subprocess.DEVNULL,
+                "start_new_session": True,
+            }  # Ctrl-C is for the run
+            command = ["-m", "distributed.cli.dask_spec", scheduler.address, "--spec", what]
+            workers = [
+                await asyncio.create_subprocess_exec(sys.executable, *command, **apart)
+                for _ in range(threads)
+            ]
+            try:
+                yield scheduler.address
+            finally:
+                await scheduler.close()
+                for worker in workers:
+                    await _ended(worker)
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """What schedulers and workers tell of themselves is no news of a run."""
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+async def _ended(worker: asyncio.subprocess.Process) -> None:
+    """Wait until a worker has gone; one that does not is killed."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(DYING):
+            await worker.wait()
+    if worker.returncode is None:
+        worker.kill()
+        await worker.wait()

@@ -1,0 +1,136 @@
+"""What a worker does: it keeps a run's scene, makes a machine of it once, and does the batches that it is told to.
+
+Nothing of Dask is needed here: a post is a process that was given a scene under a name.
+"""
+
+from __future__ import annotations
+
+import pickle
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+
+POSTS: dict[str, Post] = {}  # of the runs that this process works for
+
+
+@dataclass(frozen=True)
+class Untold:
+    """What a worker says that does not know of the run: it came late, or was told that it is over."""
+
+    worker: str  # its address
+
+
+def enlist(name: str, task: bytes, sources: str):
+    """Let this process work for a run, unless its sources are others than these.  Returns its Origin."""
+    from transport.runs.origins import this_origin
+
+    origin = this_origin()
+    if origin.sources == sources and name not in POSTS:
+        POSTS[name] = Post(task)
+    return origin
+
+
+def dismiss(name: str) -> None:
+    """The run is over: what is still being done for it stops, and is forgotten."""
+    post = POSTS.pop(name, None)
+    if post is not None:
+        post.stop()
+
+
+def make_ready(name: str) -> Untold | None:
+    """Compile or load the passes of the run."""
+    if name not in POSTS:
+        return _untold()
+    POSTS[name].machine()
+    return None
+
+
+def work_on(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | Untold:
+    """Do these batches, numbers and sizes.  Returns what `Post.work` does, pickled."""
+    from transport.engine.driver import Stopped
+
+    post = POSTS.get(name)
+    with suppress(Stopped):
+        if post is not None:
+            # One string of bytes: thousands of small arrays would each travel by themselves.
+            return pickle.dumps(post.work(batches, seed, count), protocol=5)
+    return _untold()
+
+
+def _untold() -> Untold:
+    from distributed import get_worker
+
+    return Untold(get_worker().address)
+
+
+class Post:
+    """A run in a worker's process: its threads share the machine, and each of them has a bundle.
+
+    The machine is made at once, in a thread that does not keep the worker from answering.
+    """
+
+    def __init__(self, task: bytes) -> None:
+        """task: scene, tracking and method, pickled."""
+        self.task, self.made, self.is_over = task, None, False
+        self.making, self.lock = threading.Lock(), threading.Lock()
+        self.free: list = []  # bundles
+        self.busy: list = []
+        threading.Thread(target=self._prepare, daemon=True).start()
+
+    def machine(self):
+        """Made by the first thread that asks for it; the others wait."""
+        from transport.runs.machines import machine_for
+        from transport.runs.progress import Progress
+
+        with self.making:
+            if self.made is None:
+                self.made = machine_for(*pickle.loads(self.task), Progress())
+            return self.made
+
+    def work(
+        self, batches: list[tuple[int, int]], seed: int, count: int
+    ) -> tuple[dict, list[tuple[int, float]]]:
+        """The batches of these numbers and sizes, and how long each took: histories and seconds.
+
+        count: batches, among which the sample of a Snapshot is divided.  Raises Stopped where the run is over.
+        """
+        from transport.engine.driver import run_batch
+        from transport.results.batches import batch_of
+
+        machine, done, times = self.machine(), {}, []
+        bundle = self._take_bundle()
+        try:
+            for number, size in batches:
+                begun = time.perf_counter()
+                raw = run_batch(machine, seed, number, size, bundle, count)
+                done[number] = batch_of(machine.program.plan, raw, number)
+                times.append((size, time.perf_counter() - begun))
+        finally:
+            with self.lock:
+                self.busy = [other for other in self.busy if other is not bundle]
+                self.free.append(bundle)
+        return done, times
+
+    def _prepare(self) -> None:
+        with suppress(Exception):  # which those who ask for the machine will see
+            self.machine()
+
+    def stop(self) -> None:
+        """End the batches that are being done, and do no others."""
+        with self.lock:
+            self.is_over = True
+            for bundle in self.busy:
+                bundle["stop"] = 1
+
+    def _take_bundle(self):
+        from transport.engine.bundle import empty_bundle
+        from transport.engine.driver import Stopped
+
+        with self.lock:
+            if self.is_over:
+                raise Stopped
+            bundle = self.free.pop() if self.free else empty_bundle()
+            bundle["stop"] = 0
+            self.busy.append(bundle)
+        return bundle

@@ -1,0 +1,80 @@
+"""Who does the batches of a run: threads of this process, or the workers of a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+
+from transport.compile.plan import Plan
+from transport.runs.crew import Crew, InOrder
+from transport.runs.interruption import Interruption
+from transport.runs.limits import checked_threads
+from transport.runs.machines import machine_for, plan_for
+from transport.runs.progress import Progress
+from transport.runs.ways import Way
+from transport.scene import Scene
+from transport.validation import SceneError
+
+
+@dataclass(frozen=True)
+class Staff:
+    """Who is asked for: threads, or a cluster; of a local one as many processes."""
+
+    threads: int
+    cluster: object = None
+
+
+@dataclass(frozen=True)
+class Hands:
+    """A plan, and those who are ready to do its batches.
+
+    hire: the crew of a run, among so many batches of which the sample of a Snapshot is divided;  threads: of all together;
+    doubts: what a reader should know of them, once they have done it.
+    """
+
+    plan: Plan
+    hire: Callable[[int], InOrder]
+    threads: int
+    workers: int = 0
+    doubts: Callable[[], list[str]] = field(default=list)
+
+
+def checked_staff(threads: object, cluster: object) -> Staff:
+    """Who is asked for; threads: None for one a core.  Raises SceneError."""
+    if cluster is not None:
+        from transport.cluster.places import LOCAL, checked_cluster
+
+        checked_cluster(cluster)
+        if threads is not None and not (isinstance(cluster, str) and cluster == LOCAL):
+            cure = "leave it out: the workers of a cluster have their own"
+            raise SceneError(f"simulate: threads cannot be said with a cluster, got {threads!r}; {cure}")
+    return Staff(checked_threads(threads), cluster)
+
+
+@contextmanager
+def hands_for(
+    scene: Scene, way: Way, staff: Staff, bar: Progress, interruption: Interruption
+) -> Iterator[Hands]:
+    """Those who can begin at once, until the context ends.  Raises SceneError where the cluster cannot do it."""
+    if staff.cluster is None:
+        machine = machine_for(scene, way.tracking, way.method, bar)
+        yield Hands(machine.program.plan, partial(Crew, machine, way.seed, staff.threads), staff.threads)
+        return
+    from transport.cluster.crew import ClusterCrew
+    from transport.cluster.line import Line
+
+    plan = plan_for(scene, way.tracking, way.method)
+    line = Line(staff.cluster, staff.threads, (scene, way.tracking, way.method))
+
+    def wait(what: str) -> None:
+        bar.waiting(what)
+        interruption.check()
+
+    try:
+        line.open(wait)
+        hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
+        yield Hands(plan, hire, line.threads, len(line.there), lambda: line.doubts)
+    finally:
+        line.close()

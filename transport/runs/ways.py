@@ -1,0 +1,42 @@
+"""How a scene is run: what is asked of `simulate`, and what that comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from transport.estimators.choosing import Choice
+from transport.estimators.methods import Method
+from transport.runs.limits import Limits
+from transport.tracking import Tracking
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was said to `simulate`; None for what was not."""
+
+    particles: int | None
+    error: Mapping[str, float] | None
+    seconds: float | None
+    batches: int | None
+    part: tuple[int, int] | None
+    seed: int | None
+    estimator: str | None
+    sampling: str | None
+    tracking: Tracking | None
+
+    @property
+    def limits(self) -> tuple:
+        """When the run ends."""
+        return self.particles, self.error, self.seconds
+
+
+@dataclass(frozen=True)
+class Way:
+    """What decides every batch of a run; choice: how the method was chosen, where it was."""
+
+    method: Method
+    limits: Limits
+    seed: int
+    tracking: Tracking | None
+    choice: Choice | None

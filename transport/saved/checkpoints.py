@@ -1,0 +1,69 @@
+"""A run that is saved while it goes on: killed at any instant, the file is the last whole one, and the run goes on from it."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable
+
+from transport.results import Result
+from transport.runs.running import Run
+from transport.saved.record import checked_path, save
+from transport.saved.whole import FileError
+from transport.scene import Scene
+from transport.validation import SceneError, as_float, shown
+
+SHARE = 0.1  # of the time at most that goes into writing: large runs are saved less often than asked for
+
+
+class CheckpointWarning(UserWarning):
+    """A checkpoint could not be written; the run goes on."""
+
+
+class Checkpoints:
+    """What saves a run every so many seconds, and at its end with all that it found out."""
+
+    def __init__(self, path: object, every: object, scene: Scene) -> None:
+        """Raises SceneError for a file or an interval that is none, and for a scene that no file can hold."""
+        self.path, self.every = checked_path("checkpoint", path), _checked(every)
+        if not self.path.parent.is_dir():
+            raise FileError(
+                f"simulate: checkpoint {self.path} is in no folder; make {self.path.parent} first"
+            )
+        self.scene, self.due, self.failures = scene.to_json(), time.perf_counter() + self.every, []
+
+    def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
+        """Save the run between two of its batches, if it is time.  result_of: (run, is_complete) -> what it found out."""
+        if time.perf_counter() < self.due or not run.batches:
+            return
+        begun = time.perf_counter()
+        run.state = run.now()
+        self._save(result_of(run, False), False)
+        ended = time.perf_counter()
+        self.due = ended + max(self.every, (ended - begun) / SHARE)
+
+    def end(self, result: Result) -> None:
+        """Save the run as it ends, and tell in its warnings what could not be saved."""
+        self._save(result, True)
+        if self.failures:
+            times = f"{len(self.failures)} checkpoints" if len(self.failures) > 1 else "a checkpoint"
+            result._warnings.append(f"{times} could not be written: {self.failures[-1]}")
+
+    def _save(self, result: Result, is_over: bool) -> None:
+        try:
+            save(result, self.path, self.scene, is_over)
+        except FileError as error:
+            self.failures.append(str(error))
+            warnings.warn(
+                f"checkpoint not written, the run goes on: {error}", CheckpointWarning, stacklevel=2
+            )
+
+
+def _checked(every: object) -> float:
+    seconds = as_float(every)
+    if seconds is None or not 0 < seconds < math.inf:
+        raise SceneError(
+            f"simulate: every must be seconds, positive and finite, got {shown(every)}; write every=60"
+        )
+    return seconds

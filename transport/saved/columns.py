@@ -1,0 +1,168 @@
+"""Batches as columns: each field of all of them is one array, written and read a batch at a time.
+
+So whatever a Batch holds is saved: numbers, arrays (alike, or each of a length of its own), tables of them by name, and
+dataclasses of these.  What describes the columns is plain JSON; the arrays go into a file by name.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Column:
+    """An array as pieces that follow one another along its first axis, so that there is never a copy of all of it."""
+
+    dtype: np.dtype
+    shape: tuple[int, ...]
+    pieces: Iterable[np.ndarray]
+
+
+Columns = dict[str, Column]
+Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # of a column of that name, of these lengths
+
+
+def columns_of(name: str, values: list, columns: Columns) -> dict[str, object]:
+    """What describes these values of one field; their numbers are added to `columns`."""
+    values = [value.item() if isinstance(value, np.generic) else value for value in values]
+    first, kinds = values[0], {type(value) for value in values}
+    if len(kinds) > 1:
+        return _each(name, values, columns)
+    if isinstance(first, np.ndarray):
+        return _of_arrays(name, values, columns)
+    if dataclasses.is_dataclass(first):
+        names = [field.name for field in dataclasses.fields(first) if field.init]
+        return {"kind": type(first).__name__, "fields": _of_parts(name, names, values, getattr, columns)}
+    if isinstance(first, dict) and len({tuple(value) for value in values}) == 1:
+        return {"keys": _of_parts(name, list(first), values, dict.__getitem__, columns)}
+    if isinstance(first, (list, tuple)) and len({len(value) for value in values}) == 1:
+        parts = [
+            columns_of(f"{name}.{place}", [value[place] for value in values], columns)
+            for place in range(len(first))
+        ]
+        return {type(first).__name__: parts}
+    if isinstance(first, (int, float)) and not isinstance(first, bool):
+        return _of_numbers(name, values, columns)
+    if first is None or isinstance(first, (bool, str)):
+        return {"values": values}
+    return _each(name, values, columns)
+
+
+def values_of(
+    description: dict, name: str, count: int, pieces: Pieces, kinds: dict[str, type]
+) -> list[object]:
+    """The values of one field of so many batches, from what describes them and the pieces of the columns."""
+
+    def part(of: dict, named: str) -> list[object]:
+        return values_of(of, f"{name}.{named}".lstrip("."), count, pieces, kinds)
+
+    match description:
+        case {"values": values}:
+            return values
+        case {"each": each}:
+            return [values_of(of, f"{name}.{place}", 1, pieces, kinds)[0] for place, of in enumerate(each)]
+        case {"kind": kind, "fields": fields}:
+            parts = {key: part(of, key) for key, of in fields.items()}
+            return [
+                kinds[kind](**dict(zip(parts, row, strict=True))) for row in zip(*parts.values(), strict=True)
+            ]
+        case {"keys": keys}:
+            parts = {key: part(of, key) for key, of in keys.items()}
+            rows = zip(*parts.values(), strict=True) if parts else [()] * count
+            return [dict(zip(parts, row, strict=True)) for row in rows]
+        case {"list": items} | {"tuple": items}:
+            make = list if "list" in description else tuple
+            parts = [part(of, str(place)) for place, of in enumerate(items)]
+            return (
+                [make(row) for row in zip(*parts, strict=True)] if parts else [make() for _ in range(count)]
+            )
+        case {"record": fields, "lengths": lengths}:
+            return _records(fields, lengths, {key: part(of, key) for key, (of, _) in fields.items()})
+        case {"numbers": dtype}:
+            return np.concatenate(list(pieces(name, [count]))).astype(dtype).tolist()
+        case {"rows": dtype, "shape": shape}:
+            found = pieces(name, [1] * count) if 0 not in shape else [np.zeros((1, *shape))] * count
+            return [piece[0].astype(dtype, copy=False) for piece in found]
+        case {"lengths": lengths, "dtype": dtype, "shape": shape}:
+            is_there = sum(lengths) > 0 and 0 not in shape
+            found = pieces(name, lengths) if is_there else (np.zeros((length, *shape)) for length in lengths)
+            return [piece.astype(dtype, copy=False) for piece in found]
+    raise KeyError(f"{name}: {sorted(description)}")
+
+
+def gathered(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]:
+    """The same pieces, small ones together, so that each has so many numbers or is one alone."""
+    held, size = [], 0
+    for piece in pieces:
+        held, size = [*held, piece], size + piece.size
+        if size >= numbers:
+            yield held[0] if len(held) == 1 else np.concatenate(held)
+            held, size = [], 0
+    if held:
+        yield np.concatenate(held)
+
+
+def _of_parts(name: str, keys: list[str], values: list, get: Callable, columns: Columns) -> dict[str, object]:
+    return {
+        key: columns_of(f"{name}.{key}".lstrip("."), [get(value, key) for value in values], columns)
+        for key in keys
+    }
+
+
+def _each(name: str, values: list, columns: Columns) -> dict[str, object]:
+    """What has nothing in common, one by one."""
+    if len(values) == 1:
+        raise TypeError(f"{name} is a {type(values[0]).__name__}, of which no column can be made")
+    return {"each": [columns_of(f"{name}.{place}", [value], columns) for place, value in enumerate(values)]}
+
+
+def _of_numbers(name: str, values: list, columns: Columns) -> dict[str, object]:
+    dtype = np.dtype(float if isinstance(values[0], float) else np.int64 if _fit(values) else np.uint64)
+    columns[name] = Column(dtype, (len(values),), [np.array(values, dtype)])
+    return {"numbers": dtype.str}
+
+
+def _fit(values: list[int]) -> bool:
+    return max(values) < 2**63
+
+
+def _of_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[str, object]:
+    first = values[0]
+    if first.dtype.names is not None:
+        fields = {
+            key: (
+                columns_of(f"{name}.{key}", [value[key] for value in values], columns),
+                first.dtype[key].str,
+            )
+            for key in first.dtype.names
+        }
+        return {"record": fields, "lengths": [len(value) for value in values]}
+    if len({value.dtype for value in values}) > 1 or len({value.shape[1:] for value in values}) > 1:
+        return _each(name, values, columns)
+    stored = np.dtype(np.uint8) if first.dtype == bool else first.dtype  # NetCDF has no truth values
+    if len({value.shape for value in values}) == 1:
+        if first.size:
+            rows = (value[None].astype(stored, copy=False) for value in values)
+            columns[name] = Column(stored, (len(values), *first.shape), rows)
+        return {"rows": first.dtype.str, "shape": list(first.shape)}
+    lengths, shape = [len(value) for value in values], first.shape[1:]
+    if sum(lengths) and 0 not in shape:
+        pieces = (value.astype(stored, copy=False) for value in values)
+        columns[name] = Column(stored, (sum(lengths), *shape), pieces)
+    return {"lengths": lengths, "dtype": first.dtype.str, "shape": list(shape)}
+
+
+def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[np.ndarray]:
+    """Arrays of records from their fields."""
+    dtype = np.dtype([(key, of) for key, (_, of) in fields.items()])
+    found = []
+    for place, length in enumerate(lengths):
+        records = np.zeros(length, dtype)
+        for key, values in parts.items():
+            records[key] = values[place]
+        found.append(records)
+    return found

@@ -1,0 +1,112 @@
+"""Runs of the same scene as one: their batches, which must be other ones, together in the order of seeds and numbers.
+
+Parts of a run, merged, are that run bit by bit.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from transport.results import Cost, Result
+from transport.results.batches import Batch
+from transport.runs.limits import Limits
+from transport.runs.origins import doubts_of, joined
+from transport.runs.state import State
+from transport.saved.record import given_scene, load, state_of
+from transport.validation import SceneError, shown
+from transport.written.differences import differences
+
+MERGED = "Merged"  # the kind of a schedule that no run has: it goes on with the batches alone
+
+
+def merge(*runs: Result | str | PathLike) -> Result:
+    """One result of the batches of all: of results, or files that were saved.
+
+    Raises SceneError for fewer than two, for unlike scenes or ways to estimate, and for batches that two have alike.
+    """
+    results = [run if isinstance(run, Result) else load(run) for run in runs]
+    titles = [f"run {n}" if isinstance(run, Result) else str(run) for n, run in enumerate(runs, 1)]
+    if len(results) < 2:
+        raise SceneError(f"merge: takes two runs or more, got {len(results)}; write merge('a.nc', 'b.nc')")
+    for title, result in zip(titles[1:], results[1:], strict=True):
+        _check_alike(titles[0], results[0], title, result)
+    _check_disjoint(titles, results)
+    batches = sorted((batch for result in results for batch in result.batches), key=_place)
+    seed = batches[0].seed
+    state = _state(results, batches, seed)
+    warnings = doubts_of(state.origins)
+    is_complete = all(result.is_complete for result in results)
+    first = results[0]
+    return Result(first.plan, batches, seed, _cost(results), is_complete, warnings, first.asked, None, state)
+
+
+def _place(batch: Batch) -> tuple[int, int]:
+    return batch.seed, batch.first
+
+
+def _check_alike(first: str, one: Result, title: str, other: Result) -> None:
+    """Refuse another scene, method or tracking."""
+    if unlike := differences(given_scene(other), given_scene(one)):
+        raise SceneError(f"merge: the scene of {title} is not that of {first}: {'; '.join(unlike)}")
+    for name in ("method", "tracking"):
+        ours, others = getattr(one.plan, name), getattr(other.plan, name)
+        if ours != others:
+            raise SceneError(
+                f"merge: the {name} of {title} is {shown(others)}, of {first} {shown(ours)}; run both alike"
+            )
+
+
+def _check_disjoint(titles: list[str], results: list[Result]) -> None:
+    """Refuse batches whose random numbers are in another one too."""
+    owned = sorted(
+        (*_place(batch), batch.past, title)
+        for title, result in zip(titles, results, strict=True)
+        for batch in result.batches
+    )
+    common, before = [], owned[0]
+    for batch in owned[1:]:
+        if batch[0] == before[0] and batch[1] < before[2]:
+            common.append((batch[0], range(batch[1], min(batch[2], before[2])), {batch[3], before[3]}))
+        before = max(before, batch, key=lambda one: (one[0], one[2]))
+    if common:
+        seed, first, owners = common[0]
+        last = max(numbers[-1] for other, numbers, _ in common if other == seed)
+        told = (
+            f"batch {last} of seed {seed} is"
+            if last == first[0]
+            else f"batches {first[0]} to {last} of seed {seed} are"
+        )
+        cure = "merge each but once; take another seed, or go on with one of them by resume"
+        raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
+
+
+def _state(results: list[Result], batches: list[Batch], seed: int) -> State:
+    """By what they go on together: with batches of the first seed that none of them has."""
+    states = [state_of(result) for result in results]
+    particles = sum(batch.histories for batch in batches)
+    limits = Limits(particles, {}, None, max(state.limits.batches for state in states), True)
+    return State(
+        limits,
+        MERGED,
+        {"issued": particles},
+        batches,
+        [],
+        [],
+        0,
+        max(batch.past for batch in batches if batch.seed == seed),
+        particles=sum(state.particles for state in states),
+        crossings=sum(state.crossings for state in states),
+        collisions=sum(state.collisions for state in states),
+        seconds=sum(state.seconds for state in states),
+        origins=joined(*(state.origins for state in states)),
+    )
+
+
+def _cost(results: list[Result]) -> Cost | None:
+    """What all of them cost: seconds one after the other."""
+    costs = [result.cost for result in results if result.cost is not None]
+    if not costs:
+        return None
+    names = ("seconds", "preparation", "particles", "crossings", "collisions")
+    sums = {name: sum(getattr(cost, name) for cost in costs) for name in names}
+    return Cost(threads=max(cost.threads for cost in costs), **sums)

@@ -1,0 +1,188 @@
+"""A run in NetCDF-4, which is HDF5: a group a detector for xarray and its like, and one of what the run goes on by.
+
+Written by h5netcdf.  HDF5 does not survive a write that fails: the interpreter crashes at its end.  So it is never told:
+it writes to a file that remembers the failure, which is raised once HDF5 has closed.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from transport.saved.columns import Column, Columns, Pieces, gathered
+from transport.saved.tables import OWN, Table, Variable
+from transport.saved.whole import FileError
+
+CHUNK = 1 << 16  # numbers that are compressed together
+
+
+def h5netcdf_for(path: Path):
+    """The package that reads and writes these files.  Raises FileError where it is not installed."""
+    try:
+        import h5netcdf
+    except ImportError:
+        cure = (
+            f"pip install 'transport[files]', or write {path.with_suffix('.npz').name}, which needs nothing"
+        )
+        raise FileError(f"{path.name}: NetCDF needs h5netcdf, which is not installed; {cure}") from None
+    return h5netcdf
+
+
+def write(
+    file: BinaryIO, path: Path, texts: dict[str, str], columns: Columns, tables: Iterable[Table], batches: int
+) -> None:
+    """All of a run: texts of JSON by name, its columns, and what was found out.  Raises OSError where the disk is full."""
+    patient = _PatientFile(file)
+    written = h5netcdf_for(path).File(patient, "w")
+    try:
+        group = written.create_group(OWN)
+        group.dimensions["batch"] = batches
+        for name, text in texts.items():
+            _write_variable(patient, group, name, Variable((), np.array(text, dtype=object)))
+        for name, column in columns.items():
+            axes = [f"{name}.{axis}" for axis in range(len(column.shape))]
+            axes[:1] = ["batch"] if column.shape[0] == batches else axes[:1]
+            _write_pieces(patient, group, name, axes, column)
+        for table in tables:
+            _write_table(patient, written, table)
+    finally:
+        written.close()
+    patient.check()
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
+    """The texts of a file by name, and the pieces of its columns.  Raises what HDF5 raises where it is not whole."""
+    with path.open("rb") as file, h5netcdf_for(path).File(file, "r") as written:
+        group = written[OWN]
+        yield lambda name: _text(group[name]), lambda name, lengths: _pieces(group[name], lengths)
+
+
+class _PatientFile(io.RawIOBase):
+    """A file in which every write succeeds; what went wrong first is kept for `check`, and nothing is written any more."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file, self.error = file, None
+
+    def check(self) -> None:
+        """Raise the OSError that HDF5 was not told."""
+        if self.error is not None:
+            raise self.error
+
+    def write(self, content: bytes) -> int:
+        if self.error is None:
+            try:
+                self.file.write(content)
+            except OSError as error:
+                self.error = error
+        return len(content)
+
+    def truncate(self, size: int | None = None) -> int:
+        if self.error is None:
+            try:
+                self.file.flush()
+                self.file.truncate(size)
+            except OSError as error:
+                self.error = error
+        return size
+
+    def readinto(self, buffer: bytearray) -> int:
+        return self.file.readinto(buffer)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        try:
+            return self.file.seek(offset, whence)
+        except OSError as error:  # of what was to be written before
+            self.error = self.error or error
+            return offset
+
+    def tell(self) -> int:
+        return self.file.tell()
+
+    def seekable(self) -> bool:
+        return True
+
+    readable = writable = seekable
+
+
+def _write_table(patient: _PatientFile, written, table: Table) -> None:
+    group = written.create_group(table.group) if table.group else written
+    group.attrs.update(table.attributes)
+    for name, variable in table.variables:
+        _write_variable(patient, group, name, variable)
+
+
+def _write_variable(patient: _PatientFile, group, name: str, variable: Variable) -> None:
+    values = variable.values
+    if values.dtype == object or values.size < CHUNK:
+        import h5py
+
+        _settle_axes(group, variable.dims, values.shape)
+        dtype = h5py.string_dtype() if values.dtype == object else values.dtype
+        made = group.create_variable(name, variable.dims, dtype)
+        made[...] = values
+    else:
+        made = _write_pieces(
+            patient, group, name, variable.dims, Column(values.dtype, values.shape, [values])
+        )
+    made.attrs.update(variable.attributes)
+    patient.check()
+
+
+def _write_pieces(patient: _PatientFile, group, name: str, axes: Sequence[str], column: Column):
+    """A variable, piece by piece; compressed, with a checksum of each chunk."""
+    _settle_axes(group, axes, column.shape)
+    made = group.create_variable(
+        name,
+        tuple(axes),
+        column.dtype,
+        chunks=_chunks(column.shape),
+        compression="gzip",
+        compression_opts=1,
+        shuffle=True,
+        fletcher32=True,
+    )
+    begin = 0
+    for piece in gathered(column.pieces, CHUNK):
+        made[begin : begin + len(piece)] = piece
+        begin += len(piece)
+        patient.check()
+    return made
+
+
+def _settle_axes(group, axes: Sequence[str], shape: tuple[int, ...]) -> None:
+    for axis, size in zip(axes, shape, strict=True):
+        if axis not in group.dimensions:
+            group.dimensions[axis] = size
+
+
+def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """As many of the last axes at a time as make a chunk."""
+    chunks, left = [], CHUNK
+    for size in reversed(shape):
+        chunks.insert(0, max(1, min(size, left)))
+        left //= chunks[0]
+    return tuple(chunks)
+
+
+def _text(variable) -> str:
+    found = np.asarray(variable[...]).item()
+    return found.decode() if isinstance(found, bytes) else found
+
+
+def _pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:
+    """Read together what is small."""
+    each, begin, place = max(1, math.prod(variable.shape[1:])), 0, 0
+    while place < len(lengths):
+        past, size = place, 0
+        while past < len(lengths) and (past == place or size * each < CHUNK):
+            past, size = past + 1, size + lengths[past]
+        read = np.asarray(variable[begin : begin + size])
+        yield from np.split(read, np.cumsum(lengths[place:past])[:-1])
+        begin, place = begin + size, past

@@ -1,0 +1,135 @@
+"""What a run found out, as tables for other programs: a group a detector, variables with dims, coordinates and units.
+
+xarray.open_dataset("run.nc", engine="h5netcdf", group="meter")      its quantities, and <quantity>_error
+xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger
+xarray.open_dataset("run.nc", engine="h5netcdf", group="run")        batches, and the scene as the text of its JSON
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from transport.phase_space import Snapshot
+from transport.results.estimates import AXIS_UNITS
+from transport.results.report import title_of
+from transport.results.result import Result
+from transport.validation import SceneError
+
+OWN = "run"  # the group of what a run goes on by
+BOUNDS = ("_low", "_high")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array with the names of its axes and what is to be said of it."""
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    attributes: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Variables by name, each made when it is asked for, with those of its coordinates in front of it."""
+
+    group: str
+    attributes: dict[str, object]
+    variables: Iterator[tuple[str, Variable]]
+
+
+def tables_of(result: Result) -> Iterator[Table]:
+    """The ledger, then each detector."""
+    told = {"title": repr(result), "seed": str(result.seed), "method": result.plan.method.title}
+    yield Table("", told, _ledger(result))
+    taken = {OWN}
+    for detector in result.scene.detectors:
+        group = detector.name.replace("/", "|")  # of which a name in HDF5 has none
+        while group in taken:
+            group += "_"
+        taken.add(group)
+        title = (
+            title_of(detector, result[detector.name]) if not isinstance(detector, Snapshot) else "snapshot"
+        )
+        told = {"title": title, "name": detector.name}
+        made = _sample if isinstance(detector, Snapshot) else _quantities
+        yield Table(group, told, made(result, detector))
+
+
+def _ledger(result: Result) -> Iterator[tuple[str, Variable]]:
+    ledger = result.ledger
+    for name, estimate in ledger.items():
+        yield from _with_error(name, (), estimate)
+    names = np.array(list(ledger.absorbed_by), dtype=object)
+    if len(names):
+        yield "by", Variable(("by",), names)
+        shares = ledger.absorbed_by.values()
+        units = {"units": str(ledger["absorbed"].unit)}
+        for end, what in (("", "value"), ("_error", "error")):
+            values = np.array([getattr(share, what) for share in shares])
+            yield f"absorbed_by{end}", Variable(("by",), values, units)
+
+
+def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variable]]:
+    """All quantities of a detector, of a reading of its own: what one took is let go before the next."""
+    reading = result._read(detector)
+    axes: dict[str, np.ndarray] = {}
+    bounded = set()
+    for name in reading.known:
+        try:
+            quantity = getattr(reading, name)
+        except SceneError:
+            continue
+        dims = []
+        for axis, edges in quantity.coords.items():
+            named = _named(axis, edges, axes)
+            if named not in axes:
+                axes[named] = edges
+                places = _places(edges, quantity.shape[quantity.dims.index(axis)])
+                bounded |= {named} if len(places) > 1 else set()
+                units = {"units": AXIS_UNITS[axis]} if axis in AXIS_UNITS else {}
+                for end, place in places.items():
+                    yield named + end, Variable((named,), place, units)
+            dims.append(named)
+        yield from _with_error(name, tuple(dims), quantity, bounded)
+        vars(reading).pop(name, None)
+
+
+def _named(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:
+    """The name of an axis; another one where that has other bins already."""
+    while axis in axes and not np.array_equal(axes[axis], edges):
+        axis += "_"
+    return axis
+
+
+def _places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
+    """Instants as they are; of bins their centres and bounds."""
+    if len(edges) == bins:
+        return {"": edges}
+    return {"": 0.5 * (edges[1:] + edges[:-1]), **dict(zip(BOUNDS, (edges[:-1], edges[1:]), strict=True))}
+
+
+def _with_error(
+    name: str, dims: tuple[str, ...], quantity: object, bounded: Container[str] = ()
+) -> Iterator[tuple[str, Variable]]:
+    """A quantity and its error; bounded: those of its axes that have bins, whose bounds xarray then takes for coordinates."""
+    units = {"units": str(quantity.unit) or "1"}
+    bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
+    units |= {"coordinates": " ".join(bounds)} if bounds else {}
+    yield name, Variable(dims, np.asarray(quantity.value), units)
+    yield f"{name}_error", Variable(dims, np.asarray(quantity.error), units)
+
+
+def _sample(result: Result, snapshot: Snapshot) -> Iterator[tuple[str, Variable]]:
+    """The particles of a snapshot."""
+    reading = result[snapshot.name]
+    unit = "1" if result.scene.measured_in == "particles" else "J"
+    yield "axis", Variable(("axis",), np.array(["x", "y", "z"], dtype=object))
+    if len(reading):
+        yield "positions", Variable(("particle", "axis"), reading.positions, {"units": "m"})
+        yield "velocities", Variable(("particle", "axis"), reading.velocities, {"units": "m s^-1"})
+        yield "weights", Variable(("particle",), reading.weights, {"units": unit})
+        yield "histories", Variable(("particle",), reading.histories)
+        yield "batches", Variable(("particle",), reading.batches)

@@ -1,0 +1,98 @@
+"""Where two scenes differ, in words: "surfaces[2].material.albedo: 0.5 instead of 0.4"."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from transport.media.phases import PiecewiseLinear
+from transport.validation import shown
+
+MOST = 10  # differences that are told one by one
+
+
+def differences(one: object, other: object) -> list[str]:
+    """What `one` has otherwise than `other`, a line each, bit by bit; none where they are the same.
+
+    Parts with names are compared with their namesakes.  Of more than ten the rest is counted.
+    """
+    found = list(_differences(one, other, ""))
+    rest = len(found) - MOST
+    return found[:MOST] + ([f"and {rest} more"] if rest > 0 else [])
+
+
+def are_alike(one: object, other: object) -> bool:
+    """Whether two values are the same bit by bit: 0.0 and -0.0 are not, nan and nan are."""
+    return next(_differences(one, other, ""), None) is None
+
+
+def _differences(one: object, other: object, path: str) -> Iterator[str]:
+    if one is other:
+        return
+    if type(one) is not type(other):
+        yield _told(one, other, path)
+    elif isinstance(one, tuple | list):
+        yield from _of_lists(one, other, path)
+    elif isinstance(one, np.ndarray):
+        yield from _of_arrays(one, other, path)
+    elif isinstance(one, float):
+        if one.hex() != other.hex():
+            yield _told(one, other, path)
+    elif dataclasses.is_dataclass(one):
+        for field in dataclasses.fields(one):
+            if field.init:
+                inner = f"{path}.{field.name}".lstrip(".")
+                yield from _differences(getattr(one, field.name), getattr(other, field.name), inner)
+    elif isinstance(one, PiecewiseLinear):
+        yield from _of_arrays(one.values, other.values, path)
+    elif one != other:
+        yield _told(one, other, path)
+
+
+def _of_lists(one: tuple, other: tuple, path: str) -> Iterator[str]:
+    names, others = ([getattr(part, "name", None) for part in parts] for parts in (one, other))
+    if names != others and None not in (*names, *others):
+        yield from _of_named(dict(zip(names, one, strict=True)), dict(zip(others, other, strict=True)), path)
+    elif len(one) != len(other):
+        yield f"{path}: {len(one)} instead of {len(other)}"
+    else:
+        for place, pair in enumerate(zip(one, other, strict=True)):
+            yield from _differences(*pair, f"{path}[{place}]")
+
+
+def _of_named(one: dict[str, object], other: dict[str, object], path: str) -> Iterator[str]:
+    """Of parts with names: which are there in one of the lists only, and how the others differ from their namesakes."""
+    for word, only in (("also has", one.keys() - other.keys()), ("lacks", other.keys() - one.keys())):
+        if only:
+            yield f"{path}: {word} {', '.join(map(repr, sorted(only)))}"
+    if one.keys() == other.keys():
+        yield f"{path}: in another order"
+    for place, (name, part) in enumerate(one.items()):
+        if name in other:
+            yield from _differences(part, other[name], f"{path}[{place}]")
+
+
+def _of_arrays(one: np.ndarray, other: np.ndarray, path: str) -> Iterator[str]:
+    if one.shape != other.shape:
+        yield f"{path}: an array of shape {one.shape} instead of {other.shape}"
+        return
+    unlike = (one != other) | (np.signbit(one) != np.signbit(other))
+    unlike &= ~(np.isnan(one) & np.isnan(other))
+    if unlike.any():
+        place = tuple(int(k) for k in np.argwhere(unlike)[0])
+        where = f"{path}{list(place)}"
+        more = f", and {int(unlike.sum()) - 1} more of its numbers" if unlike.sum() > 1 else ""
+        yield _told(one[place].item(), other[place].item(), where) + more
+
+
+def _told(one: object, other: object, path: str) -> str:
+    said = f"{_in_words(one)} instead of {_in_words(other)}"
+    return f"{path}: {said}" if path else said
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    return "nothing" if value is None else shown(value)

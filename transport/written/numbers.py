@@ -1,0 +1,69 @@
+"""Numbers in JSON, bit by bit: the shortest text that is read back as the same double, and those that JSON has no word for.
+
+Arrays are nested lists where they are small, else the base64 of their bytes, little-endian in C order, with dtype and shape;
+an array of one number everywhere is that number with its shape.
+"""
+
+import base64
+import binascii
+import math
+
+import numpy as np
+
+LONGEST = 64  # numbers of an array that is written as lists
+DTYPES = ("float64", "float32", "int64", "int32", "uint8")
+UNENDING = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+MOST_BYTES = 1 << 36  # of an array that a file asks for by its shape
+
+
+def number_written(number: float) -> float | dict[str, str]:
+    """A float as JSON has it, or {"float": "inf"}."""
+    return float(number) if math.isfinite(number) else {"float": repr(float(number))}
+
+
+def array_written(array: np.ndarray) -> object:
+    """An array of finite numbers, as the module says."""
+    if array.size > 1 and not any(array.strides):
+        return {"constant": array.flat[0].item(), "shape": list(array.shape)}
+    if array.size <= LONGEST:
+        return array.tolist()
+    data = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).tobytes()
+    return {"dtype": array.dtype.name, "shape": list(array.shape), "base64": base64.b64encode(data).decode()}
+
+
+def number_read(data: dict) -> float:
+    """The number of {"float": "inf"}.  Raises ValueError with what is wrong."""
+    word = data["float"]
+    if not isinstance(word, str) or word not in UNENDING:
+        raise ValueError(
+            f'float must be "inf", "-inf" or "nan", got {word!r}; write other numbers as they are'
+        )
+    return UNENDING[word]
+
+
+def array_read(data: dict) -> np.ndarray:
+    """The array of {"dtype", "shape", "base64"} or {"constant", "shape"}.  Raises ValueError with what is wrong."""
+    shape = data.get("shape")
+    if not isinstance(shape, list) or not shape or not all(type(n) is int and n > 0 for n in shape):
+        raise ValueError(f"shape must be a list of whole numbers above 0, got {shape!r}")
+    if 8 * math.prod(shape) > MOST_BYTES:
+        raise ValueError(f"shape {shape} asks for {math.prod(shape):.3g} numbers, more than any scene needs")
+    if "constant" in data:
+        return _constant(data["constant"], shape)
+    if data.get("dtype") not in DTYPES:
+        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {data.get('dtype')!r}")
+    dtype = np.dtype(data["dtype"])
+    try:
+        content = base64.b64decode(data["base64"], validate=True)
+    except (TypeError, ValueError, binascii.Error):
+        raise ValueError("base64 must be the base64 of an array's bytes, without blanks") from None
+    if len(content) != math.prod(shape) * dtype.itemsize:
+        must = f"base64 must hold {math.prod(shape) * dtype.itemsize} bytes, {dtype} of shape {shape}"
+        raise ValueError(f"{must}, got {len(content)}")
+    return np.frombuffer(content, dtype.newbyteorder("<")).astype(dtype).reshape(shape)
+
+
+def _constant(number: object, shape: list[int]) -> np.ndarray:
+    if type(number) not in (int, float):
+        raise ValueError(f"constant must be a number, got {number!r}")
+    return np.broadcast_to(np.float64(number), shape)
