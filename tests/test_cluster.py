@@ -63,6 +63,13 @@ def happening(monkeypatch, act, parcel=5):
     return came
 
 
+def without_transport(folder):
+    """A folder in which transport cannot be imported, though it be installed."""
+    folder.mkdir()
+    (folder / "transport.py").write_text("raise ImportError('there is no transport here')")
+    return folder
+
+
 def come_late(monkeypatch, cluster, path):
     """A worker of these sources comes between the roll call and the first batch."""
     muster = lines.Line._muster
@@ -169,8 +176,7 @@ def test_without_workers_or_scheduler_a_run_ends_with_what_it_has(whole, monkeyp
 
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):
     """One that comes late is not used; the run goes on, and says so."""
-    stranger = tmp_path / "stranger"
-    stranger.mkdir()
+    stranger = without_transport(tmp_path / "stranger")
     ignored = shutil.ignore_patterns("__kernels__", "__pycache__")
     shutil.copytree(ROOT / "transport", tmp_path / "transport", ignore=ignored)
     with (tmp_path / "transport/units.py").open("a") as units:
@@ -191,7 +197,7 @@ def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, 
 
 def test_a_late_worker_without_transport_does_no_harm(whole, tmp_path, monkeypatch):
     with DaskCluster(1) as mixed:
-        come_late(monkeypatch, mixed, tmp_path)
+        come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
         assert_same(tp.simulate(scene(), **MANY, cluster=mixed.address).batches, whole.batches)
 
 

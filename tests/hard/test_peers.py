@@ -61,7 +61,8 @@ PACKAGES = {"vtkmodules": "vtk", "PIL": "pillow"}  # that are imported by anothe
 
 
 @pytest.mark.parametrize(
-    ("folder", "extras"), [("transport", ("plot", "viz", "docs")), ("sims", ("plot",)), ("viz", ("viz",))]
+    ("folder", "extras"),
+    [("transport", ("plot", "viz", "docs", "files", "cluster")), ("sims", ("plot",)), ("viz", ("viz",))],
 )
 def test_every_package_that_is_imported_is_declared(folder, extras):
     undeclared = {

@@ -32,7 +32,7 @@ def merge(
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where the whole goes.")],
     json: Json = False,
 ) -> None:
-    """Put runs of the same scene together, parts of one run or runs of other seeds.
+    """Put runs of one scene together: parts of a run, or other seeds.
 
     \b
     Examples:

@@ -113,7 +113,7 @@ def schema(
         Path | None, typer.Option(metavar="FILE", help="Where it goes; printed if not said.")
     ] = None,
 ) -> None:
-    """Print what a scene's .json file may hold, as a JSON Schema for editors.
+    """Print what a scene's .json file may hold, as a JSON Schema.
 
     \b
     Examples:
