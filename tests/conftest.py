@@ -1,5 +1,6 @@
 """What several test files are given."""
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ pytest.approx = approx
 
 
 def pytest_configure(config):
+    gc.set_threshold(100_000, 50, 100)  # the usual 700 takes a tenth of the suite's time, among so many modules
     if hasattr(config.option, "loadscopereorder"):  # of pytest-xdist: by the number of tests in a file
         config.option.loadscopereorder = False
 

@@ -28,14 +28,14 @@ few = settings(
 
 
 @pytest.mark.timeout(300)
-@settings(few, max_examples=32)
+@settings(few, max_examples=24)
 @given(worlds())
 def test_any_world_keeps_its_promises_or_says_why_not(world):
     properties.check_or_refused(world)
 
 
 @pytest.mark.timeout(300)
-@settings(few, max_examples=12)
+@settings(few, max_examples=8)
 @given(rooms.furnaces())
 def test_any_furnace_is_uniform(world):
     properties.check_or_refused(world, agreements.check_furnace)
