@@ -30,6 +30,7 @@ import transport as tp
 from sims import constant, provenance
 from transport.experiment import Outcome
 from transport.theory import shadows
+from transport.theory.nodes import legendre_nodes
 
 law = "E = L ∫ cosθ cosθ'/r² dA over what is seen of the lamp; penumbra 2R(1 − s)/s wide (Lambert 1760; Sparrow 1963)"
 question = "How dark is it where only a part of the lamp is seen, and is there a place where none is?"
@@ -230,7 +231,7 @@ def _column(result: tp.Result):
     from viz.shadows import ShadowColumn
 
     of, radiance = shadow_of(result.scene), result.scene.sources[0].emission.radiance
-    nodes, weight = np.polynomial.legendre.leggauss(shadows.ALONG)
+    nodes, weight = legendre_nodes(shadows.ALONG)
 
     def curve(x: np.ndarray) -> np.ndarray:
         """E along x, its mean along the shadow."""

@@ -34,7 +34,7 @@ FEWER = {  # where histories are long, or fewer show a bias of a tenth; `transpo
     "pressure": 1_000_000, "throughput": 2_000_000, "tube": 1_000_000, "two_elements": 1_000_000,
     "view_factors": 2_500_000, "wall_distance": 2_000_000,
 }  # fmt: skip
-MOST_DRAWN = 16  # of a sim's cases alone; what else its pictures are is tested in its own file
+MOST_DRAWN = 12  # of a sim's cases alone; what else its pictures are is tested in its own file
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,8 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 NODES = 32  # Gauss-Legendre over each piece between two changes of the common area's outline
 
 
@@ -27,7 +29,7 @@ def three_disks_throughput(
     """
     stretch = (distance_12 + distance_23) / distance_12
     cuts = _changes(np.array([radius_1, radius_2, radius_3]), stretch)
-    t, weight = np.polynomial.legendre.leggauss(NODES)
+    t, weight = legendre_nodes(NODES)
     t, weight = np.pi / 4 * (t + 1), np.pi / 4 * weight
     start, width = cuts[:-1, None], np.diff(cuts)[:, None]
     u = start + width * np.sin(t) ** 2  # half-odd powers at the ends

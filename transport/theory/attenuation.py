@@ -16,7 +16,9 @@ import math
 
 import numpy as np
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+from transport.theory.nodes import legendre_nodes
+
+_NODES, _WEIGHTS = legendre_nodes(64)
 _SERIES = 40  # terms: in units of the first, the last is below 1e-40
 
 

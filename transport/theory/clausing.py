@@ -26,6 +26,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.round_view_factors import base_to_base
 
 PANEL, NODES = 1.0, 12  # longest panel [radii], nodes of each
@@ -70,7 +71,7 @@ class Tube:
 
     def mean_incident(self, edges) -> np.ndarray:
         """Means of H over bins with these edges [radii], (bins,) [1]."""
-        x, w = legendre.leggauss(NODES)
+        x, w = legendre_nodes(NODES)
         means = []
         for low, high in zip(edges[:-1], edges[1:], strict=True):
             cuts = np.unique([low, high, *self.edges[(self.edges > low) & (self.edges < high)]])
@@ -123,13 +124,13 @@ def to_end(distance: float) -> float:
     return 2 / (r * (s * s + 2 + s * r))
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=512)
 def solved_tube(length_over_radius: float, albedo: float = 1.0) -> Tube:
     """Clausing's equation solved.  Raises ValueError for a length not in (0, 200] radii."""
     if not 0 < length_over_radius <= LONGEST:
         raise ValueError(f"solved_tube: length over radius must be in (0, 200], got {length_over_radius}")
     edges = np.linspace(0, length_over_radius, math.ceil(length_over_radius / PANEL) + 1)
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     places, weights = (middle + half * x).ravel(), (half * w).ravel()
     kernel = ring_density(places[:, None] - places) * weights
@@ -160,5 +161,5 @@ def _to_coefficients() -> np.ndarray:
     """From values at the Legendre nodes to coefficients of Legendre polynomials, exact for those of the
     nodes' number.
     """
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

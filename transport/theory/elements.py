@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.view_factors import coaxial_disks
 
 Vector = Sequence[float]
@@ -50,7 +51,7 @@ def tilted_throughput(center_1: Vector, sides_1: Sequence[Vector], center_2: Vec
     center: the middle;  sides: its two side vectors, (2, 3).  Each must lie on one side of the other's plane.
     Raises ValueError where one reaches behind the other.
     """
-    x, weight = np.polynomial.legendre.leggauss(NODES)
+    x, weight = legendre_nodes(NODES)
     ends = np.array([[s, t] for s in (-0.5, 0.5) for t in (-0.5, 0.5)])
     inner = np.array([[s, t] for s in x / 2 for t in x / 2])
     weights = np.outer(weight, weight).ravel() / 4

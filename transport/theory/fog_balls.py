@@ -25,6 +25,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from transport.theory.glow import ball_fluence_share
+from transport.theory.nodes import legendre_nodes
 
 NODES, PANEL = 12, 1.0  # of a panel; longest panel [mean free paths]
 HALVINGS = 12  # panels halved towards a and R
@@ -93,7 +94,7 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
 def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places, weights, and the matrix that turns r times what leaves each place into r times the fluence rate."""
     edges = _edges(radius, lamp)
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     places, weights = (middle + half * x).ravel(), (half * w).ravel()
     kernel = np.empty((len(places), len(places)))
@@ -138,7 +139,7 @@ def _near(point: float, low: float, high: float) -> np.ndarray:
 @lru_cache(maxsize=1)
 def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
     """Places in (0, 1) and weights, dense at 0: Gauss's in the root."""
-    x, w = legendre.leggauss(NEAR)
+    x, w = legendre_nodes(NEAR)
     root = (1 + x) / 2
     return root**ROOT, ROOT * root ** (ROOT - 1) * w / 2
 
@@ -146,5 +147,5 @@ def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
     """From values at the nodes of a panel to coefficients of Legendre polynomials."""
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

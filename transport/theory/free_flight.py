@@ -15,7 +15,9 @@ import math
 
 import numpy as np
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+from transport.theory.nodes import legendre_nodes
+
+_NODES, _WEIGHTS = legendre_nodes(64)
 _REACH = 10.0  # standard deviations within a bin beyond which exp(-x^2/2) adds less than 1e-22 of it
 
 

@@ -17,8 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 SPLITTER = 2.0**27 + 1  # of a double into halves (Veltkamp 1968)
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
+NODES, WEIGHTS = legendre_nodes(32)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
 # Panels for t: R_p varies within 1/n^2 of grazing, and beyond t = 40 R is nothing (e^-160).
 EDGES = np.concatenate([[0.0], 2.0 ** np.arange(-64, 0), np.arange(1.0, 41.0)])

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.optical_paths import Rays, from_to, refract
 
 NODES, TURNS = 20, 48  # along radii, and round half a turn
@@ -114,7 +115,7 @@ def _stack(*parts) -> np.ndarray:
 
 def _unit_nodes() -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre on 0 to 1."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     return (1 + x) / 2, w / 2
 
 

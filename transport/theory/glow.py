@@ -18,6 +18,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 NODES = 128  # Gauss-Legendre, over the directions at a place in a ball
 ROUNDING, TINY = 1e-16, 1e-300  # sqrt(1 - ρ²) at the rim, ρ at the centre: no nearer
 TERMS = 18  # of the series for thin balls, x up to 1/2: the next is 1e-17
@@ -77,7 +79,7 @@ def ball_rim_share(x: float, edges: np.ndarray) -> np.ndarray:
     At the cosine μ a chord is 2 R μ long: 1 - e^(-2 x μ), by projected solid angle ∝ μ dμ.
     """
     low, high = np.asarray(edges[:-1], float), np.asarray(edges[1:], float)
-    nodes, weights = np.polynomial.legendre.leggauss(24)
+    nodes, weights = legendre_nodes(24)
     mu = (low + high)[:, None] / 2 + (high - low)[:, None] / 2 * nodes
     return (ray_share(2 * x * mu) * mu) @ weights / (mu @ weights)
 
@@ -98,7 +100,7 @@ def ball_fluence_share(x: float, place: np.ndarray) -> np.ndarray:
     The mean of 1 - e^(-σ_a s) over directions, s = ρ μ + sqrt(ρ² μ² + q²) radii back to the rim, q² = 1 - ρ².  With
     ρ μ = q sinh t that is s = q e^t, which bends nowhere, at the rim neither.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = legendre_nodes(NODES)
     rho = np.maximum(np.asarray(place, dtype=float), TINY)[..., None]
     q = np.maximum(np.sqrt(np.maximum((1 - rho) * (1 + rho), 0.0)), ROUNDING)
     reach = np.arcsinh(rho / q)
@@ -111,7 +113,7 @@ def ball_shell_shares(x: float, edges: np.ndarray) -> np.ndarray:
 
     With ρ = sin θ, in which the fluence is smooth at the centre and up to the rim.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(48)
+    nodes, weights = legendre_nodes(48)
     ends = np.arcsin(np.asarray(edges, dtype=float))[:, None]
     theta = (ends[1:] + ends[:-1]) / 2 + np.diff(ends, axis=0) / 2 * nodes
     measure = weights * np.sin(theta) ** 2 * np.cos(theta)

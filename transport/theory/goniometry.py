@@ -13,10 +13,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 NODES = 24  # of a polar angle; bins of the sims are at most as wide as the laws' lobes
-SHARED, AZIMUTHAL = np.polynomial.legendre.leggauss(NODES), np.polynomial.legendre.leggauss(2 * NODES)
+SHARED, AZIMUTHAL = legendre_nodes(NODES), legendre_nodes(2 * NODES)
 
 
 def bin_means(law: Law, angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.view_factors import coaxial_disks, opposed_rectangles, parallel_rectangles
 
 NODES = 24  # of each panel of the integral over the hole
@@ -36,7 +37,7 @@ def disks_through_hole(
     t = _checked(position / distance)
     ratios = np.array([radius_1 / t, radius_2 / (1 - t)]) / distance
     reach = t * (1 - t) * distance
-    total, x, w = 0.0, *np.polynomial.legendre.leggauss(NODES)
+    total, x, w = 0.0, *legendre_nodes(NODES)
     angle, w = math.pi / 4 * (1 + x), math.pi / 4 * w
     steep = np.array([0.0, reach * abs(ratios[0] - ratios[1]), radius_1, radius_2, reach * ratios.sum()])
     cuts = _graded(np.unique(np.minimum([*steep, hole], min(hole, steep[-1]))), reach)

@@ -31,6 +31,7 @@ from numpy.polynomial import legendre
 
 from transport.theory import fresnel
 from transport.theory.doubling import Layer, layer, layers
+from transport.theory.nodes import legendre_nodes
 
 NODES = 12  # of a panel
 GRAZING = 1e-5  # mu, next to which the lowest panel ends
@@ -54,7 +55,7 @@ def henyey_greenstein(g: float) -> tuple[float, ...]:
 
 def moments_of(mu: np.ndarray, density: np.ndarray, count: int) -> tuple[float, ...]:
     """Legendre moments of a phase function that is linear between cosines mu, from -1 to 1 [1]."""
-    x, w = legendre.leggauss(math.ceil((count + 3) / 2))
+    x, w = legendre_nodes(math.ceil((count + 3) / 2))
     half, middle = np.diff(mu)[:, None] / 2, (np.asarray(mu)[1:] + np.asarray(mu)[:-1])[:, None] / 2
     places, weights = (middle + half * x).ravel(), (half * w).ravel()
     found = (weights * np.interp(places, mu, density)) @ legendre.legvander(places, count - 1)
@@ -147,7 +148,7 @@ class Light:
         if edges.ndim != 1 or not (np.diff(edges) > 0).all() or edges[0] < 0 or edges[-1] > 1:
             raise ValueError(f"Light: edges must rise within 0 to 1, got {edges}")
         cuts = np.union1d(edges, self.edges[(self.edges > edges[0]) & (self.edges < edges[-1])])
-        x, w = legendre.leggauss(NODES)
+        x, w = legendre_nodes(NODES)
         half, middle = np.diff(cuts)[:, None] / 2, (cuts[1:] + cuts[:-1])[:, None] / 2
         mu = middle + half * x
         parts = 2 * math.pi * ((self._radiance(values, mu) * mu) @ w) * half[:, 0]
@@ -245,7 +246,7 @@ def graded_edges(top: float, width: float) -> np.ndarray:
 
 def gauss(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gauss's nodes and weights of all panels with these edges."""
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     return (middle + half * x).ravel(), (half * w).ravel()
 
@@ -336,5 +337,5 @@ def _between(
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
     """From values at Gauss's nodes to coefficients of Legendre polynomials."""
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.solid_angles import rectangle_projected_solid_angle, rectangle_solid_angle
 
 NODES = 8  # Gauss-Legendre along each side of a meter that is small against its distance
@@ -24,7 +25,7 @@ def mean_rectangle_solid_angle(width: float, height: float, distance: float, sid
     side: of the meter [m], no longer than width and height.  At a point it is a sum over the four corners of
     atan(x y / (d sqrt(d² + x² + y²))), x and y from the point's foot (Van Oosterom and Strackee 1983).
     """
-    t, weight = np.polynomial.legendre.leggauss(NODES)
+    t, weight = legendre_nodes(NODES)
     x, y = (long / 2 + np.outer([1, -1], side / 2 * t) for long in (width, height))
     product = np.multiply.outer(x, y)
     slant = np.sqrt(np.add.outer(x**2, y**2) + distance**2)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from transport.theory.counting import Moments
+from transport.theory.nodes import legendre_nodes
 
 ACROSS, ALONG = 24, 8  # nodes over the disk, across and along the edge; ALONG over a bin, too
 
@@ -119,5 +120,5 @@ def _over_disk(x, y, radius, gap, distance, power):
 
 
 def _nodes(low: float, high: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    x, weight = np.polynomial.legendre.leggauss(count)
+    x, weight = legendre_nodes(count)
     return (low + high) / 2 + (high - low) / 2 * x, weight * (high - low) / 2

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 
 def henyey_greenstein(mu: np.ndarray, g: float) -> np.ndarray:
     """Density [sr^-1] of the mean cosine g, (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) (Henyey and Greenstein 1941)."""
@@ -99,7 +101,7 @@ def linear_share(at: np.ndarray, mu: np.ndarray, density: np.ndarray) -> np.ndar
 
 def linear_means(mu: np.ndarray, density: np.ndarray) -> tuple[float, float, float]:
     """Means of mu, mu^2 and mu^3 [1] of that table: Gauss-Legendre of 3 points a segment, exact to degree 5."""
-    nodes, weights = np.polynomial.legendre.leggauss(3)
+    nodes, weights = legendre_nodes(3)
     mu, density = np.asarray(mu, float), np.asarray(density, float)
     half, middle = np.diff(mu)[:, None] / 2, (mu[1:] + mu[:-1])[:, None] / 2
     x = middle + half * nodes

@@ -19,7 +19,9 @@ from functools import lru_cache
 
 import numpy as np
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+from transport.theory.nodes import legendre_nodes
+
+_NODES, _WEIGHTS = legendre_nodes(24)
 _LARGEST = 20.0  # of t: beyond, s = 1 to 1e-17
 _UNDERFLOW = 745.0  # of s r, beyond which exp(-s r) is 0
 

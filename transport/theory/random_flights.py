@@ -16,8 +16,10 @@ import math
 
 import numpy as np
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(128)
-_BIN_NODES, _BIN_WEIGHTS = np.polynomial.legendre.leggauss(24)
+from transport.theory.nodes import legendre_nodes
+
+_NODES, _WEIGHTS = legendre_nodes(128)
+_BIN_NODES, _BIN_WEIGHTS = legendre_nodes(24)
 _SERIES = 24  # terms; below 1, the last is 1e-24 of the first
 
 

@@ -24,6 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 ORDER = 10  # nodes of a panel
 FINEST = -2  # of the panels about a foot: a quarter of the height
 RAYS = 400_000  # taken at a time
@@ -301,5 +303,5 @@ def _panels(breaks: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
 @lru_cache(maxsize=16)
 def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of Gauss and Legendre on [0, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = legendre_nodes(count)
     return (nodes + 1) / 2, weights / 2

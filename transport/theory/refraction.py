@@ -15,6 +15,7 @@ from collections.abc import Callable
 import numpy as np
 
 from transport.theory.fresnel import reflectance
+from transport.theory.nodes import legendre_nodes
 
 NODES = 96
 
@@ -73,5 +74,5 @@ def _means(share: Share, cosines: np.ndarray, index: float) -> np.ndarray:
 
 def _nodes(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places and weights of an integral from low to high."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     return low + (high - low) * (1 + x) / 2, (high - low) * w / 2

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
 from transport.theory.view_factors import coaxial_disks
 
 NODES = 40  # of the spheres' integral
@@ -138,7 +139,7 @@ def _over_sphere(radius_1: float, radius_2: float, distance: float, low: float, 
 
     if not low < high:
         return 0.0
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     t, w = math.pi / 4 * (1 + x), math.pi / 4 * w
     mu, w = low + (high - low) * np.sin(t) ** 2, w * (high - low) * np.sin(2 * t)
     away = np.sqrt((distance - radius_1) ** 2 + 2 * distance * radius_1 * (1 - mu))

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from transport.theory.counting import Moments
+from transport.theory.nodes import legendre_nodes
 
 NODES = 24
 
@@ -79,7 +80,7 @@ def _over_sectors(phi_edges, radius, offset, distance, power):
     slope = radius / offset
     sines = np.sin(np.clip(phi_edges, -math.asin(slope), math.asin(slope))) / slope
     psi = np.arcsin(np.clip(sines, -1.0, 1.0))
-    x, weight = np.polynomial.legendre.leggauss(NODES)
+    x, weight = legendre_nodes(NODES)
     half = np.diff(psi)[:, None] / 2
     nodes = (psi[1:] + psi[:-1])[:, None] / 2 + half * x
     cosine = np.sqrt(1 - (slope * np.sin(nodes)) ** 2)  # of φ

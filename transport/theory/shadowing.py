@@ -17,6 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 TERMS, STEP = 24, 3.0  # nodes of a panel, and its length in t, where poles are pi/2 away
 LEAST = 2.0**-60  # rad: what is lower counts as that high; no share changes by a rounding
 
@@ -90,5 +92,5 @@ def _integral(
 @lru_cache(maxsize=64)
 def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of Gauss and Legendre on [0, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = legendre_nodes(count)
     return (nodes + 1) / 2, weights / 2

@@ -20,6 +20,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 ACROSS, ALONG = 16, 12  # nodes over a piece of a bin: across the shadow, along it
 
 Strip = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -122,5 +124,5 @@ def mean_lit_projected_solid_angles(
 
 
 def _nodes(low: float, high: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    x, weight = np.polynomial.legendre.leggauss(count)
+    x, weight = legendre_nodes(count)
     return (low + high) / 2 + (high - low) / 2 * x, weight * (high - low) / 2

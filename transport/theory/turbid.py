@@ -31,6 +31,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from transport.theory.fresnel import reflectance, snell_cosine, transmittance
+from transport.theory.nodes import legendre_nodes
 
 NODES = 96  # cosines of a panel
 STEEPEST = 0.95  # |g|; a forward peak beyond falls between the nodes
@@ -222,7 +223,7 @@ def solved(
 
 
 def _quadrature(index: float) -> Quadrature:
-    x, w = legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     x, w = (x + 1) / 2, w / 2
     critical = math.sqrt((index - 1) * (index + 1)) / index
     refracted = np.sqrt(critical**2 + (x / index) ** 2)

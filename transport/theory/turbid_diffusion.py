@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.theory.fresnel import diffuse_reflectance, reflectance, transmittance
+from transport.theory.nodes import legendre_nodes
 
 NODES = 64
 
@@ -61,7 +62,7 @@ class Diffusion:
 
 def boundary_factor(index: float) -> float:
     """A of the boundary condition φ = 2 A D φ' [1]: 1 without a boundary, 2.95 for an index of 1.4."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     outside, w = (x + 1) / 2, w / 2
     critical = math.sqrt((index - 1) * (index + 1)) / index
     within = np.sqrt(critical**2 + (outside / index) ** 2)

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 NODES = 24  # of the unequal rectangles' integrals: their nearest pole leaves 3.7^-48
 
 
@@ -153,5 +155,5 @@ def _atan_excess(x, y):
 
 def _integral(function, middle, half):
     """Gauss-Legendre integral from middle - half to middle + half, over the value's last axis."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = legendre_nodes(NODES)
     return half * (function(middle + half * nodes) @ weights)

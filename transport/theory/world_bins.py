@@ -13,6 +13,8 @@ import math
 
 import numpy as np
 
+from transport.theory.nodes import legendre_nodes
+
 NODES = 48
 
 
@@ -82,7 +84,7 @@ def _polar_range(low: float, high: float) -> tuple[float, float]:
 
 def _nodes() -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights on 0 to 1 for functions with half-odd powers at both ends."""
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = legendre_nodes(NODES)
     quarter = math.pi / 4 * (1 + x)  # t / 2
     return np.sin(quarter) ** 2, math.pi / 4 * w * np.sin(2 * quarter)
 
