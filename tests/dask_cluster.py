@@ -44,7 +44,8 @@ class DaskCluster:
     def start_scheduler(self) -> None:
         port = self.address.rpartition(":")[2]
         self.scheduler = self._start(
-            "dask_scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard"
+            *("dask_scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard"),
+            *("--idle-timeout", "600s"),  # where the tests are killed themselves, and workers end with it
         )
 
     def start_worker(self, path: Path = ROOT) -> subprocess.Popen:

@@ -6,6 +6,8 @@ import pytest
 
 import transport as tp
 from tests.test_saved import SMALL, assert_same
+from transport import experiment
+from transport.saved.whole import FileError
 
 
 @pytest.fixture
@@ -49,7 +51,26 @@ def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
         (("--part", "3"), "--part must be like 2/8"),
         (("--save", "run.txt"), "ends in .nc or .npz"),
         (("--checkpoint", "none/run.nc"), "make none first"),
+        (("--every", "5"), "say --checkpoint FILE as well"),
     ):
         answer = run(*options)
         assert answer.exit_code == 2 and said in answer.output, answer.output
     assert "no file none.nc" in call("show", "none.nc").output
+
+
+def test_a_file_that_cannot_be_saved_is_refused_before_the_run(run, monkeypatch):
+    monkeypatch.setattr(experiment, "simulate", None)
+    for file, said in (("run.txt", "ends in .nc or .npz"), ("none/run.npz", "make none first")):
+        answer = run("--save", file)
+        assert answer.exit_code == 2 and said in answer.output, answer.output
+
+
+def test_where_the_disk_is_full_in_the_end_the_run_is_told_all_the_same(run, monkeypatch):
+    def full(*_):
+        raise FileError("cannot write run.npz: No space left")
+
+    monkeypatch.setattr(tp.Result, "save", full)
+    answer = run("--save", "run.npz", "--json")
+    record = json.loads(answer.output)
+    assert answer.exit_code == 2 and record["quantities"], answer.output
+    assert any("not saved: cannot write run.npz" in warning for warning in record["warnings"])

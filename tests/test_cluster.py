@@ -18,6 +18,9 @@ from tests.test_taking_up import assert_same
 from transport.cluster import line as lines
 from transport.cluster.crew import ClusterCrew
 from transport.cluster.groups import Groups, Pace
+from transport.runs import hiring
+from transport.runs.interruption import Interruption
+from transport.runs.progress import Progress
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster
@@ -146,12 +149,13 @@ def test_what_is_out_is_taken_back_when_time_is_up(cluster):
     cluster.wait_until_empty()
 
 
-def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(cluster, whole, monkeypatch):
+def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(cluster, whole, monkeypatch, caplog):
     happening(monkeypatch, lambda: os.kill(os.getpid(), signal.SIGINT))
     stopped = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert not stopped.is_complete and 0 < stopped.particles < MANY["particles"]
     cluster.wait_until_empty()
     assert_same(tp.simulate(scene(), **MANY, resume=stopped).batches, whole.batches)
+    assert [record.getMessage() for record in caplog.records if record.name == "asyncio"] == []
 
 
 def test_a_client_of_ones_own_does(cluster, whole):
@@ -172,6 +176,20 @@ def test_without_workers_or_scheduler_a_run_ends_with_what_it_has(whole, monkeyp
     assert any("no scheduler answers" in warning for warning in result.warnings)
     with pytest.raises(tp.SceneError, match=r"no scheduler answers at tcp.*dask scheduler"):
         tp.simulate(scene(), **MANY, cluster=cluster.address)
+
+
+def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(monkeypatch):
+    class Nobody:
+        doing = "no workers at tcp://10.0.0.1:8786"
+
+        def open(self, tell):
+            tell(self.doing)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(hiring, "LONG", -1.0)
+    told = pytest.warns(hiring.WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
+    with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
+        hiring._wait_for(Nobody(), Progress(), Interruption())
 
 
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from tests.media_scenes import TRACKINGS
 from tests.own_experiments import ROOT
 from tests.plain_scenes import SCENES
 from transport.results.packed import Packed, packed
+from transport.runs import schedules
 from transport.runs.origins import this_origin
 from transport.saved import checkpoints
 from transport.saved.columns import columns_of, values_of
@@ -113,9 +114,30 @@ def test_parts_are_together_the_whole(name, tmp_path):
     merged = tp.merge(tmp_path / "part.npz", *parts[1:])
     assert_same(merged.batches, whole.batches)
     assert merged.particles == sum(part.particles for part in parts)
-    scene, more = SCENES[LIMITS[name][0]](), 2 * whole.particles
+    scene, more = SCENES[LIMITS[name][0]](), 4 * whole.particles
     gone_on = [tp.simulate(scene, particles=more, resume=run) for run in (merged, whole)]
     assert_same(*(result.batches for result in gone_on))
+
+
+def test_a_part_that_is_missing_is_told():
+    """A job of an array that failed: what the others did is a good result, though not the one that was asked for."""
+    one, two, three = (tp.simulate(SMALL, particles=4_000, batches=8, part=(k, 3)) for k in (1, 2, 3))
+    for parts, said in (
+        ((three, one), "batches 2 to 4 of seed 0 are in none"),
+        ((two, three), "batches 0 to 1 of seed 0 are in none"),
+        ((one, two), "those of seed 0 after part 2 of 3 are in none"),
+    ):
+        assert any(said in warning for warning in tp.merge(*parts).warnings)
+    for whole in (tp.merge(three, one, two), tp.merge(tp.merge(one, two), three)):
+        assert not any("in none" in warning for warning in whole.warnings)
+
+
+def test_parts_end_where_batches_that_are_put_together_do(monkeypatch):
+    monkeypatch.setattr(schedules, "LARGEST_BATCH", 64)
+    whole = tp.simulate(SMALL, particles=20_001)
+    parts = [tp.simulate(SMALL, particles=20_001, part=(k, 5)) for k in range(1, 6)]
+    assert whole.batches[0].past == 3
+    assert_same(tp.merge(*parts).batches, whole.batches)
 
 
 def test_a_killed_part_goes_on_as_that_part(tmp_path, monkeypatch):
@@ -134,6 +156,10 @@ def test_a_run_goes_on_to_more_and_never_beyond_what_is_asked(tmp_path, monkeypa
     assert tp.simulate(SMALL, particles=5_000, resume=more).particles == 30_000
     exact = tp.simulate(SMALL, error={"meter.flux_in": 0.01}, resume=few)["meter"].flux_in
     assert exact.relative_error <= 0.01
+    for sampling in ("random", "sobol"):
+        known = tp.simulate(SMALL, error={"meter.flux_in": 0.1}, sampling=sampling)
+        late = known.state.seconds + 0.3
+        assert tp.simulate(SMALL, seconds=late, resume=known, sampling=sampling).particles > known.particles
     killed_at(4, path, monkeypatch, "random")
     done = tp.load(path).particles
     assert run("random", particles=done + 1000, resume=path).particles == done + 1000
@@ -151,6 +177,11 @@ def test_other_seeds_add_up_in_whatever_order(tmp_path):
     assert more.particles == 20_000 and {batch.seed for batch in more.batches} == {3, 5}
     places = [(batch.seed, number) for batch in more.batches for number in range(batch.first, batch.past)]
     assert len(set(places)) == len(places)
+    odd = [tp.simulate(SMALL, particles=1000 * n, batches=n, seed=seed) for n, seed in ((3, 3), (2, 5))]
+    more = tp.merge(*odd)
+    for particles in (30_000, 100_000):  # for which what there is becomes larger batches, twice
+        more = tp.simulate(SMALL, particles=particles, resume=more)
+    assert "batches 0 to 1 of seed 5" in refusal(tp.merge, more, odd[1])
 
 
 def refusal(call, *arguments, **named):
@@ -219,6 +250,14 @@ def test_what_is_no_whole_file_is_refused(tmp_path):
         for length in rng.integers(0, len(content) - 1, 10):
             path.write_bytes(content[:length])
             assert "not a whole file" in refusal(tp.load, path)
+        for place, bit in zip(rng.integers(0, len(content), 40), rng.integers(0, 8, 40), strict=True):
+            path.write_bytes(content[:place] + bytes([content[place] ^ 1 << bit]) + content[place + 1 :])
+            try:
+                again = tp.load(path)
+            except FileError:
+                continue
+            assert_same(again.batches, result.batches)
+            assert (again.scene, again.cost, again.seed) == (result.scene, result.cost, result.seed)
     assert issubclass(FileError, OSError)
     path = tmp_path / "newer.npz"
     result.save(path)
@@ -381,12 +420,12 @@ def test_any_kind_of_field_comes_back_as_it_was():
 def test_names_that_a_file_cannot_have_are_kept_apart(tmp_path):
     meters = [
         tp.Detector(tp.Disk(center=(0, 0, z), radius=1), name)
-        for z, name in ((1, "a/b"), (2, "a|b"), (3, "run"))
+        for z, name in ((1, "a/b"), (2, "a|b"), (3, "run"), (4, "absorbed"))
     ]
     result = tp.simulate(dataclasses.replace(SMALL, detectors=meters), particles=1_000)
     result.save(tmp_path / "run.nc")
     xarray = pytest.importorskip("xarray")
-    for group, name in (("a|b", "a/b"), ("a|b_", "a|b"), ("run_", "run")):
+    for group, name in (("a|b", "a/b"), ("a|b_", "a|b"), ("run_", "run"), ("absorbed_", "absorbed")):
         with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf", group=group) as found:
             assert found.attrs["name"] == name and float(found.flux_out) == result[name].flux_out.value
     assert_same(tp.load(tmp_path / "run.nc").batches, result.batches)

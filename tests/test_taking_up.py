@@ -7,6 +7,7 @@ import pytest
 
 from tests.test_reproducible import scene
 from transport.estimators.methods import checked_method
+from transport.runs import schedules
 from transport.runs.crew import Crew
 from transport.runs.limits import checked_limits
 from transport.runs.machines import machine_for
@@ -70,3 +71,16 @@ def test_it_ends_as_one_that_was_not_saved(name, sampling):
             whole.crossings,
             whole.looks,
         )
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+def test_batches_are_never_larger_than_is_safe(sampling, monkeypatch):
+    """Also where several of the largest have become one, and the run goes on to more, or to an error."""
+    monkeypatch.setattr(schedules, "LARGEST_BATCH", 512)
+    first = run_of({"particles": 40_000, "batches": 16}, sampling)
+    assert max(batch.histories for batch in first.batches) > 512
+    within = run_of({"particles": 40_000, "batches": 16}, sampling, saved=first.states[40])
+    assert_same(within.batches, first.batches)
+    for limits in ({"particles": 80_000}, {"error": {"ball.flux_in": 0.005}}):
+        run = run_of(limits | {"batches": 16}, sampling, saved=first.state)
+        assert max(size for size, _ in run.crew.done) <= 512

@@ -31,6 +31,8 @@ from types import ModuleType
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.runs.limits import checked_limits
+from transport.saved.record import checked_place
+from transport.saved.whole import FileError
 from transport.scene import Scene
 from transport.simulate import simulate
 from transport.units import UnitError
@@ -59,7 +61,8 @@ class Row:
 class Outcome:
     """One case of an experiment: its parameters, the run, and its table.
 
-    notes: warnings beside the run's own;  bins: what it measured over bins, by name.
+    notes: warnings beside the run's own;  bins: what it measured over bins, by name;  is_saved: unless its file could not be
+    written.
     """
 
     parameters: dict[str, object]
@@ -67,6 +70,7 @@ class Outcome:
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
     bins: Mapping[str, EstimateArray] = field(default_factory=dict)
+    is_saved: bool = True
 
     def __getitem__(self, name: str) -> Row:
         return next(row for row in self.rows if row.name == name)
@@ -189,8 +193,11 @@ def outcomes_of(
 
     limits: as for `simulate`; where none is given, as many particles as the module says, in its way.  A case that does
     not have a quantity whose error is asked for runs without it, with a warning.
-    save: a file for each run; of several cases, as those of `limits`, each by its number: run_1.nc, run_2.nc.
+    save: a file for each run; of several cases, as those of `limits`, each by its number: run_1.nc, run_2.nc.  Where it
+    cannot be written in the end, the case is told all the same.
     """
+    if save is not None:
+        checked_place("save", save)
     ready = []
     for parameters in cases_of(module, settings):
         scene = scene_of(module, parameters, settings)
@@ -208,14 +215,23 @@ def outcomes_of(
         own = _numbered({"save": save} | limits, number if len(ready) > 1 else None)
         file = own.pop("save")
         result = simulate(scene, **_settled(module, own | {"error": errors}))
-        if file is not None:
-            result.save(file)
+        failure = None if file is None else _failure_to_save(result, file)
         notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
+        notes += () if failure is None else (f"not saved: {failure}",)
         with blamed(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
-        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
+        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins, failure is None)
         if not result.is_complete:
             return
+
+
+def _failure_to_save(result: Result, file: Path) -> FileError | None:
+    """Save the run; what went wrong, where the disk is full and the like."""
+    try:
+        result.save(file)
+    except FileError as error:
+        return error
+    return None
 
 
 def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object]:

@@ -106,6 +106,7 @@ class Line:
 
         self.serving, self.changed, self.heard = asyncio.current_task(), asyncio.Event(), time.monotonic()
         self.loop = asyncio.get_running_loop()
+        self.loop.set_exception_handler(_tell_news)
         async with reached(self.cluster, self.threads) as options:
             while not self.is_over:
                 try:
@@ -276,3 +277,11 @@ class Line:
             raise SceneError(f"simulate: cluster: {what} ({error}); {cure}")
         if self.is_begun and time.monotonic() - self.heard > PATIENCE:
             raise CrewLost(f"{what} for {PATIENCE:g} s")
+
+
+def _tell_news(loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
+    """What went wrong where nobody waits for it; but not what Dask leaves behind of groups that were taken back."""
+    from distributed.client import AllExit
+
+    if not isinstance(context.get("exception"), AllExit):
+        loop.default_exception_handler(context)

@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from transport import __version__
-from transport.command.console import INTERRUPTED, TEXT_WIDTH, refusals, say, say_json
+from transport.command.console import INTERRUPTED, REFUSED, TEXT_WIDTH, refusals, say, say_json
 from transport.command.files import merge, show
 from transport.command.hard_cases import verify_hard
 from transport.command.long_proof import verify_long
@@ -159,6 +159,8 @@ def run(
         "part": part_of(part),
         "cluster": cluster,
     }
+    if every is not None and checkpoint is None:
+        raise SceneError("--every is of checkpoints; say --checkpoint FILE as well, or leave it out")
     module = checked(experiment(sim))
     pending = outcomes_of(module, named_values(set_ or ()), limits, save)
     if json:
@@ -172,6 +174,8 @@ def run(
         draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
+    if not all(outcome.is_saved for outcome in outcomes):
+        raise typer.Exit(REFUSED)
 
 
 @app.command("list")

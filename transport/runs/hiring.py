@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING
 
 from transport.compile.plan import Plan
 from transport.runs.crew import Crew, InOrder
@@ -16,6 +20,15 @@ from transport.runs.progress import Progress
 from transport.runs.ways import Way
 from transport.scene import Scene
 from transport.validation import SceneError
+
+if TYPE_CHECKING:
+    from transport.cluster.line import Line
+
+LONG = 30.0  # [s] that a cluster is waited for in silence
+
+
+class WaitingWarning(UserWarning):
+    """A run waits for the workers of its cluster."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +81,27 @@ def hands_for(
     plan = plan_for(scene, way.tracking, way.method)
     line = Line(staff.cluster, staff.threads, (scene, way.tracking, way.method))
 
-    def wait(what: str) -> None:
-        bar.waiting(what)
-        interruption.check()
-
     try:
-        line.open(wait)
+        _wait_for(line, bar, interruption)
         hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
         yield Hands(plan, hire, line.threads, len(line.there), lambda: line.doubts)
     finally:
         line.close()
+
+
+def _wait_for(line: Line, bar: Progress, interruption: Interruption) -> None:
+    """Until a worker is ready; told where it takes long, as a job that has no terminal would wait for ever in silence."""
+    due = time.perf_counter() + LONG
+
+    def wait(what: str) -> None:
+        nonlocal due
+        bar.waiting(what)
+        interruption.check()
+        if time.perf_counter() > due:
+            warnings.warn(f"{what}; the run begins when it can", WaitingWarning, stacklevel=2)
+            due = math.inf
+
+    try:
+        line.open(wait)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"interrupted before the run began: {line.doing}") from None

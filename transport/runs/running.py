@@ -242,8 +242,8 @@ class Run:
         self.shown = time.perf_counter()
         particles, elapsed = self.particles + self.crew.started, self._elapsed
         ends = [self.outlook.end(elapsed, particles)]  # [s], the first of which counts
-        if self.limits.particles is not None:
-            ends.append(elapsed * self.limits.particles / max(1, particles))
+        if self.limits.particles is not None and particles:
+            ends.append(elapsed * self.limits.particles / particles)
         if self.limits.seconds is not None:
             ends.append(self.limits.seconds)
         self.bar.running(particles, elapsed, min(ends), self.looks[-1].worst if self.looks else None)

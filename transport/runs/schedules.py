@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import repeat
+from itertools import groupby, repeat
 
 import numpy as np
 
@@ -20,17 +20,13 @@ from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
 from transport.runs.stopping import Look
 
 LARGEST_BATCH = 1 << 24  # histories
-MOST_EVENTS = (
-    1 << 28
-)  # crossings and collisions of a batch planned by what earlier ones had: sums are exact below 2^30
+MOST_EVENTS = 1 << 28  # crossings and collisions planned for a batch: sums are exact below 2^30
 FIRST_BATCH = 512  # histories of a batch where only the time is limited; doubled as the run goes on
 SMALL_BATCH = 128  # histories of a batch of a pilot
 MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
 FEWEST = 32  # batches, unless they are very large
 FEWEST_OF_A_ROUND = 8  # batches, by which a round that was not finished is better than the one before it
-MOST_IN_ONE_GO = (
-    4  # times as many batches as asked for, where these would be too large; beyond it neighbours are merged
-)
+MOST_IN_ONE_GO = 4  # times as many batches as asked for, where those are too large; then neighbours merge
 
 Leg = list[tuple[int, int]]  # histories of a batch, and how many such follow one another
 
@@ -90,7 +86,8 @@ class Schedule:
     def _leg(self, looks: list[Look]) -> Leg:
         size, left, many, leg = FIRST_BATCH, self.left, 2 * self.count, []
         if self.batches:
-            size, many = max(batch.histories for batch in self.batches), self.count
+            size = min(LARGEST_BATCH, max(batch.histories for batch in self.batches))
+            many = self.count
         while left >= size:
             leg.append((size, min(many, left // size)))
             left -= size * leg[-1][1]
@@ -138,19 +135,23 @@ class Schedule:
         return sum(batch.histories for batch in self.batches)
 
     def _merge(self, together: int) -> None:
-        """Make one batch of so many that follow one another."""
+        """Make one batch of so many that follow one another; never of two seeds, for a batch tells but one."""
         while together > 1:
-            firsts, seconds = self.batches[::2], self.batches[1::2]
-            odd = firsts[len(seconds) :]
-            self.batches = [
-                one.merged(other, self._most_records(2)) for one, other in zip(firsts, seconds, strict=False)
-            ] + odd
+            of_seeds = groupby(self.batches, key=lambda batch: batch.seed)
+            self.batches = [pair for _, batches in of_seeds for pair in self._paired(list(batches))]
             together //= 2
+
+    def _paired(self, batches: list[Batch]) -> list[Batch]:
+        firsts, seconds = batches[::2], batches[1::2]
+        odd = firsts[len(seconds) :]
+        return [
+            one.merged(other, self._most_records(2)) for one, other in zip(firsts, seconds, strict=False)
+        ] + odd
 
     def _sizes(self, more: int) -> Leg:
         """Batches for so many more histories, so that all are about as large; small ones are merged to that size."""
         largest = self._largest()
-        size = max((batch.histories for batch in self.batches), default=min(SMALL_BATCH, largest))
+        size = min(largest, max((batch.histories for batch in self.batches), default=SMALL_BATCH))
         together = 1
         while 2 * size <= largest and (self.particles + more) >= 2 * size * self.count:
             size, together = 2 * size, 2 * together
@@ -214,7 +215,7 @@ class Nets(InOneGo):
         return [equal_powers_of_two(self.left, self.count)]
 
     def _sizes(self, more: int) -> Leg:
-        size = self.batches[0].histories
+        size = min(LARGEST_BATCH, self.batches[0].histories)  # of a net: of the largest several may be one
         return [(size, math.ceil(more / size))]
 
 
@@ -270,12 +271,13 @@ class Rounds(Schedule):
 
     def adopt(self) -> None:
         super().adopt()
-        self.size = self.batches[-1].histories
+        self.size = min(LARGEST_BATCH, self.batches[-1].histories)
 
     def end_leg(self) -> None:
         self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
-        while len(self.batches) >= self.most_kept:
+        seeds = len({batch.seed for batch in self.batches})
+        while len(self.batches) >= max(self.most_kept, seeds + 1):
             self._merge(2)
 
     @property

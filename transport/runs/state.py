@@ -72,9 +72,9 @@ def _goes_too_far(state: State, limits: Limits) -> bool:
 
 
 def looks_at(state: State, limits: Limits) -> list[Look]:
-    """The looks of a saved run, as they would have been with these errors asked for."""
+    """The looks of a saved run, as they would have been with these errors asked for; none where none is."""
     looks = []
-    for look in state.looks:
+    for look in state.looks if limits.error else ():
         known = {standing.name: standing for standing in look.standings}
         if limits.error.keys() <= known.keys():
             standings = [replace(known[name], target=target) for name, target in limits.error.items()]

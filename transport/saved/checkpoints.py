@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from transport.results import Result
 from transport.runs.running import Run
-from transport.saved.record import checked_path, save
+from transport.saved.record import checked_place, save
 from transport.saved.whole import FileError
 from transport.scene import Scene
 from transport.validation import SceneError, as_float, shown
@@ -26,11 +26,7 @@ class Checkpoints:
 
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raises SceneError for a file or an interval that is none, and for a scene that no file can hold."""
-        self.path, self.every = checked_path("checkpoint", path), _checked(every)
-        if not self.path.parent.is_dir():
-            raise FileError(
-                f"simulate: checkpoint {self.path} is in no folder; make {self.path.parent} first"
-            )
+        self.path, self.every = checked_place("checkpoint", path), _checked(every)
         self.scene, self.due, self.failures = scene.to_json(), time.perf_counter() + self.every, []
 
     def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:

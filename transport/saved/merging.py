@@ -34,7 +34,7 @@ def merge(*runs: Result | str | PathLike) -> Result:
     batches = sorted((batch for result in results for batch in result.batches), key=_place)
     seed = batches[0].seed
     state = _state(results, batches, seed)
-    warnings = doubts_of(state.origins)
+    warnings = [*_missing(results, batches), *doubts_of(state.origins)]
     is_complete = all(result.is_complete for result in results)
     first = results[0]
     return Result(first.plan, batches, seed, _cost(results), is_complete, warnings, first.asked, None, state)
@@ -80,11 +80,31 @@ def _check_disjoint(titles: list[str], results: list[Result]) -> None:
         raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
 
 
+def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
+    """Of runs in parts, the batches that are in none of these: a job that failed is not to go unnoticed."""
+    told = []
+    for seed in dict.fromkeys(result.seed for result in results if state_of(result).limits.part != (1, 1)):
+        own = [batch for batch in batches if batch.seed == seed]
+        for past, batch in zip([0, *(batch.past for batch in own)], own, strict=False):
+            if batch.first > past:
+                told.append(f"batches {past} to {batch.first - 1} of seed {seed}")
+        last = max(
+            results, key=lambda result: max((b.past for b in result.batches if b.seed == seed), default=0)
+        )
+        one, of = state_of(last).limits.part
+        if one < of:
+            told.append(f"those of seed {seed} after part {one} of {of}")
+    cure = "merge the parts with these as well, or the result is of fewer particles than the run was to have"
+    return [f"{', '.join(told)} are in none of these runs: {cure}"] if told else []
+
+
 def _state(results: list[Result], batches: list[Batch], seed: int) -> State:
     """By what they go on together: with batches of the first seed that none of them has."""
     states = [state_of(result) for result in results]
     particles = sum(batch.histories for batch in batches)
-    limits = Limits(particles, {}, None, max(state.limits.batches for state in states), True)
+    said = {state.limits.batches for state in states}
+    is_free = len(said) > 1 or any(state.limits.is_free for state in states)
+    limits = Limits(particles, {}, None, max(said), is_free)
     return State(
         limits,
         MERGED,

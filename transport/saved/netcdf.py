@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -44,7 +45,8 @@ def write(
         group = written.create_group(OWN)
         group.dimensions["batch"] = batches
         for name, text in texts.items():
-            _write_variable(patient, group, name, Variable((), np.array(text, dtype=object)))
+            told = Variable((), np.array(text, dtype=object), {"crc32": _checksum(text)})
+            _write_variable(patient, group, name, told)
         for name, column in columns.items():
             axes = [f"{name}.{axis}" for axis in range(len(column.shape))]
             axes[:1] = ["batch"] if column.shape[0] == batches else axes[:1]
@@ -173,7 +175,14 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 def _text(variable) -> str:
     found = np.asarray(variable[...]).item()
-    return found.decode() if isinstance(found, bytes) else found
+    found = found.decode() if isinstance(found, bytes) else found
+    if variable.attrs["crc32"] != _checksum(found):  # which HDF5 keeps of chunks alone
+        raise ValueError(f"the checksum of {variable.name} is another")
+    return found
+
+
+def _checksum(text: str) -> str:
+    return f"{zlib.crc32(text.encode()):08x}"
 
 
 def _pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:

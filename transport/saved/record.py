@@ -6,6 +6,7 @@ The suffix decides: .nc is NetCDF-4, .npz a zip of arrays.  Nothing in it is run
 from __future__ import annotations
 
 import json
+import os
 import zlib
 from dataclasses import replace
 from os import PathLike
@@ -37,7 +38,10 @@ NOT_WHOLE = (
     ValueError,
     TypeError,
     EOFError,
+    MemoryError,
     RuntimeError,
+    OverflowError,
+    AttributeError,
     IndexError,
     BadZipFile,
     zlib.error,
@@ -75,13 +79,14 @@ def load(path: str | PathLike) -> Result:
             about, scene = _checked(path, json.loads(text("run"))), text("scene")
             kept = about["columns"], "", about["batches"], pieces, KINDS
             batches = values_of(*kept)
+            run = {name: meant(value, batches) for name, value in about["run"].items()}
     except SceneError:
         raise
     except FileNotFoundError:
         raise FileError(f"no file {path}") from None
     except NOT_WHOLE as error:
         raise FileError(f"{path} is not a whole file of a run ({type(error).__name__}: {error})") from error
-    return _result(path, about, scene, batches)
+    return _result(path, about["rows"], scene, run)
 
 
 def checked_path(what: str, path: object) -> Path:
@@ -100,6 +105,19 @@ def checked_path(what: str, path: object) -> Path:
         raise SceneError(f"{what}: a file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
     if path.suffix == ".nc":
         netcdf.h5netcdf_for(path)
+    return path
+
+
+def checked_place(what: str, path: object) -> Path:
+    """The path, if a run may be saved there once it is over: asked before it begins, as a day later is too late.
+
+    Raises as `checked_path`, and FileError where the folder is missing or may not be written to.
+    """
+    path = checked_path(what, path)
+    if not path.parent.is_dir():
+        raise FileError(f"simulate: {what} {path} is in no folder; make {path.parent} first")
+    if not os.access(path.parent, os.W_OK):
+        raise FileError(f"simulate: {what} {path}: its folder may not be written to; name another one")
     return path
 
 
@@ -142,14 +160,13 @@ def _checked(path: Path, about: dict) -> dict:
     return about
 
 
-def _result(path: Path, about: dict, scene: str, batches: list[Batch]) -> Result:
-    run = {name: meant(value, batches) for name, value in about["run"].items()}
+def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
     try:
         scene = Scene.from_json(scene)
     except SceneError as error:
         raise FileError(f"{path}: its scene: {error}") from error
     plan = plan_for(scene, run["tracking"], run["method"])
-    if about["rows"] != rows_of(plan):
+    if rows != rows_of(plan):
         made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
         cure = "load it there, or read what it found out with xarray or numpy"
         raise FileError(f"{path} was made by transport {made}, whose sums are laid out otherwise; {cure}")

@@ -57,13 +57,13 @@ def _check_alike(saved: Result, scene: Scene, asked: Asked) -> None:
     _check("sampling", asked.sampling, method.sampling)
     _check("tracking", asked.tracking, saved.plan.tracking)
     _check("batches", asked.batches, limits.batches)
-    _check("part", asked.part, limits.part)
+    _check("part", tuple(asked.part) if isinstance(asked.part, list) else asked.part, limits.part)
 
 
 def _limits(saved: Result, asked: Asked) -> Limits:
     """When the run that goes on ends: as was said at first, where nothing is said now."""
     was = saved.state.limits
-    if not any(asked.limits):
+    if asked.particles is None and not asked.error and asked.seconds is None:
         return was
     if was.part != (1, 1):
         _check("particles", asked.particles, was.particles)

@@ -43,8 +43,9 @@ class Table:
 def tables_of(result: Result) -> Iterator[Table]:
     """The ledger, then each detector."""
     told = {"title": repr(result), "seed": str(result.seed), "method": result.plan.method.title}
-    yield Table("", told, _ledger(result))
-    taken = {OWN}
+    ledger = list(_ledger(result))
+    yield Table("", told, iter(ledger))
+    taken = {OWN, *dict(ledger)}  # a group cannot be called as a variable beside it
     for detector in result.scene.detectors:
         group = detector.name.replace("/", "|")  # of which a name in HDF5 has none
         while group in taken:
