@@ -31,6 +31,7 @@ class Drawn:
     total: float
     crossings: int = 0
     collisions: int = 0
+    seed: int = 0
 
     def merged(self, other, most_records):
         return Drawn(self.histories + other.histories, self.total + other.total)
