@@ -9,8 +9,8 @@ import signal
 import pytest
 
 import transport as tp
+from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from tests.test_taking_up import assert_same
 from transport.runs.running import Run
 
 pytest.importorskip("distributed")

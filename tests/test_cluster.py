@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import transport as tp
+from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from tests.test_taking_up import assert_same
 from transport.cluster import line as lines
 from transport.cluster.crew import ClusterCrew
 from transport.cluster.groups import Groups, Pace

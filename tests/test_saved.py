@@ -17,6 +17,7 @@ import transport as tp
 from tests.media_scenes import TRACKINGS
 from tests.own_experiments import ROOT
 from tests.plain_scenes import SCENES
+from tests.same_batches import assert_same
 from transport.results.packed import Packed, packed
 from transport.runs import schedules
 from transport.runs.origins import this_origin
@@ -52,23 +53,6 @@ class Killed(BaseException):
 def run(name, **more):
     scene, how = LIMITS[name]
     return tp.simulate(SCENES[scene](), **{"seed": 2**64 - 3, "threads": 2} | how | more)
-
-
-def assert_same(one, other):
-    """Every number of every batch, with its type; and what is said of it."""
-    assert len(one) == len(other)
-    for batch, like in zip(one, other, strict=True):
-        for field in dataclasses.fields(batch):
-            value, again = getattr(batch, field.name), getattr(like, field.name)
-            assert type(value) is type(again), field.name
-            if isinstance(value, np.ndarray):
-                assert (value.dtype, value.shape, value.tobytes()) == (
-                    again.dtype,
-                    again.shape,
-                    again.tobytes(),
-                )
-            else:
-                assert value == again, field.name
 
 
 def killed_at(save_number, path, monkeypatch, name, **more):

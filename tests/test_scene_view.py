@@ -13,7 +13,8 @@ import transport as tp
 from viz import night, scene_view
 from viz.scene_camera import _coarse, _crossed, view_of
 from viz.scene_frame import frame_of
-from viz.scene_parts import BACK, FRONT, NOWHERE, block_names, is_hazed, parts_of
+from viz.scene_parts import block_names, is_hazed, parts_of
+from viz.scene_sides import BACK, FRONT, NOWHERE
 from viz.scene_things import _lifted, name_of
 from viz.scene_view import caption_of, scene_blocks
 from viz.solids import contours, solid

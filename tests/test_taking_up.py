@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.estimators.methods import checked_method
 from transport.runs import schedules
@@ -49,13 +50,6 @@ def run_of(limits, sampling="random", threads=2, saved=None):
     )
     run.go()
     return run
-
-
-def assert_same(one, other):
-    assert len(one) == len(other)
-    for batch, like in zip(one, other, strict=True):
-        for name, part in vars(batch).items():
-            np.testing.assert_array_equal(getattr(like, name), part, err_msg=name)
 
 
 @pytest.mark.parametrize("sampling", ["random", "sobol"])

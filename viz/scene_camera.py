@@ -11,7 +11,8 @@ import numpy as np
 from transport.shapes import Box, Mesh, Shape
 from viz.facets import TURN, Facets, facets_of
 from viz.scene_frame import Frame
-from viz.scene_parts import BACK, FRONT, NOWHERE, Part
+from viz.scene_parts import Part
+from viz.scene_sides import BACK, FRONT, NOWHERE
 
 LONG = 1.8  # so many times higher than wide: laid on its side
 VIEW_ANGLE = 28.0  # degrees, from top to bottom

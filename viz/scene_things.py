@@ -14,7 +14,8 @@ from transport.shapes import Point
 from viz import night
 from viz.painted import LEAST_HITS
 from viz.scene_frame import Frame
-from viz.scene_parts import BACK, FRONT, NOWHERE, Part
+from viz.scene_parts import Part
+from viz.scene_sides import BACK, FRONT, NOWHERE
 from viz.solids import contours, segments
 from viz.wording import as_it_stands, lengths_text
 

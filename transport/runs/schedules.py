@@ -98,7 +98,9 @@ class Schedule:
     def take(self, batch: Batch) -> None:
         """Keep a batch; they come in the order of their numbers."""
         self.batches.append(batch)
-        if len(self.batches) >= self.most_kept:
+        if (
+            len(self.batches) >= self.most_kept
+        ):  # of a planned run, where larger ones would not have been safe
             self._merge(2)
 
     def end_leg(self) -> None:
@@ -182,10 +184,7 @@ class InOneGo(Schedule):
         if self.left == 0:
             return []
         leg = self._sizes(self.left) if self.batches else self._first()
-        self.taken, self.together = (
-            0,
-            max(1, math.ceil(batches_in(leg) / self.most_kept)),
-        )
+        self.taken, self.together = 0, max(1, math.ceil(batches_in(leg) / self.most_kept))
         return leg
 
     def part(self, leg: Leg) -> tuple[int, Leg]:
@@ -228,11 +227,6 @@ class Planned(Schedule):
         wanted = looks[-1].next_at if looks else SMALL_BATCH * self.count
         more = min(wanted - self.particles, self.left)
         return self._sizes(more) if more > 0 else []
-
-    def take(self, batch: Batch) -> None:
-        self.batches.append(batch)
-        if len(self.batches) >= self.most_kept:  # where larger batches would not have been safe
-            self._merge(2)
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
         last = looks[-1]
