@@ -3,9 +3,10 @@
 import pytest
 from numba import config
 
-from tests.vectorisation import assembly, host_has, is_vectorised
+from tests.vectorisation import assembly, has_fused, host_has, is_vectorised
 from transport.engine.passes import Pass
 from transport.engine.registry import PASSES
+from transport.physics.device import EXACT
 
 # Passes whose loops are not vectorised, and why.
 SCALAR_PASSES = {
@@ -94,6 +95,17 @@ def test_every_lane_loop_is_vectorised():
     assert set(SCALAR_PASSES) <= set(PASSES)
     slow = {name for name, p in PASSES.items() if not is_vectorised(assembly(p), share)}
     assert slow <= exceptions
+
+
+@pytest.mark.skipif(
+    config.DISABLE_JIT or not host_has("fma"), reason="looks for the fused operations of x86-64 CPUs"
+)
+def test_what_must_round_alike_fuses_no_product_with_a_sum():
+    """Not in the passes of meshes, nor in what they call: the two sides of an edge would differ.  Other passes do."""
+    exact = [lane_pass for lane_pass in PASSES.values() if lane_pass.arithmetic is EXACT]
+    assert {lane_pass.name for lane_pass in exact} == {"meet_mesh", "cover_mesh"}
+    assert not any(has_fused(assembly(lane_pass)) for lane_pass in exact)
+    assert has_fused(assembly(PASSES["move"]))
 
 
 def branching(b, table, first, live):

@@ -60,5 +60,10 @@ def is_vectorised(text, scalar_share):
     )
 
 
+def has_fused(text):
+    """Whether a product and a sum are rounded together anywhere."""
+    return re.search(r"\bvfn?m(add|sub)", text) is not None
+
+
 def host_has(feature):
     return platform.machine() in ("x86_64", "AMD64") and llvm.get_host_cpu_features().get(feature, False)
