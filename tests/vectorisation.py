@@ -7,7 +7,6 @@ import llvmlite.binding as llvm
 from numba import cfunc, from_dtype, types
 
 from transport.engine.bundle import Bundle
-from transport.physics.device import ARITHMETIC
 
 
 def assembly(lane_pass):
@@ -15,7 +14,7 @@ def assembly(lane_pass):
     compiled = lane_pass.compiled
     if compiled.cache_hits:
         signature = types.int64(from_dtype(Bundle), from_dtype(lane_pass.table), types.uint64, types.uint64)
-        compiled = cfunc(signature, **ARITHMETIC)(lane_pass.function)
+        compiled = cfunc(signature, **lane_pass.arithmetic)(lane_pass.function)
     return compiled._library.get_asm_str()
 
 
