@@ -28,8 +28,13 @@ def bytes_of_counting(plan: Plan) -> float:
 def bytes_of_a_batch(plan: Plan) -> float:
     """What is kept of a batch, at most."""
     if plan.rows <= MOST_PLAIN:
-        return PLAIN * plan.rows + 8 * plan.long_rows
+        return bytes_unpacked(plan)
     return (UNLIKE if _weights_differ(plan) else ALIKE) * scoring_rows(plan) + 8 * plan.long_rows
+
+
+def bytes_unpacked(plan: Plan) -> int:
+    """What a batch's sums take as plain columns: weights, counts and slants of its rows, and velocities."""
+    return PLAIN * plan.rows + 8 * plan.long_rows
 
 
 def batches_that_fit(plan: Plan) -> int:

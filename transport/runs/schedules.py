@@ -14,7 +14,7 @@ import numpy as np
 
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
-from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch
+from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch, bytes_unpacked
 from transport.runs.leaps import FARTHEST, FEWEST_ROUNDS, is_last_leap, leaps_suffice, leaps_to_come, slope_of
 from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
 from transport.runs.stopping import Look
@@ -321,7 +321,7 @@ def _most_batches(limits: Limits, plan: Plan) -> int:
     fit = batches_that_fit(plan)
     if not limits.error:
         return fit
-    return max(FEWEST_FOR_ERROR, min(fit, max(FEWEST, MEMORY // (2 * _bytes_of(plan)))))
+    return max(FEWEST_FOR_ERROR, min(fit, max(FEWEST, MEMORY // (2 * bytes_unpacked(plan)))))
 
 
 def equal_powers_of_two(particles: int, batches: int) -> tuple[int, int]:
@@ -337,8 +337,3 @@ def _evenly(particles: int, count: int) -> Leg:
         return []
     size, larger = divmod(particles, count)
     return [(each, many) for each, many in ((size + 1, larger), (size, count - larger)) if many]
-
-
-def _bytes_of(plan: Plan) -> int:
-    """Of the sums of a batch: weights, counts and slants of its rows, and velocities."""
-    return 8 * (3 * plan.rows + plan.long_rows)
