@@ -1,12 +1,15 @@
 """The command line on saved runs: saved, in parts, gone on with, merged and shown, as in Python."""
 
 import json
+import re
 
 import pytest
 
 import transport as tp
 from tests.test_saved import SMALL, assert_same
 from transport import experiment
+from transport.runs import progress, running
+from transport.saved import checkpoints
 from transport.saved.whole import FileError
 
 
@@ -71,6 +74,49 @@ def test_where_the_disk_is_full_in_the_end_the_run_is_told_all_the_same(run, mon
 
     monkeypatch.setattr(tp.Result, "save", full)
     answer = run("--save", "run.npz", "--json")
-    record = json.loads(answer.output)
+    record = json.loads(answer.stdout)
     assert answer.exit_code == 2 and record["quantities"], answer.output
+    assert "not saved: cannot write run.npz" in answer.stderr
     assert any("not saved: cannot write run.npz" in warning for warning in record["warnings"])
+
+
+def test_where_the_last_checkpoint_fails_the_run_is_told_all_the_same(run, monkeypatch):
+    def full(*_):
+        raise FileError("cannot write run.npz: No space left")
+
+    monkeypatch.setattr(checkpoints, "save", full)
+    with pytest.warns(checkpoints.CheckpointWarning, match="the run is not saved"):
+        answer = run("--checkpoint", "run.npz", "--json")
+    assert answer.exit_code == 2 and json.loads(answer.stdout)["quantities"], answer.output
+    assert "not saved as it ended: cannot write run.npz" in answer.stderr
+
+
+def test_what_is_saved_nowhere_is_told(run):
+    assert run("--save", "run.npz").stderr == ""
+    said = run("--resume", "run.npz", "--particles", "6000")
+    assert said.exit_code == 0 and "say --checkpoint run.npz or --save FILE" in said.stderr
+    assert run("--resume", "run.npz", "--particles", "6000", "--save", "more.npz").stderr == ""
+
+
+def test_batches_are_said_as_in_python(run, tmp_path):
+    assert run("--batches", "5e1", "--save", "run.npz").exit_code == 0
+    assert len(tp.load(tmp_path / "run.npz").batches) == 50
+    assert "--batches must be a whole number" in run("--batches", "3.5").stderr
+
+
+def test_where_merged_runs_cannot_be_saved_nothing_is_read(call):
+    answer = call("merge", "1.nc", "2.nc", "--out", "none/whole.nc")
+    assert answer.exit_code == 2 and "--out none/whole.nc is in no folder; make none first" in answer.output
+
+
+def test_a_log_has_lines_now_and_then(run, monkeypatch, capfd):
+    monkeypatch.setattr(running, "GLANCE", 0.0)
+    monkeypatch.setattr(progress, "FIRST_LINE", 0.0)
+    said = run("--batches", "64", "--json")
+    line = said.stderr.splitlines()[-1]
+    assert json.loads(said.stdout) and len(said.stderr.splitlines()) > 1
+    assert re.fullmatch(
+        r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d: after .* \d* ?\d+ particles, about .* to go, until .*", line
+    )
+    tp.simulate(SMALL, particles=5_000, threads=1)
+    assert capfd.readouterr().err == ""

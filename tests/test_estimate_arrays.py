@@ -124,11 +124,11 @@ def test_arrays_convert_to_numpy_and_xarray():
     np.testing.assert_array_equal(np.asarray(L), L.value)
     data = L.to_xarray()
     assert data["value"].dims == ("mu", "phi")
-    assert data.attrs["unit"] == "W m^-2 sr^-1"
+    assert data.attrs["units"] == "W m^-2 sr^-1"
     np.testing.assert_allclose(data["mu"], [0.125, 0.375, 0.625, 0.875])
     np.testing.assert_array_equal(data["phi_low"], EDGES["phi"][:-1])
     np.testing.assert_array_equal(data["phi_high"], EDGES["phi"][1:])
-    assert (data["phi"].attrs, data["mu_low"].attrs) == ({"unit": "rad"}, {"unit": "1"})
+    assert (data["phi"].attrs, data["mu_low"].attrs) == ({"units": "rad"}, {"units": "1"})
     np.testing.assert_array_equal(data["error"], L.error)
     table = data.to_dataframe()
     assert (len(table), set(table.columns)) == (

@@ -221,7 +221,9 @@ def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
     assert_same(tp.load(tmp_path / "run.nc").batches, whole.batches)
 
 
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_what_is_no_whole_file_is_refused(tmp_path):
+    """And no half-opened one is left that cannot close."""
     result = tp.simulate(SMALL, particles=4_000)
     assert "ends in .nc or .npz" in refusal(result.save, tmp_path / "run.json")
     assert "no file" in refusal(tp.load, tmp_path / "none.nc")
@@ -262,7 +264,7 @@ def test_what_is_no_whole_file_is_refused(tmp_path):
 def test_without_its_package_netcdf_is_refused_with_the_other_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5netcdf", None)
     told = refusal(tp.simulate(SMALL, particles=100).save, tmp_path / "run.nc")
-    assert "transport[files]" in told and "run.npz" in told
+    assert "pip install '.[files]'" in told and "run.npz" in told
 
 
 def test_other_programs_read_what_it_found_out(tmp_path):
@@ -283,6 +285,45 @@ def test_other_programs_read_what_it_found_out(tmp_path):
     result.save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as found:
         np.testing.assert_array_equal(found["-z/radiance_error"], radiance.error)
+
+
+def test_files_tell_other_programs_units_and_whether_they_are_complete(tmp_path, monkeypatch):
+    xarray, path = pytest.importorskip("xarray"), tmp_path / "run.nc"
+    ball, binned = tp.Sphere(center=(0, 0, 2), radius=0.5), tp.Positions(u=2, v=3)
+    meters = [
+        tp.Detector(tp.Disk(center=(0, 0, 1), radius=1), "disk", positions=binned),
+        tp.Detector(ball, "ball", positions=binned),
+        tp.Detector(tp.Rectangle(center=(0, 0, 3), width=1, height=1), "plate", positions=binned),
+    ]
+    result = tp.simulate(dataclasses.replace(SMALL, detectors=meters), particles=1_000)
+    result._warnings.append("it rained")
+    result.save(path)
+    for name, units in (("disk", ("m", "rad")), ("ball", ("rad", "rad")), ("plate", ("m", "m"))):
+        with xarray.open_dataset(path, engine="h5netcdf", group=name) as found:
+            assert (found.u.units, found.v_low.units) == units
+        array = (2.0 * result[name].irradiance[:, :2]).to_xarray()
+        assert (array.u.units, array.v_high.units) == units
+    with xarray.open_dataset(path, engine="h5netcdf") as found:
+        assert found.completeness == "complete" and "it rained" in found.warnings
+    result.is_complete = False
+    result.save(path)
+    with xarray.open_dataset(path, engine="h5netcdf") as found:
+        assert found.completeness == "incomplete: interrupted"
+    path.unlink()
+    killed_at(2, path, monkeypatch, "random")
+    with xarray.open_dataset(path, engine="h5netcdf") as found:
+        assert "a checkpoint" in found.completeness and not found.variables
+
+
+def test_names_that_no_file_can_have_are_refused_before_the_run(tmp_path):
+    for name in ("a\0b", "a\ud800b"):
+        meter = tp.Detector(tp.Disk(center=(0, 0, 1), radius=1), name)
+        scene = dataclasses.replace(SMALL, detectors=meter)
+        result = tp.simulate(scene, particles=100)
+        for suffix in (".nc", ".npz"):
+            assert repr(name) in refusal(result.save, tmp_path / f"run{suffix}")
+        assert repr(name) in refusal(tp.simulate, scene, particles=10**12, checkpoint=tmp_path / "run.nc")
+    assert not os.listdir(tmp_path)
 
 
 def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path):
@@ -312,7 +353,7 @@ print(len(told), result.particles, result.warnings[-1])
         assert done.returncode == 0, done.stderr
         first, *_, second = done.stdout.splitlines()
         assert "File too large" in first and "as it was" in first
-        assert " 9000 " in second and "could not be written" in second and not second.startswith("0")
+        assert " 9000 " in second and "not saved as it ended" in second and not second.startswith("0")
         assert path.read_bytes() == old and os.listdir(tmp_path) == [path.name]
         path.unlink()
 

@@ -32,6 +32,8 @@ class Drawn:
     crossings: int = 0
     collisions: int = 0
     seed: int = 0
+    first: int = 0  # as its own end is: none is missing between two of them
+    past: int = 0
 
     def merged(self, other, most_records):
         return Drawn(self.histories + other.histories, self.total + other.total)

@@ -132,4 +132,4 @@ def test_an_error_can_be_asked_for_and_the_report_tells_all():
     text = result.report()
     assert "volume detector 'box'" in text and "radiance" in text and "absorbed_power" not in text
     assert result.quantity("ball.radiance").dims == ("r", "mu", "phi")
-    assert result["ball"].fluence_rate.to_xarray()["r"].attrs == {"unit": "m"}
+    assert result["ball"].fluence_rate.to_xarray()["r"].attrs == {"units": "m"}

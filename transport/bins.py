@@ -175,6 +175,12 @@ class Positions:
         """Edges of each binned axis, "u" and "v", on the shape [m or rad]."""
         return _all_edges(self, self._ranges(shape), type(shape).__name__)
 
+    def units(self, shape: Shape) -> dict[str, str]:
+        """Of its coordinates "u" and "v" on the shape."""
+        if isinstance(shape, Rectangle):
+            return {"u": "m", "v": "m"}
+        return {"u": "rad" if isinstance(shape, Sphere) else "m", "v": "rad"}
+
     def areas(self, shape: Shape) -> np.ndarray:
         """Areas [m^2] of the bins, of shape (u bins, v bins); an axis that is not binned is left out."""
         edges = self.edges(shape)

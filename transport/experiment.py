@@ -31,7 +31,8 @@ from types import ModuleType
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.runs.limits import checked_limits
-from transport.saved.record import checked_place
+from transport.saved.checkpoints import NOT_SAVED
+from transport.saved.record import checked_place, scene_text
 from transport.saved.whole import FileError
 from transport.scene import Scene
 from transport.simulate import simulate
@@ -61,8 +62,7 @@ class Row:
 class Outcome:
     """One case of an experiment: its parameters, the run, and its table.
 
-    notes: warnings beside the run's own;  bins: what it measured over bins, by name;  is_saved: unless its file could not be
-    written.
+    notes: warnings beside the run's own;  bins: what it measured over bins, by name.
     """
 
     parameters: dict[str, object]
@@ -70,7 +70,6 @@ class Outcome:
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
     bins: Mapping[str, EstimateArray] = field(default_factory=dict)
-    is_saved: bool = True
 
     def __getitem__(self, name: str) -> Row:
         return next(row for row in self.rows if row.name == name)
@@ -79,6 +78,11 @@ class Outcome:
     def warnings(self) -> list[str]:
         """What a reader should know before trusting the numbers."""
         return [*self.notes, *self.result.warnings]
+
+    @property
+    def not_saved(self) -> list[str]:
+        """Those of them that tell of a file that could not be written in the end."""
+        return [told for told in (*self.notes, *self.result._warnings) if told.startswith(NOT_SAVED)]
 
     @property
     def title(self) -> str:
@@ -205,6 +209,8 @@ def outcomes_of(
             known for _, known, *_ in ready
         ]:  # parameters that these settings leave without a meaning
             continue
+        if save is not None:
+            scene_text(scene)  # refused before it runs, if no file can hold it
         with blamed(module, settings):
             exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
         ready.append((parameters, scene, exact, *_errors_for(scene, limits.get("error"))))
@@ -217,10 +223,10 @@ def outcomes_of(
         result = simulate(scene, **_settled(module, own | {"error": errors}))
         failure = None if file is None else _failure_to_save(result, file)
         notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
-        notes += () if failure is None else (f"not saved: {failure}",)
+        notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
         with blamed(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
-        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins, failure is None)
+        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
         if not result.is_complete:
             return
 

@@ -1,15 +1,17 @@
 """The one entry point: run batches of a scene until enough is known, then reduce them to a result."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from os import PathLike
+from typing import TYPE_CHECKING
 
 from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
 from transport.estimators.methods import ANALOG, AUTO, checked_method
 from transport.results import Cost, Result
-from transport.runs.hiring import Hands, checked_staff, hands_for
+from transport.runs.hiring import Hands, Staff, checked_staff, hands_for
 from transport.runs.interruption import put_off
 from transport.runs.limits import checked_limits, checked_part, checked_whole
 from transport.runs.origins import doubts_of
@@ -19,6 +21,9 @@ from transport.runs.ways import Asked, Way
 from transport.scene import Scene
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown, suggestion
+
+if TYPE_CHECKING:
+    from transport.saved.checkpoints import Checkpoints
 
 
 def simulate(
@@ -32,7 +37,7 @@ def simulate(
     estimator: str | None = None,
     sampling: str | None = None,
     tracking: Tracking | str | None = None,
-    progress: bool | None = None,
+    progress: bool | str | None = None,
     resume: Result | str | PathLike | None = None,
     checkpoint: str | PathLike | None = None,
     every: float = 60.0,
@@ -54,10 +59,11 @@ def simulate(
     large as the one before, of which the last complete one is the result.
     A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals
     cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.runs.stopping).
-    seed: None for 0;  threads: None for one a core;  progress: a bar on the terminal, None where there is one.
+    seed: None for 0;  threads: None for one a core;  progress: a bar on the terminal, None where there is one;
+    "lines" for a line now and then where there is none, as in the log of a job.
     resume: a saved run to go on with, limits counting from its beginning; what is not said is as it was.
-    checkpoint: a file, .nc or .npz, to save the run to every so many seconds and at its end; with the same file for `resume` the
-    call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`.
+    checkpoint: a file, .nc or .npz, to save the run to every so many seconds and at its end, new or that of `resume`; with the
+    same file for both the call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`.
     cluster: where the batches are done, bit for bit as here: a dask.distributed Client or cluster, the address of a scheduler, or
     "local" for a process a thread.
     Raises SceneError for input that cannot be run.
@@ -77,9 +83,21 @@ def simulate(
         sampling,
         checked_tracking(scene, tracking),
     )
-    saved = _saved(resume, checkpoint)
-    way, staff = _way(scene, asked, saved), checked_staff(threads, cluster)
-    keep = _checkpoints(checkpoint, every, scene)
+    staff = checked_staff(threads, cluster)
+    with _checkpoints(checkpoint, every, scene) as keep:  # before a run is read that another might be writing
+        return _run(scene, asked, _saved(resume, checkpoint), staff, keep, progress)
+
+
+def _run(
+    scene: Scene,
+    asked: Asked,
+    saved: Result | None,
+    staff: Staff,
+    keep: "Checkpoints | None",
+    progress: bool | str | None,
+) -> Result:
+    """Begin, or go on with the saved run, until enough is known."""
+    way = _way(scene, asked, saved)
     begun = time.perf_counter()
     with (
         progress_on(progress) as bar,
@@ -130,13 +148,20 @@ def _way(scene: Scene, asked: Asked, saved: Result | None) -> Way:
     return Way(method, limits, seed, asked.tracking, choice)
 
 
-def _checkpoints(checkpoint: str | PathLike | None, every: float, scene: Scene):
-    """What saves the run while it goes on; None where nobody asked for it."""
+@contextmanager
+def _checkpoints(
+    checkpoint: str | PathLike | None, every: float, scene: Scene
+) -> Iterator["Checkpoints | None"]:
+    """What saves the run while it goes on, its file to itself; None where nobody asked for it."""
     if checkpoint is None:
-        return None
+        yield None
+        return
     from transport.saved.checkpoints import Checkpoints
+    from transport.saved.lock import held
 
-    return Checkpoints(checkpoint, every, scene)
+    keep = Checkpoints(checkpoint, every, scene)
+    with held(keep.path):
+        yield keep
 
 
 def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, ready: float) -> Result:

@@ -14,6 +14,7 @@ from transport.command.hard_cases import verify_hard
 from transport.command.long_proof import verify_long
 from transport.command.measuring import bench, cost, effects
 from transport.command.options import (
+    Batches,
     Checkpoint,
     Cluster,
     Every,
@@ -31,7 +32,9 @@ from transport.command.printout import (
     draw_picture,
     print_menu,
     print_run,
+    say_aside,
     text_of,
+    told_unsaved,
 )
 from transport.command.running import checked, is_complete, record_of
 from transport.command.settings import named_errors, named_values, number, part_of, tracking_of, whole_number
@@ -116,6 +119,7 @@ def run(
     seed: Annotated[
         int | None, typer.Option(help="The same seed gives the same digits; 0 if not said.")
     ] = None,
+    batches: Batches = None,
     threads: Threads = None,
     save: Save = None,
     checkpoint: Checkpoint = None,
@@ -152,15 +156,21 @@ def run(
         "estimator": estimator,
         "sampling": sampling,
         "seed": seed,
+        "batches": whole_number("--batches", batches),
         "threads": threads,
         "checkpoint": checkpoint,
         "every": None if every is None else number("--every", every),
         "resume": resume,
         "part": part_of(part),
         "cluster": cluster,
+        "progress": "lines",
     }
     if every is not None and checkpoint is None:
         raise SceneError("--every is of checkpoints; say --checkpoint FILE as well, or leave it out")
+    if resume is not None and save is None and checkpoint is None:
+        say_aside(
+            f"what is added to {resume} is not saved; say --checkpoint {resume} or --save FILE to keep it"
+        )
     module = checked(experiment(sim))
     pending = outcomes_of(module, named_values(set_ or ()), limits, save)
     if json:
@@ -172,9 +182,10 @@ def run(
         wants_picture = out is not None or not sim.endswith(".json")
     if wants_picture and not no_picture and is_complete(outcomes):
         draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
+    is_saved = told_unsaved(outcomes)
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
-    if not all(outcome.is_saved for outcome in outcomes):
+    if not is_saved:
         raise typer.Exit(REFUSED)
 
 
@@ -235,6 +246,7 @@ def verify(
             )
         raise typer.Exit(verify_hard(sims, json))
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
+    limits["progress"] = "lines"
     raise typer.Exit((verify_long if long else verify_laws)(sims, limits, json))
 
 

@@ -39,9 +39,9 @@ def merge(
       transport merge part1.nc part2.nc --out whole.nc
     """
     from transport.saved import merge
-    from transport.saved.record import checked_path
+    from transport.saved.record import checked_place
 
-    checked_path("--out", out)
+    checked_place("--out", out)
     whole = merge(*files)
     whole.save(out)
     _tell(whole, json)

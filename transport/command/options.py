@@ -18,6 +18,12 @@ Set = Annotated[
 ]
 Particles = Annotated[str | None, typer.Option(metavar="N", help="Histories of each case, such as 1e7.")]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same digits.")]
+Batches = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N", help="Independent batches, no fewer than threads; 32 for most runs if not said."
+    ),
+]
 Threads = Annotated[int | None, typer.Option(help="One a core where it is not said.")]
 Save = Annotated[
     Path | None,

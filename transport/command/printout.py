@@ -5,6 +5,8 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
+from rich.text import Text
+
 from transport.command.console import UNBROKEN, console, say, say_labelled
 from transport.command.costs import Costs
 from transport.command.running import is_complete, picture_of, total_cost, verdict_on, warnings_of
@@ -76,6 +78,19 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for warning in warnings_of(outcomes):
         say_labelled("warning", warning, style="bold yellow")
     return outcomes
+
+
+def told_unsaved(outcomes: Iterable[Outcome]) -> bool:
+    """Whether all that was to be saved is; says on standard error what is not."""
+    lines = dict.fromkeys(line for outcome in outcomes for line in outcome.not_saved)
+    for line in lines:
+        say_aside(line, style="bold red")
+    return not lines
+
+
+def say_aside(line: str, style: str = "yellow") -> None:
+    """Print a line to standard error."""
+    console(stderr=True).print(Text(line, style=style), soft_wrap=True)
 
 
 def bins_line(outcome: Outcome) -> str:

@@ -29,6 +29,7 @@ from transport.validation import SceneError, shown
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
 IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
+PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 FEW = 10  # meetings with a source, below which one more may matter
 
 
@@ -257,7 +258,8 @@ class ViewReading(Quantified):
         if isinstance(self.detector, Camera):
             values = values * (self._plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
-        return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts=counts.sum(axis=0))
+        counts = counts.sum(axis=0)
+        return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
 
     @cached_property
     def fluence_rate(self) -> Estimate:
@@ -285,7 +287,8 @@ class ViewReading(Quantified):
             return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
         edges = self.detector.edges()
         totals = self._arranged(counts).sum(axis=0)
-        return EstimateArray(self._arranged(values), run, Unit.parse("1"), tuple(edges), edges, counts=totals)
+        values, unit = self._arranged(values), Unit.parse("1")
+        return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
     def image(self) -> np.ndarray:
         """The radiance [W m^-2 sr^-1] as rows of an image, the upper one first."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,7 +82,7 @@ class EstimateArray(Quantity):
     """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
 
     values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins; "time" may be n instants;
-    counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate.
+    counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate;  axis_units: those of u and v.
     An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
     NumPy's functions take the bare values, but those that would lose errors for which there is a method.
     """
@@ -96,11 +96,13 @@ class EstimateArray(Quantity):
         coords: dict[str, np.ndarray],
         counts: np.ndarray | None = None,
         exact: bool = False,
+        axis_units: Mapping[str, str] | None = None,
     ) -> None:
         _check_axes(np.shape(values)[1:], dims, coords)
         self._replicates = replicates_of(values, run, exact, counts)
         self.unit = as_unit(unit)
         self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
+        self.axis_units = dict(axis_units or {})
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -167,11 +169,12 @@ class EstimateArray(Quantity):
         """
         import xarray
 
-        attributes = {"unit": str(self.unit)}
+        attributes = {"units": str(self.unit) or "1"}
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
         coords = {}
         for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
-            of_axis = {"unit": AXIS_UNITS[name]} if name in AXIS_UNITS else {}
+            known = AXIS_UNITS | dict(self.axis_units)
+            of_axis = {"units": known[name]} if name in known else {}
             places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
             places = {"": edges} if len(edges) == bins else places
             coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
@@ -199,7 +202,9 @@ class EstimateArray(Quantity):
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
     ) -> Estimate | EstimateArray:
-        return _made(replicates, unit, self.coords if coords is None else coords)
+        made = _made(replicates, unit, self.coords if coords is None else coords)
+        made.axis_units = dict(self.axis_units)
+        return made
 
     def _axes(self, dim: str | tuple[str, ...] | None, method: str) -> tuple[str, ...]:
         """Names of the axes meant, each once.  Raises ValueError for one that there is not."""

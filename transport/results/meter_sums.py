@@ -118,7 +118,8 @@ class MeterSums:
         counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
         if not axes:
             return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
-        return EstimateArray(values, self.run, unit, tuple(axes), axes, counts=counts, exact=exact)
+        units = {} if self.detector.positions is None else self.detector.positions.units(self.shape)
+        return EstimateArray(values, self.run, unit, tuple(axes), axes, counts, exact, units)
 
     def blocks(self, kind: str, side: int) -> np.ndarray:
         """The detector's rows, (B, time, speed, block): the first row of a block fell outside its other bins."""

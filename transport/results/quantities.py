@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from numbers import Real
+from types import MappingProxyType
 from typing import NoReturn
 
 import numpy as np
@@ -21,6 +22,7 @@ class Quantity:
     _replicates: Replicates
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
+    axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
 
     @property
     def value(self) -> float | np.ndarray:
@@ -219,7 +221,9 @@ def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) 
             raise ValueError(f"The bins along {name!r} are not the same on both sides")
     coords = first.coords | second.coords
     aligned = (each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second))
-    return (first if first.coords else second)._like(function(*aligned), unit, coords)
+    made = (first if first.coords else second)._like(function(*aligned), unit, coords)
+    made.axis_units = {**first.axis_units, **second.axis_units}
+    return made
 
 
 def _plain(array: np.ndarray) -> object:

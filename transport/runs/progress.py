@@ -1,4 +1,4 @@
-"""A progress bar with the time left, where there is a terminal; silence where output is piped."""
+"""A progress bar with the time left, where there is a terminal; elsewhere silence, or a line now and then for a log."""
 
 from __future__ import annotations
 
@@ -10,11 +10,15 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from transport.pricing.price_table import duration, percent
+from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
     from transport.runs.stopping import Standing
 
+LINES = "lines"
 BAR = 16  # characters
+FIRST_LINE = 15.0  # [s] until the first line of a log; twice as long to each next
+LONGEST = 600.0  # [s] between two of them at most
 PATIENCE = 0.5  # [s] before the first bar is shown: short work needs none
 
 
@@ -80,6 +84,43 @@ class Bar(Progress):
             self.bar.stop()
 
 
+class Lines(Progress):
+    """A plain line on standard error now and then, ever more rarely: what the log of a job is to tell."""
+
+    def __init__(self) -> None:
+        self.begun = time.perf_counter()
+        self.pause, self.due = FIRST_LINE, self.begun + FIRST_LINE
+
+    def compiling(self, done: int, of: int, name: str) -> None:
+        self._tell(f"compiling {name} (the first time only), {done} of {of} passes")
+
+    def waiting(self, what: str) -> None:
+        self._tell(what)
+
+    def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
+        self._tell(f"{running_text(particles, elapsed, end, worst)}{_ends_at(end - elapsed)}")
+
+    def _tell(self, text: str) -> None:
+        now = time.perf_counter()
+        if now < self.due:
+            return
+        self.pause = min(2 * self.pause, LONGEST)
+        self.due = now + self.pause
+        print(f"{_clock()}: after {duration(now - self.begun)} {text}", file=sys.stderr, flush=True)
+
+
+def _clock(later: float = 0.0) -> str:
+    return time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(time.time() + later))
+
+
+def _ends_at(left: float) -> str:
+    """When the run will be over; nothing where that is not known, or beyond what a calendar has."""
+    try:
+        return f", until {_clock(max(0.0, left))}" if left < math.inf else ""
+    except (OverflowError, ValueError, OSError):
+        return ""
+
+
 def running_text(particles: int, elapsed: float, end: float, worst: Standing | None) -> str:
     """What is going on: "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % of 0.1 % asked".
 
@@ -95,12 +136,23 @@ def running_text(particles: int, elapsed: float, end: float, worst: Standing | N
 
 
 @contextmanager
-def progress_on(wanted: bool | None) -> Iterator[Progress]:
-    """The bar, or silence.  wanted: None for a bar where standard error is a terminal."""
-    if not (sys.stderr.isatty() if wanted is None else wanted):
+def progress_on(wanted: bool | str | None) -> Iterator[Progress]:
+    """The bar, lines, or silence.  wanted: None for a bar where standard error is a terminal, "lines" for lines where it is none.
+
+    Raises SceneError for what is none of these.
+    """
+    if wanted not in (None, True, False, LINES):
+        raise SceneError(
+            f"simulate: progress must be True, False or {LINES!r}, got {shown(wanted)}; leave it out"
+        )
+    is_terminal = sys.stderr.isatty()
+    if wanted is False or not (wanted or is_terminal):
         yield Progress()
         return
-    bar = Bar(is_forced=bool(wanted))
+    if wanted == LINES and not is_terminal:
+        yield Lines()
+        return
+    bar = Bar(is_forced=wanted is True)
     try:
         yield bar
     finally:

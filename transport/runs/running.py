@@ -2,6 +2,7 @@
 
 import math
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -24,6 +25,10 @@ from transport.scene import Scene
 from transport.validation import SceneError
 
 SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
+
+
+class IdleWarning(UserWarning):
+    """Some threads of a run have nothing to do."""
 
 
 @dataclass
@@ -51,6 +56,7 @@ class Run:
     interruption: Interruption = field(default_factory=Interruption)
     leg: Leg = field(default_factory=list)  # under way
     done: int = 0  # batches of it
+    is_idle_told: bool = False
 
     def go_on_with(self, saved: State, cost: Cost | None) -> None:
         """Begin where a saved run stood, which cost so much."""
@@ -61,6 +67,8 @@ class Run:
         self.interruption.begin()
         self.begun = self.shown = time.perf_counter()
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
+        if self.saved is not None:
+            self.schedule.make_room()
         check_memory(self.plan, self.schedule, self.threads)
         self.crew = self.hire(self.schedule.count)
         try:
@@ -114,6 +122,8 @@ class Run:
                     return False
                 if time.perf_counter() - self.shown > GLANCE:
                     self._show()
+                    if self.shown - begun > SHORT:
+                        self._tell_idle()
         self.schedule.end_leg()
         self.leg = []
         self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
@@ -234,6 +244,18 @@ class Run:
             return None
         times = "without a score for it" if ratio == math.inf else f"at {ratio:.3g} times the error asked for"
         return f"{worst.name}: stopped after {self.particles} particles, {times}"
+
+    def _tell_idle(self) -> None:
+        """Warn, once, where there are fewer batches than threads."""
+        batches, enough = batches_in(self.leg), self.threads * self.limits.part[1]
+        if self.is_idle_told or batches >= self.threads or self.schedule.count >= enough:
+            return
+        self.is_idle_told = True
+        idle = self.threads - batches
+        told = f"{batches} batches are shared by {self.threads} threads, of which {idle} have nothing to do"
+        told += f"; begin the run with batches={enough} or more, or take threads={batches}"
+        self.warnings.append(told)
+        warnings.warn(told, IdleWarning, stacklevel=2)
 
     def _show(self) -> None:
         """Tell the progress how many particles, how far the worst error is, and how long it will take."""

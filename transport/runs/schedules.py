@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import groupby, repeat
+from itertools import repeat
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from transport.results.batches import Batch
 from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch, bytes_unpacked
 from transport.runs.leaps import FARTHEST, FEWEST_ROUNDS, is_last_leap, leaps_suffice, leaps_to_come, slope_of
 from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
+from transport.runs.neighbours import net_of, unbroken, with_room_for
 from transport.runs.stopping import Look
 
 LARGEST_BATCH = 1 << 24  # histories
@@ -110,6 +111,10 @@ class Schedule:
         """Go on with batches that a schedule of another kind has taken."""
         self.issued = self.particles
 
+    def make_room(self) -> None:
+        """More batches are to follow a whole run: up to twice as many as asked for are kept, however large, else too few were."""
+        self.most_kept = max(self.most_kept, 2 * self.count)
+
     @property
     def kept(self) -> list[Batch]:
         """What the result is made of, should the run end now."""
@@ -139,8 +144,7 @@ class Schedule:
     def _merge(self, together: int) -> None:
         """Make one batch of so many that follow one another; never of two seeds, for a batch tells but one."""
         while together > 1:
-            of_seeds = groupby(self.batches, key=lambda batch: batch.seed)
-            self.batches = [pair for _, batches in of_seeds for pair in self._paired(list(batches))]
+            self.batches = [pair for batches in unbroken(self.batches) for pair in self._paired(batches)]
             together //= 2
 
     def _paired(self, batches: list[Batch]) -> list[Batch]:
@@ -183,8 +187,14 @@ class InOneGo(Schedule):
     def _leg(self, looks: list[Look]) -> Leg:
         if self.left == 0:
             return []
-        leg = self._sizes(self.left) if self.batches else self._first()
-        self.taken, self.together = 0, max(1, math.ceil(batches_in(leg) / self.most_kept))
+        self.taken = 0
+        if self.batches:
+            leg = self._sizes(self.left)
+            most, records = self.most_kept, self._most_records(2)
+            self.batches, self.together = with_room_for(leg, self.batches, most, records)
+        else:
+            leg = self._first()
+            self.together = max(1, math.ceil(batches_in(leg) / self.most_kept))
         return leg
 
     def part(self, leg: Leg) -> tuple[int, Leg]:
@@ -202,7 +212,7 @@ class InOneGo(Schedule):
 
     def take(self, batch: Batch) -> None:
         if self.taken % self.together:
-            batch = self.batches.pop().merged(batch, self._most_records(self.together))
+            batch = self.batches.pop().merged(batch, self._most_records(min(self.together, MOST_IN_ONE_GO)))
         self.batches.append(batch)
         self.taken += 1
 
@@ -214,7 +224,7 @@ class Nets(InOneGo):
         return [equal_powers_of_two(self.left, self.count)]
 
     def _sizes(self, more: int) -> Leg:
-        size = min(LARGEST_BATCH, self.batches[0].histories)  # of a net: of the largest several may be one
+        size = min(LARGEST_BATCH, net_of(self.batches[0]))
         return [(size, math.ceil(more / size))]
 
 
@@ -265,13 +275,14 @@ class Rounds(Schedule):
 
     def adopt(self) -> None:
         super().adopt()
-        self.size = min(LARGEST_BATCH, self.batches[-1].histories)
+        if self.batches:  # none where a run was interrupted before the first one's turn came
+            self.size = min(LARGEST_BATCH, net_of(self.batches[-1]))
 
     def end_leg(self) -> None:
         self.batches = self.batches + self.current if self.adds else self.current
         self.current = []
-        seeds = len({batch.seed for batch in self.batches})
-        while len(self.batches) >= max(self.most_kept, seeds + 1):
+        fewest = len(unbroken(self.batches))
+        while len(self.batches) >= max(self.most_kept, fewest + 1):
             self._merge(2)
 
     @property

@@ -9,11 +9,12 @@ from collections.abc import Callable
 
 from transport.results import Result
 from transport.runs.running import Run
-from transport.saved.record import checked_place, save
+from transport.saved.record import checked_place, save, scene_text
 from transport.saved.whole import FileError
 from transport.scene import Scene
 from transport.validation import SceneError, as_float, shown
 
+NOT_SAVED = "not saved"  # as which a warning begins of a run whose end is in no file
 SHARE = 0.1  # of the time at most that goes into writing: large runs are saved less often than asked for
 
 
@@ -27,7 +28,7 @@ class Checkpoints:
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raises SceneError for a file or an interval that is none, and for a scene that no file can hold."""
         self.path, self.every = checked_place("checkpoint", path), _checked(every)
-        self.scene, self.due, self.failures = scene.to_json(), time.perf_counter() + self.every, []
+        self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 
     def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
         """Save the run between two of its batches, if it is time.  result_of: (run, is_complete) -> what it found out."""
@@ -35,25 +36,30 @@ class Checkpoints:
             return
         begun = time.perf_counter()
         run.state = run.now()
-        self._save(result_of(run, False), False)
+        self._save(result_of(run, False), is_over=False)
         ended = time.perf_counter()
         self.due = ended + max(self.every, (ended - begun) / SHARE)
 
     def end(self, result: Result) -> None:
         """Save the run as it ends, and tell in its warnings what could not be saved."""
-        self._save(result, True)
-        if self.failures:
-            times = f"{len(self.failures)} checkpoints" if len(self.failures) > 1 else "a checkpoint"
+        earlier = len(self.failures)
+        is_saved = self._save(result, is_over=True)
+        if earlier:
+            times = f"{earlier} checkpoints" if earlier > 1 else "a checkpoint"
             result._warnings.append(f"{times} could not be written: {self.failures[-1]}")
+        if not is_saved:
+            result._warnings.append(f"{NOT_SAVED} as it ended: {self.failures[-1]}")
 
-    def _save(self, result: Result, is_over: bool) -> None:
+    def _save(self, result: Result, is_over: bool) -> bool:
+        """Save it; whether that went well."""
         try:
             save(result, self.path, self.scene, is_over)
         except FileError as error:
             self.failures.append(str(error))
-            warnings.warn(
-                f"checkpoint not written, the run goes on: {error}", CheckpointWarning, stacklevel=2
-            )
+            told = f"the run is {NOT_SAVED}" if is_over else "checkpoint not written, the run goes on"
+            warnings.warn(f"{told}: {error}", CheckpointWarning, stacklevel=2)
+            return False
+        return True
 
 
 def _checked(every: object) -> float:

@@ -11,6 +11,7 @@ from transport.results import Cost, Result
 from transport.results.batches import Batch
 from transport.runs.limits import Limits
 from transport.runs.origins import doubts_of, joined
+from transport.runs.schedules import batches_in, schedule_for
 from transport.runs.state import State
 from transport.saved.record import given_scene, load, state_of
 from transport.validation import SceneError, shown
@@ -99,7 +100,7 @@ def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
 
 
 def _state(results: list[Result], batches: list[Batch], seed: int) -> State:
-    """By what they go on together: with batches of the first seed that none of them has."""
+    """By what they go on together: with batches of the first seed that none of them has, nor a part that is missing."""
     states = [state_of(result) for result in results]
     particles = sum(batch.histories for batch in batches)
     said = {state.limits.batches for state in states}
@@ -113,13 +114,27 @@ def _state(results: list[Result], batches: list[Batch], seed: int) -> State:
         [],
         [],
         0,
-        max(batch.past for batch in batches if batch.seed == seed),
+        _next(results, batches, seed),
         particles=sum(state.particles for state in states),
         crossings=sum(state.crossings for state in states),
         collisions=sum(state.collisions for state in states),
         seconds=sum(state.seconds for state in states),
         origins=joined(*(state.origins for state in states)),
     )
+
+
+def _next(results: list[Result], batches: list[Batch], seed: int) -> int:
+    """The number from which on no batch of this seed is done or planned: those of a part that is missing stay its own."""
+    done = max(batch.past for batch in batches if batch.seed == seed)
+    return max(done, *(_planned(result) for result in results if result.seed == seed))
+
+
+def _planned(result: Result) -> int:
+    """Batches of the run that a result is of, with those of its other parts."""
+    state = state_of(result)
+    if state.limits.part == (1, 1):
+        return state.next
+    return batches_in(schedule_for(state.limits, result.plan).next_leg([]))
 
 
 def _cost(results: list[Result]) -> Cost | None:

@@ -28,9 +28,7 @@ def h5netcdf_for(path: Path):
     try:
         import h5netcdf
     except ImportError:
-        cure = (
-            f"pip install 'transport[files]', or write {path.with_suffix('.npz').name}, which needs nothing"
-        )
+        cure = f"pip install '.[files]' in the clone, or write {path.with_suffix('.npz').name}, which needs nothing"
         raise FileError(f"{path.name}: NetCDF needs h5netcdf, which is not installed; {cure}") from None
     return h5netcdf
 
@@ -61,7 +59,10 @@ def write(
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
     """The texts of a file by name, and the pieces of its columns.  Raises what HDF5 raises where it is not whole."""
-    with path.open("rb") as file, h5netcdf_for(path).File(file, "r") as written:
+    h5netcdf_for(path)
+    import h5py  # by which h5netcdf reads; half-opened, as of a torn file, only this one closes without a word
+
+    with path.open("rb") as file, h5py.File(file, "r") as written:
         group = written[OWN]
         yield lambda name: _text(group[name]), lambda name, lengths: _pieces(group[name], lengths)
 

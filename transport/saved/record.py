@@ -30,6 +30,7 @@ from transport.scene import Scene
 from transport.validation import SceneError, shown
 
 FORMAT, VERSION = "transport run", 1
+NUL = "\0"
 SUFFIXES = (".nc", ".npz")
 KINDS = {"Batch": Batch, "Packed": Packed}  # of which columns are made
 NOT_WHOLE = (
@@ -55,11 +56,11 @@ def save(result: Result, path: str | PathLike, scene: str | None = None, is_over
     Raises FileError for a file that cannot be written, SceneError for a scene that no file can hold.
     """
     path = checked_path("save", path)
-    scene = given_scene(result).to_json() if scene is None else scene
+    scene = scene_text(given_scene(result)) if scene is None else scene
     columns: Columns = {}
     about, batches = _about(result, columns)
     texts = {"run": about, "scene": scene}
-    tables = tables_of(result) if is_over else ()
+    tables = tables_of(result, is_over)
     with written_whole(path) as file:
         if path.suffix == ".nc":
             netcdf.write(file, path, texts, columns, tables, batches)
@@ -89,6 +90,16 @@ def load(path: str | PathLike) -> Result:
     return _result(path, about["rows"], scene, run)
 
 
+def scene_text(scene: Scene) -> str:
+    """The scene as files of its runs hold it.  Raises SceneError for what no file can hold."""
+    for part in (*scene.sources, *scene.surfaces, *scene.detectors):
+        name = getattr(part, "name", None) or ""
+        if NUL in name:
+            must, cure = "name must have no zero character, which ends a text in HDF5", name.replace(NUL, "_")
+            raise SceneError(f"save: {type(part).__name__} {name!r}: {must}; write name={cure!r}")
+    return scene.to_json()
+
+
 def checked_path(what: str, path: object) -> Path:
     """The path, if its suffix is one of those that decide.  Raises SceneError, or FileError where a package is missing."""
     if not isinstance(path, str | PathLike):
@@ -115,9 +126,9 @@ def checked_place(what: str, path: object) -> Path:
     """
     path = checked_path(what, path)
     if not path.parent.is_dir():
-        raise FileError(f"simulate: {what} {path} is in no folder; make {path.parent} first")
+        raise FileError(f"{what} {path} is in no folder; make {path.parent} first")
     if not os.access(path.parent, os.W_OK):
-        raise FileError(f"simulate: {what} {path}: its folder may not be written to; name another one")
+        raise FileError(f"{what} {path}: its folder may not be written to; name another one")
     return path
 
 

@@ -5,9 +5,9 @@ Limits count from the beginning of the run, so that a call that is repeated does
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from os import PathLike
-from pathlib import Path
 
 from transport.estimators.methods import AUTO
 from transport.results import Result
@@ -22,20 +22,19 @@ from transport.written.differences import differences
 def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
     """The saved run, or None for one that begins: where none is named, or the file is yet to be written by this very run.
 
-    Raises SceneError where a run that begins would write over another one.
+    Raises SceneError where it would write over another run.
     """
-    path = None if checkpoint is None else checked_path("checkpoint", checkpoint)
-    if resume is None:
-        if path is not None and path.exists():
-            cure = f"say resume={str(path)!r} as well to go on with it, or remove it"
-            raise SceneError(f"simulate: checkpoint must be a new file, but {path} is there; {cure}")
-        return None
-    if isinstance(resume, Result):
-        return resume
-    if not isinstance(resume, str | PathLike):
+    if not (resume is None or isinstance(resume, Result | str | PathLike)):
         raise SceneError(f"simulate: resume must be a file or a Result, got {shown(resume)}; write 'run.nc'")
-    begins = path is not None and not Path(resume).exists() and path == Path(resume)
-    return None if begins else load(resume)
+    path = None if checkpoint is None else checked_path("checkpoint", checkpoint)
+    is_file = not (resume is None or isinstance(resume, Result))
+    is_same = path is not None and is_file and os.path.realpath(path) == os.path.realpath(resume)
+    if path is not None and path.exists() and not is_same:
+        cure = f"say resume={str(path)!r} to go on with it, or remove it"
+        raise SceneError(f"simulate: checkpoint must be a new file, but {path} is there; {cure}")
+    if not is_file:
+        return resume
+    return None if is_same and not path.exists() else load(resume)
 
 
 def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:

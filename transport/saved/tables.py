@@ -19,6 +19,8 @@ from transport.results.result import Result
 from transport.validation import SceneError
 
 OWN = "run"  # the group of what a run goes on by
+COMPLETE, INTERRUPTED = "complete", "incomplete: interrupted"
+GOES_ON = "incomplete: a checkpoint, which transport.load and resume= read; ledger and detectors are written as the run ends"
 BOUNDS = ("_low", "_high")
 
 
@@ -40,9 +42,14 @@ class Table:
     variables: Iterator[tuple[str, Variable]]
 
 
-def tables_of(result: Result) -> Iterator[Table]:
-    """The ledger, then each detector."""
+def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
+    """The ledger, then each detector; of a run that goes on (not `is_over`) only what it is, as they would take too long."""
     told = {"title": repr(result), "seed": str(result.seed), "method": result.plan.method.title}
+    if not is_over:
+        yield Table("", told | {"completeness": GOES_ON}, iter(()))
+        return
+    told["completeness"] = COMPLETE if result.is_complete else INTERRUPTED
+    told["warnings"] = "\n".join(result.warnings)
     ledger = list(_ledger(result))
     yield Table("", told, iter(ledger))
     taken = {OWN, *dict(ledger)}  # a group cannot be called as a variable beside it
@@ -90,7 +97,8 @@ def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variabl
                 axes[named] = edges
                 places = _places(edges, quantity.shape[quantity.dims.index(axis)])
                 bounded |= {named} if len(places) > 1 else set()
-                units = {"units": AXIS_UNITS[axis]} if axis in AXIS_UNITS else {}
+                known = AXIS_UNITS | dict(quantity.axis_units)
+                units = {"units": known[axis]} if axis in known else {}
                 for end, place in places.items():
                     yield named + end, Variable((named,), place, units)
             dims.append(named)
