@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import transport as tp
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.cluster import line as lines
+from transport.cluster import posts
 from transport.cluster.crew import ClusterCrew
 from transport.cluster.groups import Groups, Pace
 from transport.runs import hiring
@@ -31,6 +33,19 @@ LIMITS = {
     "nets": {"particles": 30_000, "sampling": "sobol"},
 }
 POSTS = "len(__import__('transport.cluster.posts', fromlist=['POSTS']).POSTS)"  # that a worker keeps
+KILLING = """
+import os, signal
+from transport.cluster.posts import Post
+
+work = Post.work
+
+def dask_setup(worker):
+    def killing(post, batches, *arguments):
+        if any(number == 37 for number, _ in batches):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return work(post, batches, *arguments)
+    Post.work = killing
+"""
 MANY = {"particles": 60_000, "batches": 300, "seed": 3}
 
 
@@ -192,6 +207,42 @@ def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(mon
         hiring._wait_for(Nobody(), Progress(), Interruption())
 
 
+def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, monkeypatch):
+    """Though others wait beside it at each of them: whoever is suspected is tried by itself."""
+    killing = tmp_path / "killing.py"
+    killing.write_text(KILLING)
+    monkeypatch.setenv("DASK_DISTRIBUTED__WORKER__PRELOAD", str([str(killing)]))
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
+    with DaskCluster(3) as deadly:
+        result = tp.simulate(scene(), **MANY, cluster=deadly.address)
+    assert not result.is_complete and len(result.batches) > 20
+    assert "batch 37, of 200 particles, killed its workers, 1 of them" in result.warnings[0]
+    assert_same(tp.simulate(scene(), resume=result).batches, whole.batches)
+
+
+def test_a_worker_that_does_not_answer_keeps_nobody_waiting(whole, monkeypatch):
+    monkeypatch.setattr(lines, "CONNECT", 1.0)
+    with DaskCluster(2) as cluster:
+        os.kill(cluster.workers[0].pid, signal.SIGSTOP)
+        result = tp.simulate(scene(), **MANY, cluster=cluster.address)
+    assert_same(result.batches, whole.batches)
+    assert result.cost.workers == 1
+
+
+def test_an_error_travels_without_its_frames(monkeypatch):
+    def fail(depth):
+        if depth == 0:
+            raise ValueError("deep")
+        fail(depth - 1)
+
+    post = SimpleNamespace(work=lambda *_: fail(500), machine=lambda: fail(500))
+    monkeypatch.setitem(posts.POSTS, "run", post)
+    for act in (lambda: posts.make_ready("run"), lambda: posts.work_on("run", [(0, 1)], 0, 1)):
+        with pytest.raises(ValueError, match="deep") as error:
+            act()
+        assert len(error.traceback) < 10
+
+
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):
     """One that comes late is not used; the run goes on, and says so."""
     stranger = without_transport(tmp_path / "stranger")
@@ -246,10 +297,40 @@ def test_groups_take_half_a_second_and_less_towards_the_end():
     groups.put_back(taken[3])
     groups.put_back(taken[0])
     assert groups.take(2) == taken[0] and groups.take(2) == taken[3] and not groups
+    assert groups.left == 0
     pace.add([(1000, 0.01)] * 100, 100 << 25)
     assert (
         len(Groups([(number, 1000) for number in range(10_000)], pace).take(2)) == 1
     )  # large sums travel alone
+
+
+def test_what_is_done_before_its_turn_is_bounded():
+    """Where one worker is slow the others wait for it, but for what fits: so many bytes ahead."""
+    pace = Pace()
+    pace.add([(1000, 1.0)], 100)
+    groups = Groups([(number, 1000) for number in range(5, 105)], pace, seconds=0.5, ahead=1000, turn=5)
+    first = []
+    while groups:
+        first += groups.take(2)
+    assert [number for number, _ in first] == list(range(5, 15))
+    groups.put_back([first[0]])
+    assert groups and groups.take(2) == [first[0]]  # which the others wait for
+    groups.turn = 6
+    assert groups.take(2) == [(15, 1000)] and not groups
+
+
+def test_suspects_are_tried_one_at_a_time():
+    groups = Groups([(number, 1000) for number in range(4)], Pace())
+    assert not groups.accuse([(8, 10), (9, 10)])
+    suspect = groups.take(2)
+    assert suspect == [(8, 10)]
+    assert groups.take(2) == [(0, 1000)]  # not the other suspect
+    groups.put_back(suspect)  # its worker was lost with the scheduler: nothing is known yet
+    suspect = groups.take(2)
+    assert suspect == [(8, 10)]
+    groups.clear(suspect)
+    suspect = groups.take(2)
+    assert suspect == [(9, 10)] and groups.accuse(suspect)
 
 
 def test_a_script_needs_no_main_guard_and_loads_no_engine(tmp_path):

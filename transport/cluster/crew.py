@@ -9,8 +9,10 @@ from transport.cluster.groups import SECONDS, Groups, Pace
 from transport.cluster.line import Line
 from transport.results.batches import Batch
 from transport.runs.crew import GLANCE, InOrder
+from transport.runs.memory import memory_left
 from transport.runs.state import Origin
 
+AHEAD = 1 << 28  # bytes of sums that may wait for their turn; or a quarter of the memory that is left
 FEWEST = 50  # groups of a thread in the seconds of a run: what is not done when they are over is lost
 
 
@@ -25,6 +27,7 @@ class ClusterCrew(InOrder):
         super().__init__()
         self.line, self.seed, self.count = line, seed, count
         self.group_seconds = SECONDS if seconds is None else min(SECONDS, seconds / FEWEST)
+        self.most_ahead = max(AHEAD, (memory_left() or 0) // 4)
         self.pace = Pace()
 
     @property
@@ -36,7 +39,8 @@ class ClusterCrew(InOrder):
         """As `Crew.work`; raises CrewLost too."""
         sizes, self.done = list(sizes), []
         past = self.next + len(sizes)
-        groups = Groups(self._missing(iter(sizes)), self.pace, self.group_seconds)
+        missing = self._missing(iter(sizes))
+        groups = Groups(missing, self.pace, self.group_seconds, self.most_ahead, self.next)
         self.line.begin(groups, self.seed, self.count)
         try:
             yield from self._whose_turn_it_is()
@@ -44,6 +48,7 @@ class ClusterCrew(InOrder):
                 if not self._take_in(GLANCE):
                     yield None
                 yield from self._whose_turn_it_is()
+                self.line.turn(self.next)
         finally:
             self.line.end()
             with suppress(Exception):  # of what is wanted no more

@@ -8,6 +8,7 @@ end of a leg each takes but a share of what is left, so that all threads end tog
 from __future__ import annotations
 
 import heapq
+import math
 from collections import deque
 from collections.abc import Iterable
 
@@ -41,18 +42,33 @@ class Pace:
 class Groups:
     """The batches of a leg that nobody does at present."""
 
-    def __init__(self, batches: Iterable[tuple[int, int]], pace: Pace, seconds: float = SECONDS) -> None:
-        """batches: numbers and histories;  seconds: that a group is to take, where threads are few."""
+    def __init__(
+        self,
+        batches: Iterable[tuple[int, int]],
+        pace: Pace,
+        seconds: float = SECONDS,
+        ahead: float = math.inf,
+        turn: int = 0,
+    ) -> None:
+        """batches: numbers and histories;  seconds: that a group is to take, where threads are few;  ahead: bytes of sums that
+        may be done or under way before their turn;  turn: the number of the batch whose turn it is.
+        """
         self.waiting = deque(batches)
         self.lost: list[Group] = []  # a heap: those with the lowest numbers first, for which the others wait
+        self.suspects: list[Group] = []  # of one batch each, a heap
+        self.suspect: Group | None = None  # that is out: one at a time, so that it is known who kills
         self.left = sum(size for _, size in self.waiting)  # histories
-        self.pace, self.seconds = pace, seconds
+        self.pace, self.seconds, self.ahead, self.turn = pace, seconds, ahead, turn
 
     def __bool__(self) -> bool:
-        return bool(self.lost or self.waiting)
+        """Whether there is one to take."""
+        return bool(self.lost) or self._may_try_a_suspect() or (bool(self.waiting) and self._is_near())
 
     def take(self, threads: int) -> Group:
         """The next batches for one of so many threads."""
+        if self._may_try_a_suspect():
+            self.suspect = heapq.heappop(self.suspects)
+            return self.suspect
         if self.lost:
             return heapq.heappop(self.lost)
         group, seconds = [self.waiting.popleft()], self._seconds(threads)
@@ -67,7 +83,32 @@ class Groups:
 
     def put_back(self, group: Group) -> None:
         """Nobody does these any more: their worker died, or was not to be reached."""
-        heapq.heappush(self.lost, group)
+        heapq.heappush(self.suspects if group is self.suspect else self.lost, group)
+        self.clear(group)
+
+    def clear(self, group: Group) -> None:
+        """These are done, or wait again."""
+        if group is self.suspect:
+            self.suspect = None
+
+    def accuse(self, group: Group) -> bool:
+        """Several workers died while they had these: each batch is to be tried by itself, one at a time.
+
+        Whether it is known already that it was this one.
+        """
+        if group is self.suspect:
+            return True
+        for batch in group:
+            heapq.heappush(self.suspects, [batch])
+        return False
+
+    def _may_try_a_suspect(self) -> bool:
+        return bool(self.suspects) and self.suspect is None
+
+    def _is_near(self) -> bool:
+        """Whether the next batch would not wait too long for its turn: one slow worker must not fill this process."""
+        number, _ = self.waiting[0]
+        return (number - self.turn) * self.pace.bytes < self.ahead
 
     def _seconds(self, threads: int) -> float:
         """How long a group may take."""

@@ -15,6 +15,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from uuid import uuid4
 
 from transport.cluster import posts
@@ -38,12 +39,14 @@ class Line:
         """cluster: as `simulate` takes it;  threads: of a local one;  task: scene, tracking and method."""
         from cloudpickle import dumps  # which comes with Dask, and takes functions of a script along
 
-        self.cluster, self.threads, self.task = cluster, threads, dumps(task)
+        self.cluster, self.processes, self.task = cluster, threads, dumps(task)
         self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
         self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
         self.groups: Groups | None = None
         self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it
         self.there: dict[str, int] = {}  # threads of each worker
+        self.told: set[str] = set()  # workers that know of the run, and are to be used
+        self.telling: asyncio.Task | None = None  # those that came late
         self.refused: dict[str, str] = {}  # workers that are not to be used, and why
         self.origins: dict = {}  # of those that are, in the order in which they came
         self.sent, self.is_begun, self.is_over = 0, False, False
@@ -66,6 +69,10 @@ class Line:
         """What is not done yet is wanted no more."""
         self._soon(self._begin, None, ())
 
+    def turn(self, number: int) -> None:
+        """The batch of this number is the next that the run waits for."""
+        self._soon(self._turn, number)
+
     def receive(self, seconds: float) -> tuple | object | None:
         """What has come, or None after so long: batches by their numbers, histories and seconds of each.  Raises what a batch
         raised, and CrewLost."""
@@ -82,6 +89,16 @@ class Line:
         self.is_over = True  # Dask may swallow a cancellation
         self._soon(lambda: self.serving.cancel())
         self.thread.join()
+
+    @property
+    def workers(self) -> int:
+        """That are to be used."""
+        return len(self.told)
+
+    @property
+    def threads(self) -> int:
+        """Of all workers that are to be used."""
+        return max(1, sum(many for address, many in self.there.items() if address in self.told))
 
     @property
     def doubts(self) -> list[str]:
@@ -107,7 +124,7 @@ class Line:
         self.serving, self.changed, self.heard = asyncio.current_task(), asyncio.Event(), time.monotonic()
         self.loop = asyncio.get_running_loop()
         self.loop.set_exception_handler(_tell_news)
-        async with reached(self.cluster, self.threads) as options:
+        async with reached(self.cluster, self.processes) as options:
             while not self.is_over:
                 try:
                     async with Client(
@@ -143,11 +160,8 @@ class Line:
                         await client.run(posts.dismiss, self.name, on_error="ignore")
 
     async def _look_round(self, client) -> None:
-        """Who is there?  The first are told of the run at once, those that come later when they ask."""
+        """Who is there?  Whoever is new is told of the run."""
         self.there = await client.nthreads()
-        self.threads = max(
-            1, sum(many for address, many in self.there.items() if address not in self.refused)
-        )
         for task, (future, _, allowed) in list(self.out.items()):
             if allowed is not None and not allowed & self.there.keys():
                 await client.cancel([future])  # none of those who may do it is there any more
@@ -156,8 +170,13 @@ class Line:
             self._bear(f"no workers at {client.scheduler.address}")
             return
         self.heard = time.monotonic()
+        self.told &= self.there.keys()
         if not self.is_begun:
             await self._muster(client)
+            return
+        newcomers = self.there.keys() - self.refused.keys() - self.told
+        if newcomers and (self.telling is None or self.telling.done()):
+            self.telling = asyncio.create_task(self._tell(client, list(newcomers)))
 
     async def _muster(self, client) -> None:
         """Tell everybody of the run, and wait until one has compiled or loaded its passes.  Raises SceneError naming those
@@ -169,34 +188,53 @@ class Line:
             raise SceneError(
                 f"simulate: cluster: {told}; start its workers from the same sources as this process"
             )
-        ready = client.submit(posts.make_ready, self.name, key=(self.name, "ready"), pure=False)
-        if (
-            await client.gather(ready) is None
-        ):  # else it came while we were telling the others: look round again
+        if not self.told:  # they have just died, or do not answer: look round again
+            return
+        told = {"workers": list(self.told), "key": (self.name, "ready"), "pure": False}
+        if await client.gather(client.submit(posts.make_ready, self.name, **told)) is None:
             self.is_begun = True
             self.came.put(READY)
 
     async def _tell(self, client, workers: list[str] | None) -> None:
         """Tell workers of the run, all of them or these; whoever has other sources is not to be used."""
-        arguments = self.name, self.task, self.sources
-        answers = await client.run(posts.enlist, *arguments, workers=workers, on_error="return")
-        for address, answer in answers.items():
+        for address, answer in (await self._answers(client, workers)).items():
             if isinstance(answer, OSError):
                 continue  # it has just died
             if isinstance(answer, Exception):  # whose kind is lost on the way
                 self.refused[address] = f"it cannot import transport: {answer}"
+            elif answer.sources != self.sources:
+                self.refused[address] = (
+                    f"it has transport {answer.version} of sources {answer.sources}, not {self.sources}"
+                )
             else:
+                self.told.add(address)
                 self.origins[answer] = None
-                if answer.sources != self.sources:
-                    del self.origins[answer]
-                    self.refused[address] = (
-                        f"it has transport {answer.version} of sources {answer.sources}, not {self.sources}"
-                    )
+
+    async def _answers(self, client, workers: list[str] | None) -> dict[str, object]:
+        """What each says who is told of the run.  One that is silent keeps nobody waiting for long: it is asked again later."""
+        tell = partial(client.run, posts.enlist, self.name, self.task, self.sources, on_error="return")
+        answers: dict[str, object] = {}
+
+        async def ask(some: list[str] | None) -> None:
+            async with asyncio.timeout(CONNECT):
+                answers.update(await tell(workers=some))
+
+        try:
+            await ask(workers)
+        except TimeoutError:
+            each = self.there.keys() if workers is None else workers
+            await asyncio.gather(*(ask([address]) for address in each), return_exceptions=True)
+        return answers
 
     def _begin(self, groups: Groups | None, arguments: tuple) -> None:
         self._take_back()
         self.groups, self.arguments = groups, arguments
         self._wake()
+
+    def _turn(self, number: int) -> None:
+        if self.groups is not None:
+            self.groups.turn = number
+            self._wake()
 
     def _take_back(self) -> None:
         """Nobody is to do what is out; it waits again."""
@@ -208,7 +246,7 @@ class Line:
 
     def _hand_out(self, client) -> None:
         """Give everybody something to do."""
-        allowed = frozenset(self.there.keys() - self.refused.keys()) if self.refused else None
+        allowed = None if self.there.keys() <= self.told else frozenset(self.there.keys() & self.told)
         while self.groups and len(self.out) < DEPTH * self.threads and allowed != frozenset():
             group = self.groups.take(self.threads)
             self.sent += 1
@@ -243,13 +281,19 @@ class Line:
             groups.put_back(group)
             raise
         except KilledWorker as error:
-            self._split(group, groups, error)
+            if groups.accuse(group):
+                number, size = group[0]
+                why = f"batch {number}, of {size} particles, killed its workers, {error.allowed_failures + 1} of them"
+                last = f"the last was {error.last_worker.address}, whose log may tell why"
+                cure = "most likely it needs more memory than they have: take fewer bins, or other workers"
+                self.came.put(CrewLost(f"{why}; {last}; {cure}"))
         except Exception as error:
             if future.status == "error" and not await self._is_by_stranger(client, error):
                 self.came.put(error)
             groups.put_back(group)
         else:
             batches, times = pickle.loads(parcel)
+            groups.clear(group)
             groups.pace.add(times, len(parcel))
             self.came.put((batches, times))
 
@@ -259,15 +303,6 @@ class Line:
         if isinstance(error, ImportError):
             await self._tell(client, None)
         return len(self.refused) > known
-
-    def _split(self, group: Group, groups: Groups, error: Exception) -> None:
-        """Several workers died over a group: find out over which batch of it, or give up."""
-        for batch in group:
-            groups.put_back([batch])
-        if len(group) == 1:
-            number, size = group[0]
-            why = f"batch {number}, of {size} particles: {error}"
-            self.came.put(CrewLost(f"{why}  Most likely it needs more memory than a worker has"))
 
     def _bear(self, what: str, error: Exception | None = None) -> None:
         """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""

@@ -23,7 +23,7 @@ def checked_cluster(cluster: object) -> None:
     try:
         import distributed  # noqa: F401
     except ImportError:
-        cure = "pip install 'transport[cluster]'"
+        cure = "pip install '.[cluster]' in the clone"
         raise SceneError(
             f"simulate: cluster needs Dask's distributed, which is not installed; {cure}"
         ) from None

@@ -8,15 +8,21 @@ from __future__ import annotations
 import pickle
 import threading
 import time
+from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import wraps
 
 POSTS: dict[str, Post] = {}  # of the runs that this process works for
+OVER: deque[str] = deque(maxlen=1000)  # the last runs that it works for no more
+NEWS = threading.Condition()  # told of either
+PATIENCE = 10.0  # [s] that a batch waits for its run's scene: those that come late are told soon
 
 
 @dataclass(frozen=True)
 class Untold:
-    """What a worker says that does not know of the run: it came late, or was told that it is over."""
+    """What a worker says that was not told of the run, or that it is over."""
 
     worker: str  # its address
 
@@ -26,40 +32,69 @@ def enlist(name: str, task: bytes, sources: str):
     from transport.runs.origins import this_origin
 
     origin = this_origin()
-    if origin.sources == sources and name not in POSTS:
-        POSTS[name] = Post(task)
+    with NEWS:
+        if origin.sources != sources:
+            OVER.append(name)  # for this one before it began
+        elif name not in POSTS:
+            POSTS[name] = Post(task)
+        NEWS.notify_all()
     return origin
 
 
 def dismiss(name: str) -> None:
     """The run is over: what is still being done for it stops, and is forgotten."""
-    post = POSTS.pop(name, None)
+    with NEWS:
+        OVER.append(name)
+        post = POSTS.pop(name, None)
+        NEWS.notify_all()
     if post is not None:
         post.stop()
 
 
+def _frameless(work: Callable) -> Callable:
+    """An error leaves its frames here: a client of Dask never returns from a thousand of them."""
+
+    @wraps(work)
+    def working(*arguments):
+        try:
+            return work(*arguments)
+        except Exception as error:
+            raise error.with_traceback(None) from None
+
+    return working
+
+
+@_frameless
 def make_ready(name: str) -> Untold | None:
     """Compile or load the passes of the run."""
-    if name not in POSTS:
+    post = _post_of(name)
+    if post is None:
         return _untold()
-    POSTS[name].machine()
+    post.machine()
     return None
 
 
+@_frameless
 def work_on(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | Untold:
     """Do these batches, numbers and sizes.  Returns what `Post.work` does, pickled."""
     from transport.engine.driver import Stopped
 
-    post = POSTS.get(name)
-    try:
+    post = _post_of(name)
+    with suppress(Stopped):
         if post is not None:
             # One string of bytes: thousands of small arrays would each travel by themselves.
             return pickle.dumps(post.work(batches, seed, count), protocol=5)
-    except Stopped:
-        pass
-    except Exception as error:  # without its frames: a client of Dask never returns from a thousand of them
-        raise error.with_traceback(None) from None
     return _untold()
+
+
+def _post_of(name: str) -> Post | None:
+    """This process's post of a run; one that is not told of it yet waits, so that the batch keeps its place.
+
+    Were it given back, the scheduler would forget how many workers have died over it.
+    """
+    with NEWS:
+        NEWS.wait_for(lambda: name in POSTS or name in OVER, PATIENCE)
+        return POSTS.get(name)
 
 
 def _untold() -> Untold:

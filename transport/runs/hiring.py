@@ -84,7 +84,7 @@ def hands_for(
     try:
         _wait_for(line, bar, interruption)
         hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
-        yield Hands(plan, hire, line.threads, len(line.there), lambda: line.doubts)
+        yield Hands(plan, hire, line.threads, line.workers, lambda: line.doubts)
     finally:
         line.close()
 
