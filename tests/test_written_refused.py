@@ -6,14 +6,18 @@ import copy
 import json
 import random
 import re
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
-from tests.round_trips import faults_of, scenes_of_tests
+from tests.round_trips import faults_of, read_again, scenes_of_tests
+from transport.written import numbers
 from transport.written.kinds import KINDS, UNWRITTEN
+from transport.written.numbers import array_read
 from transport.written.schema import FILE, schema_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -121,7 +125,27 @@ WRONG = {  # what is written instead of what, what the refusal says, and whether
         True,
     ),
     "number of a word": ('"radius": 0.1', '"radius": NaN', ["NaN is no JSON", '{"float": "nan"}'], None),
-    "said twice": ('"radius": 0.1', '"radius": 0.1, "radius": 0.2', ["'radius' is said twice"], None),
+    "said twice": (
+        '"radius": 0.1',
+        '"radius": 0.1, "radius": 0.2',
+        ["scene.json: detectors[0].shape.radius: is said twice"],
+        None,
+    ),
+    "Python's own name": ('"radius": 0.1', '"radius": 0.1, "self": 1', ["detectors[0].shape.self"], True),
+    "truth for a number": ("[0, 0, 2]", "[0, 0, true]", ["detectors[0].shape.center[2]", "True"], True),
+    "array for a vector": (
+        "[0, 0, 2]",
+        '{"constant": 1, "shape": [3]}',
+        ["detectors[0].shape.center: takes no array", "write numbers"],
+        True,
+    ),
+    "half of a character": (
+        '"name": "meter"',
+        r'"name": "a\ud800"',
+        ["scene.json: detectors[0].name", r"'a\ud800'"],
+        None,
+    ),
+    "half of one in a name": ('"radius": 0.1', r'"\udc00": 0.1', [r"detectors[0].shape.'\udc00'"], None),
     "no JSON": ('"radius": 0.1', '"radius": 0.1,', ["line 6", "not JSON"], None),
     "wrong and unused": (
         SHARED,
@@ -136,6 +160,10 @@ WRONG = {  # what is written instead of what, what the refusal says, and whether
 ARRAYS = {
     "array of no shape": ({"constant": 1}, ["absorption: shape must be", "got None"]),
     "array too large": ({"constant": 1, "shape": [10**6, 10**6, 10**6]}, ["absorption: shape", "1e+18"]),
+    "array of a number too large": (
+        {"constant": 10**400, "shape": [1, 1, 1]},
+        ["absorption", "finite, got inf"],
+    ),
     "array of a text": ({"constant": "a", "shape": [1]}, ["absorption: constant", "'a'"]),
     "array too short": (
         {"base64": "AAAA", "dtype": "float64", "shape": [1]},
@@ -166,6 +194,54 @@ def test_a_wrong_array_is_told_with_its_place(array, words):
     data = json.loads(TEXT)
     data["scene"]["surfaces"][0]["inside"] = grid
     assert_refused(lambda: tp.Scene.from_json(json.dumps(data)), ["surfaces[0].inside.absorption", *words])
+
+
+def test_an_array_that_does_not_fit_into_memory_is_refused_before_it_is_made(monkeypatch):
+    monkeypatch.setattr(numbers, "memory_left", lambda: 1_000_000_000)
+    with pytest.raises(
+        ValueError, match=r"asks for 8e\+09 numbers, 128 GB .* and 1 GB of memory are left; take fewer"
+    ):
+        array_read({"constant": 1, "shape": [2000, 2000, 2000]})
+    assert array_read({"constant": 1, "shape": [100, 100, 100]}).shape == (100, 100, 100)
+
+
+def test_what_is_long_is_cut_in_a_refusal():
+    data = json.loads(TEXT)
+    data["scene"]["detectors"][0]["type"] = [[data["scene"]["surfaces"]] * 9] * 9
+    with pytest.raises(tp.SceneError) as refusal:
+        tp.Scene.from_json(json.dumps(data))
+    assert "detectors[0].type: no such type" in str(refusal.value) and len(str(refusal.value)) < 1200
+
+
+def test_of_many_names_the_one_that_is_said_twice_is_found_at_once():
+    names = ", ".join(f'"k{number}": 1' for number in range(50_000))
+    begun = time.process_time()
+    assert_refused(lambda: tp.Scene.from_json(f'{{{names}, "k49999": 2}}'), ["k49999: is said twice"])
+    assert time.process_time() - begun < 5  # looking for each among all took 17 s for 30 000
+
+
+def test_a_mark_of_the_byte_order_is_no_part_of_a_text(tmp_path):
+    path = tmp_path / "scene.json"
+    path.write_text(TEXT, encoding="utf-8-sig")
+    assert tp.Scene.from_json("\ufeff" + TEXT) == tp.Scene.from_json(path) == tp.Scene.from_json(TEXT)
+    path.write_text(TEXT, encoding="utf-16")
+    assert_refused(lambda: tp.Scene.from_json(path), ["scene.json: cannot be read", "save it as UTF-8"])
+
+
+def test_names_are_written_as_they_are_or_refused():
+    data = json.loads(TEXT)
+    for name in ("a\x00b", "\u202eb", "line\nline", "\U0001f600", "\\ud800", "k" * 1000):
+        data["scene"]["detectors"][0]["name"] = name
+        assert read_again(tp.Scene.from_json(json.dumps(data))).detectors[0].name == name
+    wrong = replace(tp.Scene.from_json(TEXT), detectors=[tp.Detector(tp.Disk(radius=1), name="a\ud800")])
+    assert_refused(wrong.to_json, ["detectors[0].name", r"'\ud800' is half of a character", "leave it out"])
+
+
+def test_a_single_object_stands_for_a_list_in_files_too():
+    data = json.loads(TEXT)
+    for parts in ("sources", "surfaces", "detectors"):
+        data["scene"][parts] = data["scene"][parts][0]
+    assert tp.Scene.from_json(json.dumps(data)) == tp.Scene.from_json(TEXT) and faults_of(data) == []
 
 
 def test_the_text_without_a_fault_is_a_scene():

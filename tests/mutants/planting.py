@@ -63,7 +63,7 @@ class Copy:
 
     def failed(self, nodes: Iterable[str]) -> str | None:
         """The first of these tests that fails; None where all pass.  Raises RuntimeError where they do not even run."""
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rfE", "-p", "no:cacheprovider"]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rfE"]
         surroundings = os.environ | {"PYTHONPATH": str(self.root)}
         try:
             run = subprocess.run(

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple
 
 from transport.saved.whole import written_whole
-from transport.validation import SceneError, shown, suggestion
+from transport.validation import SceneError, suggestion
+from transport.written.parsing import joined, parsed, refuse_at, said
 from transport.written.printing import printed
-from transport.written.reading import Reader, refuse_at
+from transport.written.reading import Reader
 from transport.written.writing import fields_written, shared_parts
 
 if TYPE_CHECKING:
     from transport.scene import Scene
 
 FORMAT = "transport scene"
+BYTE_ORDER = "\ufeff"  # what some editors begin a text with
+LONGEST_PATH = 400  # characters; what is longer is a text gone wrong
 VERSION = 1  # rises where a file would mean something else, as by another default
 HEAD = ("$schema", "format", "version", "about", "shared", "scene")
 
@@ -55,7 +57,7 @@ def document_of(source: str | PathLike) -> Document:
     try:
         data = checked_head(parsed(text))
         if _type_of(data["scene"]) != "Scene":
-            refuse_at("scene.type", f'must be "Scene", got {shown(_type_of(data["scene"]))}')
+            refuse_at("scene.type", f'must be "Scene", got {said(_type_of(data["scene"]))}')
         reader = Reader(data.get("shared", {}))
         scene = reader.value(data["scene"], "")
         reader.check_shared()
@@ -66,43 +68,32 @@ def document_of(source: str | PathLike) -> Document:
     return Document(scene, data.get("about", ""))
 
 
-def parsed(text: str) -> object:
-    """The data of a JSON text.  Raises SceneError with the line where it is none."""
-    try:
-        return json.loads(text, object_pairs_hook=_unrepeated, parse_constant=_refuse_constant)
-    except json.JSONDecodeError as error:
-        raise SceneError(f"line {error.lineno}, column {error.colno}: not JSON, {error.msg}") from None
-    except SceneError:
-        raise
-    except ValueError as error:  # a whole number of thousands of digits
-        raise SceneError(f"not JSON that can be read, {error}") from None
-
-
 def checked_head(data: object) -> dict:
     """The whole of a file, if it says that it is one and of a version that is known.  Raises SceneError otherwise."""
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        got = shown(data.get("format")) if isinstance(data, dict) else shown(data)
+        got = said(data.get("format")) if isinstance(data, dict) else said(data)
         refuse_at(
             "format",
             f'must be "{FORMAT}", got {got}; begin with {{"format": "{FORMAT}", "version": {VERSION}}}',
         )
     version = data.get("version")
     if type(version) is not int or version < 1:
-        refuse_at("version", f"must be a whole number such as {VERSION}, got {shown(version)}")
+        refuse_at("version", f"must be a whole number such as {VERSION}, got {said(version)}")
     if version > VERSION:
         refuse_at(
             "version",
-            f"{version} is newer than {VERSION}, the newest known here; update transport to read it",
+            f"{said(version)} is newer than {VERSION}, the newest known here; update transport to read it",
         )
     for name in data:
         if name not in HEAD:
-            refuse_at(name, f"nothing of that name belongs beside the scene; {suggestion(name, HEAD)}")
+            place = joined("", name)
+            refuse_at(place, f"nothing of that name belongs beside the scene; {suggestion(name, HEAD)}")
     if "scene" not in data:
         refuse_at("scene", 'missing; write "scene": {"type": "Scene", "sources": [...]}')
     if not isinstance(data.get("shared", {}), dict):
-        refuse_at("shared", f"must be objects by their names, got {shown(data['shared'])}")
+        refuse_at("shared", f"must be objects by their names, got {said(data['shared'])}")
     if not isinstance(data.get("about", ""), str):
-        refuse_at("about", f"must be a text, got {shown(data['about'])}")
+        refuse_at("about", f"must be a text, got {said(data['about'])}")
     return data
 
 
@@ -112,28 +103,16 @@ def _type_of(data: object) -> object:
 
 def _text_and_title(source: str | PathLike) -> tuple[str, str]:
     """The text, and what messages call it."""
-    if isinstance(source, str) and source.lstrip().startswith("{"):
-        return source, "Scene.from_json"
+    if isinstance(source, str) and source.removeprefix(BYTE_ORDER).lstrip().startswith("{"):
+        return source.removeprefix(BYTE_ORDER), "Scene.from_json"
     if not isinstance(source, str | PathLike):
-        raise SceneError(
-            f"Scene.from_json: must be a path or a text, got {shown(source)}; write 'scene.json'"
-        )
+        raise SceneError(f"Scene.from_json: must be a path or a text, got {said(source)}; write 'scene.json'")
+    title = str(source) if len(str(source)) <= LONGEST_PATH else f"Scene.from_json: {said(str(source))}"
     try:
-        return Path(source).read_text(encoding="utf-8-sig"), str(source)
-    except (OSError, UnicodeDecodeError, ValueError) as error:
+        return Path(source).read_text(encoding="utf-8-sig"), title
+    except UnicodeDecodeError as error:
+        why, cure = f"byte {error.start} is none of UTF-8", "save it as UTF-8"
+    except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        raise SceneError(f"{source}: cannot be read: {why}; name a file of JSON") from None
-
-
-def _unrepeated(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    data = dict(pairs)
-    if len(data) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise SceneError(f"{twice!r} is said twice in {shown(data)}; drop one")
-    return data
-
-
-def _refuse_constant(word: str) -> NoReturn:
-    said = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}[word]
-    raise SceneError(f'{word} is no JSON; write {{"float": "{said}"}}')
+        cure = "name a file of JSON" + (', or begin a text with "{"' if isinstance(source, str) else "")
+    raise SceneError(f"{title}: cannot be read: {why}; {cure}") from None

@@ -1,6 +1,10 @@
 """The kinds of objects that a scene is made of, by the names that they have in a file."""
 
 import dataclasses
+import functools
+import typing
+
+import numpy as np
 
 from transport.bins import DirectionCone, Directions, DirectionSphere, Positions
 from transport.cameras import Camera, EnvironmentMap
@@ -60,6 +64,14 @@ HEAVY = (Grid, Mesh, SpeedTable, Tabulated)  # written once where they are used 
 def fields_of(kind: type) -> list[dataclasses.Field]:
     """What an object of that kind is made of; without what is worked out of that."""
     return [field for field in dataclasses.fields(kind) if field.init]
+
+
+@functools.cache
+def arrays_of(kind: type) -> frozenset[str]:
+    """The names of the fields that take an array."""
+    hints = {name: typing.get_args(hint) or (hint,) for name, hint in typing.get_type_hints(kind).items()}
+    names = {name for name, types in hints.items() if np.ndarray in types}
+    return frozenset(names | ({"density"} if kind is Tabulated else set()))  # it becomes a function
 
 
 def default_of(field: dataclasses.Field) -> object:

@@ -10,10 +10,15 @@ import math
 
 import numpy as np
 
+from transport.runs.memory import ALWAYS, memory_left
+from transport.validation import as_float
+from transport.written.parsing import said
+
 LONGEST = 64  # numbers of an array that is written as lists
 DTYPES = ("float64", "float32", "int64", "int32", "uint8")
 UNENDING = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
-MOST_BYTES = 1 << 36  # of an array that a file asks for by its shape
+MOST_NUMBERS = 1 << 33  # of an array that a file asks for by its shape
+READING = 16  # bytes that each of them takes while a scene is made of it
 
 
 def number_written(number: float) -> float | dict[str, str]:
@@ -36,7 +41,7 @@ def number_read(data: dict) -> float:
     word = data["float"]
     if not isinstance(word, str) or word not in UNENDING:
         raise ValueError(
-            f'float must be "inf", "-inf" or "nan", got {word!r}; write other numbers as they are'
+            f'float must be "inf", "-inf" or "nan", got {said(word)}; write other numbers as they are'
         )
     return UNENDING[word]
 
@@ -45,13 +50,12 @@ def array_read(data: dict) -> np.ndarray:
     """The array of {"dtype", "shape", "base64"} or {"constant", "shape"}.  Raises ValueError with what is wrong."""
     shape = data.get("shape")
     if not isinstance(shape, list) or not shape or not all(type(n) is int and n > 0 for n in shape):
-        raise ValueError(f"shape must be a list of whole numbers above 0, got {shape!r}")
-    if 8 * math.prod(shape) > MOST_BYTES:
-        raise ValueError(f"shape {shape} asks for {math.prod(shape):.3g} numbers, more than any scene needs")
+        raise ValueError(f"shape must be a list of whole numbers above 0, got {said(shape)}")
+    _check_size(shape)
     if "constant" in data:
         return _constant(data["constant"], shape)
     if data.get("dtype") not in DTYPES:
-        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {data.get('dtype')!r}")
+        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {said(data.get('dtype'))}")
     dtype = np.dtype(data["dtype"])
     try:
         content = base64.b64decode(data["base64"], validate=True)
@@ -63,7 +67,20 @@ def array_read(data: dict) -> np.ndarray:
     return np.frombuffer(content, dtype.newbyteorder("<")).astype(dtype).reshape(shape)
 
 
+def _check_size(shape: list[int]) -> None:
+    """A few characters may ask for more than there is."""
+    count = math.prod(shape)
+    asked = f"shape {said(shape)} asks for {float(min(count, 10**300)):.3g} numbers"
+    if count > MOST_NUMBERS:
+        raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MOST_NUMBERS:.3g}")
+    need, left = READING * count, memory_left() if READING * count > ALWAYS else None
+    if left is not None and need > left:
+        figures = f"{need / 1e9:.3g} GB while they are read, and {left / 1e9:.3g} GB of memory are left"
+        raise ValueError(f"{asked}, {figures}; take fewer")
+
+
 def _constant(number: object, shape: list[int]) -> np.ndarray:
-    if type(number) not in (int, float):
-        raise ValueError(f"constant must be a number, got {number!r}")
-    return np.broadcast_to(np.float64(number), shape)
+    value = as_float(number)
+    if value is None:
+        raise ValueError(f"constant must be a number, got {said(number)}")
+    return np.broadcast_to(np.float64(value), shape)

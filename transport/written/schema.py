@@ -18,6 +18,7 @@ from transport.emissions import Emission
 from transport.materials.base import Material
 from transport.media import Phase
 from transport.pulses import Pulse
+from transport.scene import Scene
 from transport.shapes import Shape
 from transport.sides import IS_BACK
 from transport.speeds import SpeedDistribution
@@ -113,12 +114,21 @@ def _kind(kind: type) -> dict[str, object]:
         field.name: SPECIAL.get((kind.__name__, field.name)) or _typed(hints[field.name], field.name)
         for field in fields
     }
+    if kind is Scene:
+        properties = {name: _list_or_one(inner) for name, inner in properties.items()}
     required = [field.name for field in fields if default_of(field) is MISSING]
     told = " ".join(kind.__doc__.partition("\n")[0].split())
     return {
         "description": told,
         **_strict({"type": {"const": kind.__name__}} | properties, ["type", *required]),
     }
+
+
+def _list_or_one(field: dict[str, object]) -> dict[str, object]:
+    """What a scene's field takes: for a list of objects, a single one as well."""
+    if field.get("type") != "array":
+        return field
+    return {"anyOf": [field, *field["items"].get("anyOf", [field["items"]])]}
 
 
 def _typed(hint: object, name: str) -> dict[str, object]:

@@ -12,6 +12,7 @@ from transport.written.differences import are_alike
 from transport.written.following import following
 from transport.written.kinds import HEAVY, KINDS, UNWRITTEN, default_of, fields_of
 from transport.written.numbers import array_written, number_written
+from transport.written.parsing import check_characters
 
 
 def written(part: object, shared: dict[object, str] | None = None, path: str = "") -> object:
@@ -21,7 +22,10 @@ def written(part: object, shared: dict[object, str] | None = None, path: str = "
     declarative.
     """
     match part:
-        case None | bool() | int() | str():
+        case None | bool() | int():
+            return part
+        case str():
+            check_characters(part, path)
             return part
         case float():
             return number_written(part)
