@@ -168,6 +168,7 @@ REFUSED = {
     "cylinder axis": (lambda: Cylinder(radius=1, height=1, axis=(0, 0, 0)), "Cylinder: axis"),
     "cylinder by place": (lambda: Cylinder(1, 2), "keywords only"),
     "cylinder huge": (lambda: Cylinder(radius=1e200, height=1e200), "area must be positive and finite.*change the unit"),
+    "box whose faces overflow together": (lambda: Box(size=1.3e154), "area must be positive and finite.*change the unit"),
     "cone to nothing": (lambda: Cone(radius=0, height=1), "radius and top_radius must not both be 0"),
     "cone negative": (lambda: Cone(radius=1, top_radius=-1, height=1), "Cone: top_radius must be zero or positive"),
     "paraboloid flat": (lambda: Paraboloid(radius=1, focal_length=0), "focal_length must be positive"),

@@ -35,6 +35,7 @@ UNMASK = "write .filled(0), or another number"  # the cure for masked values
 
 _brief = reprlib.Repr()
 _brief.maxstring = _brief.maxother = 80
+_brief.maxlevel = 3
 
 
 class SceneError(ValueError):

@@ -112,7 +112,8 @@ class Box(Shape):
     @property
     def area(self) -> float:
         """Area of the six faces [m^2]."""
-        return 2 * math.fsum(self._face_areas())
+        faces = self._face_areas()
+        return 2 * (math.fsum(faces) if sum(faces) < math.inf else math.inf)
 
     @property
     def volume(self) -> float:
