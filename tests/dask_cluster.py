@@ -1,15 +1,25 @@
-"""A scheduler and workers of one's own on loopback, each a process, all of which end with the test whatever happens."""
+"""A scheduler and workers of one's own on loopback, each a process, all of which end with the test whatever happens.
+
+What may happen to them while a run is under way is here as well: `with disturbed(cluster, "killed"):`.
+"""
 
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
 from distributed import Client
+
+from transport.cluster.crew import ClusterCrew
+from transport.cluster.line import Line
 
 ROOT = Path(__file__).resolve().parents[1]
 SOON = 30.0  # [s] in which each of them must be there
@@ -54,6 +64,25 @@ class DaskCluster:
         self.workers.append(self._start("dask_worker", self.address, *options, path=path))
         return self.workers[-1]
 
+    def freeze_worker(self) -> None:
+        """The first of them keeps what it is given, and does nothing."""
+        os.kill(self.workers[0].pid, signal.SIGSTOP)
+
+    def kill_worker(self) -> None:
+        """The first of them is gone, as where power fails."""
+        worker = self.workers.pop(0)
+        worker.kill()
+        worker.wait()
+
+    def restart(self, workers: int) -> None:
+        """All are gone, and others come, of another scheduler at the same address."""
+        self.scheduler.kill()
+        while self.workers:
+            self.kill_worker()
+        self.start_scheduler()
+        for _ in range(workers):
+            self.start_worker()
+
     def wait_for(self, workers: int) -> None:
         """Until so many are there."""
         with Client(self.address, set_as_default=False, timeout=SOON) as client:
@@ -79,3 +108,66 @@ class DaskCluster:
 
 def _tasks(dask_scheduler) -> int:
     return len(dask_scheduler.tasks)
+
+
+# ---- what happens while a run is under way ----
+
+
+@contextmanager
+def disturbed(cluster: DaskCluster, how: str | None) -> Iterator[list[str]]:
+    """In the next run something happens to the cluster: "killed", a worker that holds batches, or where it is the only one
+    it, and another comes;  "late", one more comes after the roll call;  "restarted", scheduler and workers once batches have
+    come;  or nothing.  Yields what has happened, once batches have come since."""
+    happened: list[str] = []
+    begins, comes = _acts(cluster, how)
+
+    def come() -> None:
+        comes()
+        happened.extend([how] * (how is not None))
+
+    try:
+        with _first(Line, "begin", begins), _first(ClusterCrew, "_keep", come):
+            yield happened
+    finally:
+        if how == "killed" and not happened:  # nothing was to be done
+            os.kill(cluster.workers[0].pid, signal.SIGCONT)
+
+
+def _acts(cluster: DaskCluster, how: str | None) -> tuple[Callable[[], None], Callable[[], None]]:
+    """What to do before the run hands out its batches, and before it takes in the first that come."""
+    many = len(cluster.workers)
+
+    def one_more() -> None:
+        cluster.start_worker()
+        cluster.wait_for(many + 1)
+
+    def another() -> None:
+        cluster.kill_worker()
+        cluster.start_worker()
+
+    if how == "killed":
+        return (cluster.freeze_worker, cluster.kill_worker) if many > 1 else (_nothing, another)
+    return {
+        "late": (one_more, _nothing),
+        "restarted": (_nothing, lambda: cluster.restart(many)),
+        None: (_nothing, _nothing),
+    }[how]
+
+
+@contextmanager
+def _first(kind: type, name: str, act: Callable[[], None]) -> Iterator[None]:
+    """Act before the first call of a method."""
+    called, is_due = getattr(kind, name), [True]
+
+    def acting(self, *arguments):
+        if is_due:
+            is_due.clear()
+            act()
+        return called(self, *arguments)
+
+    with patch.object(kind, name, acting):
+        yield
+
+
+def _nothing() -> None:
+    pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import signal
@@ -131,7 +132,17 @@ def test_all_workers_killed_and_another_come(cluster, whole, monkeypatch):
     cluster.wait_for(2)
 
 
-def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whole, monkeypatch):
+@pytest.fixture
+def heard(monkeypatch):
+    """What Dask logs."""
+    records, handler = [], logging.Handler()
+    monkeypatch.setattr(handler, "emit", records.append)
+    logging.getLogger("distributed").addHandler(handler)
+    yield records
+    logging.getLogger("distributed").removeHandler(handler)
+
+
+def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whole, monkeypatch, heard):
     def act():
         cluster.scheduler.kill()
         for worker in cluster.workers:
@@ -142,6 +153,7 @@ def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whol
 
     happening(monkeypatch, act)
     assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+    assert [record.getMessage() for record in heard if record.threadName.startswith("transport-")] == []
 
 
 def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):

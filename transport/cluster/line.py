@@ -20,7 +20,7 @@ from uuid import uuid4
 
 from transport.cluster import posts
 from transport.cluster.groups import Group, Groups
-from transport.cluster.places import reached
+from transport.cluster.places import reached, unheard
 from transport.runs.crew import GLANCE, CrewLost
 from transport.runs.origins import this_origin
 from transport.validation import SceneError
@@ -113,7 +113,8 @@ class Line:
 
     def _live(self) -> None:
         try:
-            asyncio.run(self._serve())
+            with unheard(self.name):
+                asyncio.run(self._serve())
         except BaseException as error:
             self.came.put(error)
 
@@ -288,7 +289,7 @@ class Line:
                 cure = "most likely it needs more memory than they have: take fewer bins, or other workers"
                 self.came.put(CrewLost(f"{why}; {last}; {cure}"))
         except Exception as error:
-            if future.status == "error" and not await self._is_by_stranger(client, error):
+            if future.status == "error":
                 self.came.put(error)
             groups.put_back(group)
         else:
@@ -296,13 +297,6 @@ class Line:
             groups.clear(group)
             groups.pace.add(times, len(parcel))
             self.came.put((batches, times))
-
-    async def _is_by_stranger(self, client, error: Exception) -> bool:
-        """Whether a batch failed because a worker that came late has no transport; it will not be used any more."""
-        known = len(self.refused)
-        if isinstance(error, ImportError):
-            await self._tell(client, None)
-        return len(self.refused) > known
 
     def _bear(self, what: str, error: Exception | None = None) -> None:
         """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""

@@ -68,40 +68,45 @@ async def _local(threads: int) -> AsyncIterator[str]:
     from distributed import Scheduler
 
     quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
-    with _silence():
-        async with Scheduler(host="127.0.0.1", port=0, **quiet) as scheduler:
-            what = json.dumps(
-                {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": LONELY, **quiet}}
-            )
-            calm = os.environ | {"DASK_LOGGING__DISTRIBUTED": "error"}
-            apart = {
-                "env": calm,
-                "stdin": asyncio.subprocess.DEVNULL,
-                "start_new_session": True,
-            }  # Ctrl-C is for the run
-            command = ["-m", "distributed.cli.dask_spec", scheduler.address, "--spec", what]
-            workers = [
-                await asyncio.create_subprocess_exec(sys.executable, *command, **apart)
-                for _ in range(threads)
-            ]
-            try:
-                yield scheduler.address
-            finally:
-                await scheduler.close()
-                for worker in workers:
-                    await _ended(worker)
+    async with Scheduler(host="127.0.0.1", port=0, **quiet) as scheduler:
+        what = json.dumps(
+            {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": LONELY, **quiet}}
+        )
+        calm = os.environ | {"DASK_LOGGING__DISTRIBUTED": "error"}
+        apart = {
+            "env": calm,
+            "stdin": asyncio.subprocess.DEVNULL,
+            "start_new_session": True,
+        }  # Ctrl-C is for the run
+        command = ["-m", "distributed.cli.dask_spec", scheduler.address, "--spec", what]
+        workers = [
+            await asyncio.create_subprocess_exec(sys.executable, *command, **apart) for _ in range(threads)
+        ]
+        try:
+            yield scheduler.address
+        finally:
+            await scheduler.close()
+            for worker in workers:
+                await _ended(worker)
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
-    """What schedulers and workers tell of themselves is no news of a run."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
+def unheard(thread: str) -> Iterator[None]:
+    """What Dask logs in this thread is no news of a run, which tells itself what happens to it."""
+    import distributed  # noqa: F401  # which makes the handlers; those of the user's own are left alone
+
+    handlers = list(logging.getLogger("distributed").handlers)
+
+    def is_news(record: logging.LogRecord) -> bool:
+        return record.threadName != thread or record.levelno >= logging.CRITICAL
+
+    for handler in handlers:
+        handler.addFilter(is_news)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for handler in handlers:
+            handler.removeFilter(is_news)
 
 
 async def _ended(worker: asyncio.subprocess.Process) -> None:

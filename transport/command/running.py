@@ -46,7 +46,9 @@ def total_cost(outcomes: list[Outcome]) -> Cost:
     costs = [outcome.result.cost for outcome in outcomes]
     counted = ("seconds", "preparation", "particles", "crossings", "collisions")
     return Cost(
-        threads=costs[0].threads, **{name: sum(getattr(cost, name) for cost in costs) for name in counted}
+        threads=costs[0].threads,
+        workers=costs[0].workers,
+        **{name: sum(getattr(cost, name) for cost in costs) for name in counted},
     )
 
 
