@@ -60,7 +60,7 @@ class Run:
 
     def go_on_with(self, saved: State, cost: Cost | None) -> None:
         """Begin where a saved run stood, which cost so much."""
-        self.saved, self.origins = saved, joined(saved.origins, [this_origin()])
+        self.saved, self.origins = saved, saved.origins or (this_origin(),)
         self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
 
     def go(self) -> None:
@@ -167,8 +167,13 @@ class Run:
             self.crossings,
             self.collisions,
             self._elapsed,
-            joined(self.origins, self.crew.origins) if is_new else saved.origins,
+            joined(self.origins, self._doers) if is_new else saved.origins,
         )
+
+    @property
+    def _doers(self) -> tuple[Origin, ...]:
+        """Who does the new batches, where that needs saying: workers, or after others this process."""
+        return self.crew.origins or (() if self.saved is None else (this_origin(),))
 
     def _takes_up(self) -> bool:
         """Stand where the saved run stood; whether that is not yet enough."""
