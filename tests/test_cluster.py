@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import shutil
 import signal
 import subprocess
@@ -21,6 +22,7 @@ from transport.cluster import line as lines
 from transport.cluster import posts
 from transport.cluster.crew import ClusterCrew
 from transport.cluster.groups import Groups, Pace
+from transport.estimators.methods import ANALOG
 from transport.runs import hiring
 from transport.runs.interruption import Interruption
 from transport.runs.progress import Progress
@@ -253,6 +255,18 @@ def test_an_error_travels_without_its_frames(monkeypatch):
         with pytest.raises(ValueError, match="deep") as error:
             act()
         assert len(error.traceback) < 10
+
+
+def test_a_worker_without_the_memory_for_it_says_so(monkeypatch):
+    monkeypatch.setattr("transport.runs.memory.ALWAYS", 0)
+    monkeypatch.setattr("transport.runs.memory.memory_left", lambda: 1000)
+    post = posts.Post(pickle.dumps((scene(), None, ANALOG)), threads=3)
+    for _ in range(2):  # whoever asks
+        with pytest.raises(
+            tp.SceneError,
+            match=r"a worker of the cluster: .* on each of 3 threads, and 0\.001 MB.*fewer threads",
+        ):
+            post.machine()
 
 
 def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, monkeypatch):

@@ -27,8 +27,11 @@ class Untold:
     worker: str  # its address
 
 
-def enlist(name: str, task: bytes, sources: str):
-    """Let this process work for a run, unless its sources are others than these.  Returns its Origin."""
+def enlist(name: str, task: bytes, sources: str, dask_worker=None):
+    """Let this process work for a run, unless its sources are others than these.  Returns its Origin.
+
+    dask_worker: the worker that it is, which Dask fills in.
+    """
     from transport.runs.origins import this_origin
 
     origin = this_origin()
@@ -36,7 +39,7 @@ def enlist(name: str, task: bytes, sources: str):
         if origin.sources != sources:
             OVER.append(name)  # for this one before it began
         elif name not in POSTS:
-            POSTS[name] = Post(task)
+            POSTS[name] = Post(task, 1 if dask_worker is None else dask_worker.state.nthreads)
         NEWS.notify_all()
     return origin
 
@@ -109,22 +112,25 @@ class Post:
     The machine is made at once, in a thread that does not keep the worker from answering.
     """
 
-    def __init__(self, task: bytes) -> None:
+    def __init__(self, task: bytes, threads: int) -> None:
         """task: scene, tracking and method, pickled."""
-        self.task, self.made, self.is_over = task, None, False
+        self.task, self.threads, self.made, self.is_over = task, threads, None, False
         self.making, self.lock = threading.Lock(), threading.Lock()
         self.free: list = []  # bundles
         self.busy: list = []
         threading.Thread(target=self._prepare, daemon=True).start()
 
     def machine(self):
-        """Made by the first thread that asks for it; the others wait."""
+        """Made by the first thread that asks for it; the others wait.  Raises SceneError where there is no memory for it."""
         from transport.runs.machines import machine_for
+        from transport.runs.memory import check_worker_memory
         from transport.runs.progress import Progress
 
         with self.making:
             if self.made is None:
-                self.made = machine_for(*pickle.loads(self.task), Progress())
+                made = machine_for(*pickle.loads(self.task), Progress())
+                check_worker_memory(made.program.plan, self.threads)
+                self.made = made
             return self.made
 
     def work(
@@ -142,8 +148,10 @@ class Post:
         try:
             for number, size in batches:
                 begun = time.perf_counter()
-                raw = run_batch(machine, seed, number, size, bundle, count)
-                done[number] = batch_of(machine.program.plan, raw, number)
+                # Its sums are not held on to: they would be there beside those of the next batch.
+                done[number] = batch_of(
+                    machine.program.plan, run_batch(machine, seed, number, size, bundle, count), number
+                )
                 times.append((size, time.perf_counter() - begun))
         finally:
             with self.lock:

@@ -14,9 +14,10 @@ import numpy as np
 
 from transport.bins import DirectionCone
 from transport.cameras import Camera, Instrument
-from transport.compile.adjoint import Part, Turned
+from transport.compile.adjoint import Part
 from transport.detectors import Detector
 from transport.points import PointDetector
+from transport.results.cell_sums import CellSums, sum_of
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
@@ -24,93 +25,19 @@ from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike, scores_of_cell
 from transport.results.solid_angles import solid_angles_of
+from transport.results.stacked import Stacked, totals_of
 from transport.units import Unit
 from transport.validation import SceneError, shown
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
 IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
-FEW = 10  # meetings with a source, below which one more may matter
 
 
 def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Quantified:
     """The reading of a detector at which histories began."""
     kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
     return kind(result, sensor)
-
-
-class CellSums:
-    """What the histories of a sensor's cells brought, batch by batch; lamps: the numbers of those that count, None for all."""
-
-    def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
-        turned: Turned = result.plan.turned
-        self.turned, self.batches, self.run = turned, result.batches, result.run
-        self.parts = turned.parts_of(sensor)
-        self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
-
-    @cached_property
-    def means(self) -> list[np.ndarray]:
-        """Of each part, the mean radiance [W m^-2 sr^-1], weights and all, of each cell, (B, cells)."""
-        return [
-            sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
-        ]
-
-    @cached_property
-    def counts(self) -> list[np.ndarray]:
-        """Of each part, how often its cells' histories met sources, (B, cells)."""
-        return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
-
-    @property
-    def is_thin(self) -> bool:
-        """Whether any batch left cells without a history."""
-        return any((self._rows(part, "counts", 0) == 0).any() for part in self.parts)
-
-    def _brought(self, part: Part, lamp: int) -> np.ndarray:
-        return self._weights(part, lamp) * part.gains[lamp]
-
-    def _weights(self, part: Part, lamp: int) -> np.ndarray:
-        """What flights and rays brought to a lamp [weight]."""
-        weights, scale = self._rows(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
-        return weights if scale is None else weights + self._rows(part, "weights", self._block(lamp)) / scale
-
-    def _met(self, part: Part, lamp: int) -> np.ndarray:
-        """How often they did."""
-        counts = self._rows(part, "counts", 1 + lamp)
-        return (
-            counts + self._rows(part, "counts", self._block(lamp)) if lamp in self.turned.scales else counts
-        )
-
-    def _block(self, lamp: int) -> int:
-        return 1 + len(self.turned.lamps) + lamp
-
-    def _born(self, part: Part) -> np.ndarray:
-        """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
-        born = self._rows(part, "counts", 0)
-        if (born > 0).all():
-            return born
-        return (self.run.sizes * part.share / part.cells)[:, None]
-
-    def _rows(self, part: Part, kind: str, block: int) -> np.ndarray:
-        first = self.turned.first + block * self.turned.cells + part.first
-        return np.array([getattr(batch, kind)[first : first + part.cells] for batch in self.batches])
-
-    def doubt(self, name: str) -> str | None:
-        """A source that was met so rarely that one more meeting would change the sensor's mean by more than its error."""
-        values = sum(means.mean(axis=1) for means in self.means)
-        error = Estimate(values, self.run, Unit()).error
-        for lamp in self.lamps:
-            met = sum(self._met(part, lamp).sum() for part in self.parts)
-            weight = sum(self._weights(part, lamp).sum() for part in self.parts) / met if met else 1.0
-            histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-            change = max(part.gains[lamp] for part in self.parts) * weight / histories
-            if met < FEW and not change <= error:
-                times = "never met" if met == 0 else f"met {met} times"
-                source = self.turned.lamps[lamp].name
-                return (
-                    f"{source!r} was {times} by the histories from {name!r}, and one meeting more would change its mean by"
-                    " more than its error: if it can be seen from there at all, the mean is too low; use more particles"
-                )
-        return None
 
 
 class BackwardReading(Reading):
@@ -258,14 +185,14 @@ class ViewReading(Quantified):
         if isinstance(self.detector, Camera):
             values = values * (self._plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
-        counts = counts.sum(axis=0)
+        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
         return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
 
     @cached_property
     def fluence_rate(self) -> Estimate:
         """Fluence rate at the point, phi = ∫ L dω over all directions [W m^-2]."""
         unit, run = Unit.parse("W m^-2"), self._sums.run
-        counts = int(self._sums.counts[0].sum())
+        counts = int(sum_of(self._sums.counts[0]))
         if isinstance(self.detector, PointDetector):
             return Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
         angles = self.detector.solid_angles()
@@ -274,9 +201,9 @@ class ViewReading(Quantified):
             raise SceneError(
                 f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs them all; {cure}"
             )
-        return Estimate(
-            (self._arranged(self._sums.means[0]) * angles).sum(axis=(1, 2)), run, unit, counts=counts
-        )
+        values = self._arranged(self._sums.means[0]) * angles
+        values = totals_of(values) if isinstance(values, Stacked) else values.sum(axis=(1, 2))
+        return Estimate(values, run, unit, counts=counts)
 
     @cached_property
     def counts(self) -> Estimate | EstimateArray:
@@ -286,7 +213,8 @@ class ViewReading(Quantified):
         if isinstance(self.detector, PointDetector):
             return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
         edges = self.detector.edges()
-        totals = self._arranged(counts).sum(axis=0)
+        totals = self._arranged(counts)
+        totals = totals if isinstance(totals, Stacked) else totals.sum(axis=0)
         values, unit = self._arranged(values), Unit.parse("1")
         return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
@@ -324,9 +252,15 @@ class ViewReading(Quantified):
         v, u = self.detector.edges().values()
         return float((v[1] - v[0]) * (u[1] - u[0]))
 
-    def _arranged(self, cells: np.ndarray) -> np.ndarray:
+    def _arranged(self, cells: np.ndarray | Stacked) -> np.ndarray | Stacked:
         """(B, cells), the first axis of the sensor's bins slowest: pixels as they are, cosines and turns as (theta, phi)."""
         sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
+        if isinstance(cells, Stacked):
+            return (
+                cells.split(tuple(sizes))
+                if isinstance(self.detector, Camera)
+                else cells.split(tuple(sizes[::-1])).swapped()
+            )
         if isinstance(self.detector, Camera):
             return cells.reshape(-1, *sizes)
         return cells.reshape(-1, sizes[1], sizes[0]).swapaxes(1, 2)[:, ::-1]

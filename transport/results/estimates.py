@@ -192,6 +192,7 @@ class EstimateArray(Quantity):
             parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
         if unknown:
             parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        self._replicates.let_go()
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:

@@ -5,18 +5,24 @@ These are bounds for full bins: rows that have not scored take nothing (results/
 
 from __future__ import annotations
 
+import math
+
+from transport.compile.layout import RECORD
 from transport.compile.looks import bin_counts, block_rows
 from transport.compile.plan import Plan
 from transport.compile.sizes import weights_vary
 from transport.detectors import Detector
 from transport.materials import Black, simple_parts
+from transport.results.aside import LARGE
 from transport.results.packed import MOST_PLAIN
+from transport.results.records import SAMPLED
 from transport.scene import Scene
 
 KEPT = 3 << 28  # bytes of batches that a run keeps, where nobody said how many
 FEWEST = 8  # batches, however large they are
 COUNTED = 32  # bytes of a row while a batch counts
 PLAIN = 24  # of weight, count and slant
+FEW_SCORES, MARKS = 1, 0.375  # of a row: its count, and what tells in three columns whether it has scored
 ALIKE, UNLIKE = 6.5, 14.0  # of the same packed, where weights are whole numbers, and where they are any
 
 
@@ -30,6 +36,35 @@ def bytes_of_a_batch(plan: Plan) -> float:
     if plan.rows <= MOST_PLAIN:
         return bytes_unpacked(plan)
     return (UNLIKE if _weights_differ(plan) else ALIKE) * scoring_rows(plan) + 8 * plan.long_rows
+
+
+def bytes_in_memory(plan: Plan, batch_records: float) -> float:
+    """What of a batch is kept in memory, at most, where there are files for the rest; batch_records: of its snapshots.
+
+    Rows of volumes, of phase space and the like have no slants.
+    """
+    return _bytes_of_parts(plan, batch_records, LARGE)
+
+
+def bytes_in_all(plan: Plan, batch_records: float) -> float:
+    """The same with what lies aside."""
+    return _bytes_of_parts(plan, batch_records, math.inf)
+
+
+def bytes_of_records(batch_records: float) -> float:
+    """What the sample of a batch takes while it is made: written down, sorted, and kept."""
+    return batch_records * (2 * RECORD.itemsize + SAMPLED.itemsize)
+
+
+def _bytes_of_parts(plan: Plan, batch_records: float, most: float) -> float:
+    """Sums over what a batch is made of, of each of which so many bytes at most lie in memory."""
+    sample = min(batch_records * SAMPLED.itemsize, most)
+    if plan.rows <= MOST_PLAIN:
+        return bytes_unpacked(plan) + sample
+    rows, slanted = scoring_rows(plan), 2 * plan.half * (2 if plan.expects else 1)
+    weight, slant = (8, 8) if _weights_differ(plan) else (1, 4)
+    columns = (weight * rows, slant * min(rows, slanted), 8 * plan.long_rows)
+    return (FEW_SCORES + MARKS) * rows + sum(min(column, most) for column in columns) + sample
 
 
 def bytes_unpacked(plan: Plan) -> int:

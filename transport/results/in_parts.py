@@ -1,4 +1,4 @@
-"""Replicates of so many bins that they are made part by part: their values and errors are kept, deviations are not.
+"""Replicates of so many bins that they are made part by part: their values and errors are kept, aside, deviations are not.
 
 Arithmetic with them is done part by part as well, when its values are asked for, with the functions for single ones.
 """
@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.results.aside import let_go, room_for
 from transport.results.replicates import Batches, Replicates
 from transport.results.stacked import MOST_OF_A_PART, Box, Stacked, boxes_of, cut, lengths_of
 
@@ -56,21 +57,28 @@ class InParts(Replicates):
 
     @cached_property
     def value(self) -> np.ndarray:
-        return self._known[0]
+        return np.asarray(self._known[0])
 
     @cached_property
     def error(self) -> np.ndarray:
-        return self._known[1]
+        return np.asarray(self._known[1])
 
     @cached_property
     def _known(self) -> tuple[np.ndarray, np.ndarray]:
         """Values and errors, which take one look at the batches."""
-        value, error = np.empty(self.bins), np.empty(self.bins)
+        known = room_for(self.bins, float), room_for(self.bins, float)
         for box in self.boxes:
             part = self.part(box)
-            value[box], error[box] = part.value, part.error
-        value.flags.writeable = error.flags.writeable = False
-        return value, error
+            for room, numbers in zip(known, (part.value, part.error), strict=True):
+                room[box] = numbers
+                let_go(room)
+        for room in known:
+            room.flags.writeable = False
+        return known
+
+    def let_go(self) -> None:
+        for room in self._known:
+            let_go(room)
 
     @property
     def reason(self) -> np.ndarray:

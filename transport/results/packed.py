@@ -2,6 +2,7 @@
 
 Pages of rows without a score are left out.  In the others a bit a row tells whether it has scored, and of those that have
 the numbers are kept in the narrowest kind that nearly all of them fit, in units of the column's; the few others beside.
+Very many numbers lie aside, in a file.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.results.aside import let_go, put_aside, room_for
+
 PAGE = 1 << 12  # rows
 STRETCH = 1 << 17  # rows that are looked at together, whole pages
 MOST_PLAIN = 1 << 18  # rows of a column that is kept as it is
 NARROW = (np.uint8, np.uint16, np.uint32)
-BYTES_ASIDE = 16  # of a number that is kept beside, with its place
+BYTES_BESIDE = 16  # of a number that is kept beside, with its place
+ASIDE = ("numbers", "places", "values")  # what may lie aside
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +39,15 @@ class Packed:
     places: np.ndarray
     values: np.ndarray
 
+    def __post_init__(self) -> None:
+        for name in ASIDE:
+            object.__setattr__(self, name, put_aside(getattr(self, name)))
+
+    def __reduce__(self) -> tuple:
+        """As it is sent to another process, where its file is not."""
+        parts = (np.asarray(getattr(self, name)) for name in ASIDE)
+        return Packed, (self.length, self.unit, self.pages, self.marks, *parts)
+
     @property
     def dtype(self) -> np.dtype:
         return self.values.dtype
@@ -45,7 +58,7 @@ class Packed:
 
     @property
     def nbytes(self) -> int:
-        """Memory that it takes."""
+        """What it takes, in memory and aside."""
         return sum(part.nbytes for part in (self.pages, self.marks, self.numbers, self.places, self.values))
 
     @cached_property
@@ -71,14 +84,14 @@ class Packed:
     def _scored(self, one: int, other: int) -> np.ndarray:
         """The values of the rows that have scored in pages from one to another."""
         first, past = self.firsts[[one, other]]
-        numbers = self.numbers[first:past]
-        if numbers.dtype == self.dtype:
-            return numbers
-        values = numbers.astype(self.dtype)
-        if self.unit != 1:
-            values *= self.unit
-        low, high = np.searchsorted(self.places, (first, past))
-        values[self.places[low:high] - first] = self.values[low:high]
+        values = np.array(self.numbers[first:past], self.dtype)
+        if self.numbers.dtype != self.dtype:
+            if self.unit != 1:
+                values *= self.unit
+            low, high = np.searchsorted(self.places, (first, past))
+            values[self.places[low:high] - first] = self.values[low:high]
+        for name in ASIDE:
+            let_go(getattr(self, name))
         return values
 
     def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
@@ -137,22 +150,24 @@ def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = N
         scored += len(units)
         is_whole = (units == np.floor(units)) & (units >= 0)
         fits += [np.count_nonzero(is_whole & (units <= np.iinfo(narrow).max)) for narrow in NARROW]
-    numbers = np.empty(scored, _narrowest(fits, scored, kind))
-    places, values = _write(rows, busy, unit, numbers)
+    narrow = _narrowest(fits, scored, kind)
+    beside = scored - int(fits[NARROW.index(narrow.type)]) if narrow.type in NARROW else 0
+    parts = room_for(scored, narrow), room_for(beside, np.int64), room_for(beside, kind)
+    _write(rows, busy, unit, *parts)
     return Packed(
         length,
         unit,
         np.concatenate([np.zeros(0, np.int32), *pages]),
         np.concatenate([np.zeros((0, PAGE // 8), np.uint8), *marks]),
-        numbers,
-        np.concatenate([np.zeros(0, np.int64), *places]),
-        np.concatenate([np.zeros(0, kind), *values]),
+        *parts,
     )
 
 
-def _write(rows: Rows, among: Stretches, unit: float, numbers: np.ndarray) -> tuple[list, list]:
+def _write(
+    rows: Rows, among: Stretches, unit: float, numbers: np.ndarray, places: np.ndarray, values: np.ndarray
+) -> None:
     """Fill in the numbers of rows that have scored; places and values of those that do not fit."""
-    places, values, done = [], [], 0
+    done, put = 0, 0
     for first, past in among:
         stretch = rows(first, past)
         scored = stretch[stretch != 0]
@@ -164,16 +179,18 @@ def _write(rows: Rows, among: Stretches, unit: float, numbers: np.ndarray) -> tu
             is_beside = (units != np.floor(units)) | (units < 0) | (units > np.iinfo(numbers.dtype).max)
             into[:] = np.where(is_beside, 0, units).astype(numbers.dtype)
             beside = np.flatnonzero(is_beside)
-            places.append(beside + done)
-            values.append(scored[beside])
+            places[put : put + len(beside)] = beside + done
+            values[put : put + len(beside)] = scored[beside]
+            put += len(beside)
         done += len(scored)
-    return places, values
+        for part in (numbers, places, values):
+            let_go(part)
 
 
 def _narrowest(fits: np.ndarray, scored: int, kind: np.dtype) -> np.dtype:
     """In which kind of number so many, of which so many fit each of the narrow ones, take the least memory."""
     widths = np.array([np.dtype(narrow).itemsize for narrow in NARROW])
-    sizes = scored * widths + (scored - fits) * BYTES_ASIDE
+    sizes = scored * widths + (scored - fits) * BYTES_BESIDE
     return kind if sizes.min() >= scored * kind.itemsize else np.dtype(NARROW[int(sizes.argmin())])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -9,9 +10,12 @@ import numpy as np
 from transport.compile.instants import bins_of, fastest_about, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.results.aside import let_go
+from transport.results.batches import Batch
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
-from transport.results.records import chosen_alike, told_apart
+from transport.results.records import chance_alike, chosen_of, told_apart
+from transport.results.stacked import Box, Stacked, in_box, is_large, over_batches
 from transport.scene_speeds import scene_mass, why_no_mass
 from transport.speeds.maxwellian import BOLTZMANN
 from transport.units import Unit
@@ -45,22 +49,24 @@ class PhaseReading(Quantified):
     @cached_property
     def number(self) -> EstimateArray:
         """Particles in each bin [1], or their energy [J]."""
-        return self._binned(self._sums[..., 1:], self._unit)
+        return self._binned(self._in_bins("weights") * self._plan.unit, self._unit)
 
     @cached_property
     def density(self) -> EstimateArray:
         """Particles (or J) per product of the bins' widths; with `within` per its extent along the other axes too."""
-        return self._binned(self._sums[..., 1:] / self._measure, self._unit / self._measure_unit)
+        return self._binned(
+            self._in_bins("weights") * self._plan.unit / self._measure, self._unit / self._measure_unit
+        )
 
     @cached_property
     def alive(self) -> Estimate | EstimateArray:
         """All particles (or J) that had been born and had not ended: those in the bins and outside."""
-        return self._by_time(self._sums.sum(axis=-1), self._counts.sum(axis=-1), _all_stay(self._plan))
+        return self._by_time(self._in_all("weights"), self._in_all("counts"), _all_stay(self._plan))
 
     @cached_property
     def outside(self) -> Estimate | EstimateArray:
         """Particles (or J) in none of the bins, or not `within`."""
-        return self._by_time(self._sums[..., 0], self._counts[..., 0])
+        return self._by_time(self._outside("weights"), self._outside("counts"))
 
     @cached_property
     def mean_vx(self) -> EstimateArray:
@@ -100,7 +106,7 @@ class PhaseReading(Quantified):
     @cached_property
     def fluence_rate(self) -> EstimateArray:
         """n v: density times mean speed, φ = ∫ L dω where `within` makes it a density in space [m^-2 s^-1]."""
-        return self._binned(self._moment("speed")[..., 1:] / self._measure, self._unit_of("speed"))
+        return self._binned(self._moment("speed") / self._measure, self._unit_of("speed"))
 
     @cached_property
     def temperature(self) -> EstimateArray:
@@ -119,49 +125,76 @@ class PhaseReading(Quantified):
     # ---- from sums to estimates ----
 
     @cached_property
-    def _sums(self) -> np.ndarray:
-        return self._rows("weights") * self._plan.unit
+    def _shape(self) -> tuple[int, ...]:
+        """Times, and bins along each coordinate."""
+        return (self._times, *(len(edges) - 1 for edges in self.phase_space.axes.values()))
 
-    @cached_property
-    def _counts(self) -> np.ndarray:
-        return self._rows("counts").sum(axis=0)
+    def _in_bins(self, kind: str) -> np.ndarray | Stacked:
+        """Sums or counts in the bins, (B, times, *bins)."""
+        return self._arranged(lambda batch, first, many: self._rows(batch, kind, first, many))
 
-    def _rows(self, kind: str) -> np.ndarray:
-        """(B, times, 1 + bins); the first column of each time is the outside."""
-        first = self._plan.bases[self.name]
-        rows = slice(first, first + self._times * (1 + self._bins))
-        return np.array([getattr(b, kind)[rows] for b in self._batches]).reshape(
-            -1, self._times, 1 + self._bins
-        )
+    def _outside(self, kind: str) -> np.ndarray:
+        """The same in none of the bins, (B, times): the first row of each time; weights as particles, or J."""
+        firsts = [time * (1 + self._bins) for time in range(self._times)]
+        found = np.array([[self._rows(b, kind, first, 1)[0] for first in firsts] for b in self._batches])
+        return found * self._plan.unit if kind == "weights" else found
 
-    def _moment(self, name: str) -> np.ndarray:
-        """Sums of one velocity sum, (B, times, 1 + bins), in SI units."""
+    def _in_all(self, kind: str) -> np.ndarray:
+        """The same of all particles."""
+        each, one = 1 + self._bins, self._plan.unit if kind == "weights" else 1
+        rows = (self._rows(batch, kind, 0, self._times * each) * one for batch in self._batches)
+        return np.array([of_batch.reshape(-1, each).sum(axis=1) for of_batch in rows])
+
+    def _rows(self, batch: Batch, kind: str, first: int, many: int) -> np.ndarray:
+        begin = self._plan.bases[self.name] + first
+        return getattr(batch, kind)[begin : begin + many]
+
+    def _moment(self, name: str) -> np.ndarray | Stacked:
+        """Sums of one velocity sum, (B, times, *bins), in SI units."""
         if not self.phase_space.moments:
             raise SceneError(
                 f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
             )
-        first, each = self._plan.long_bases[self.name], len(VELOCITY_SUMS)
-        rows = slice(first, first + each * self._times * (1 + self._bins))
-        sums = np.array([b.moments[rows] for b in self._batches]).reshape(
-            -1, self._times, 1 + self._bins, each
-        )
-        power = 2 if name.endswith("2") else 1
-        return sums[..., VELOCITY_SUMS.index(name)] * (self._plan.unit * fastest_about(self._plan) ** power)
+        base, each = self._plan.long_bases[self.name], len(VELOCITY_SUMS)
 
-    def _binned(self, values: np.ndarray, unit: Unit) -> EstimateArray:
-        axes = self._axes
-        shape = [len(self.phase_space.times)] * self.phase_space.is_series
-        shape += [len(edges) - 1 for edges in self.phase_space.axes.values()]
-        values = values / self._run.sizes.reshape(-1, 1, 1)
-        counts = self._counts[:, 1:].reshape(shape)
-        return EstimateArray(
-            values.reshape(len(values), *shape), self._run, unit, tuple(axes), axes, counts=counts
-        )
+        def rows(batch: Batch, first: int, many: int) -> np.ndarray:
+            sums = batch.moments[base + each * first : base + each * (first + many)]
+            return sums.reshape(-1, each)[:, VELOCITY_SUMS.index(name)]
+
+        power = 2 if name.endswith("2") else 1
+        return self._arranged(rows) * (self._plan.unit * fastest_about(self._plan) ** power)
+
+    def _arranged(self, rows: Callable[[Batch, int, int], np.ndarray]) -> np.ndarray | Stacked:
+        """What is in the bins, (B, times, *bins), of rows in whose order each time begins with one outside of them."""
+        shape = (len(self._batches), *self._shape)
+
+        def part(box: Box) -> np.ndarray:
+            def at(time: int) -> np.ndarray:
+                begin = time * (1 + self._bins) + 1
+                return in_box(
+                    lambda first, many: np.array([rows(b, begin + first, many) for b in self._batches]),
+                    box[1:],
+                    self._shape[1:],
+                )
+
+            return np.stack([at(time) for time in range(self._times)[box[0]]], axis=1)
+
+        if is_large(shape):
+            return Stacked(shape, tuple(range(len(self._shape))), part)
+        return part(tuple(slice(0, count) for count in self._shape))
+
+    def _binned(self, values: np.ndarray | Stacked, unit: Unit) -> EstimateArray:
+        axes, counts = self._axes, self._in_bins("counts")
+        shape = self._shape if self.phase_space.is_series else self._shape[1:]
+        values = values / self._run.sizes.reshape(-1, *(1,) * len(self._shape))
+        values, counts = (each.reshape(len(self._batches), *shape) for each in (values, counts))
+        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+        return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
 
     def _by_time(
         self, values: np.ndarray, counts: np.ndarray, exact: bool = False
     ) -> Estimate | EstimateArray:
-        values = values / self._run.sizes[:, None]
+        values, counts = values / self._run.sizes[:, None], counts.sum(axis=0)
         if self.phase_space.is_series:
             times = {"time": np.array(self.phase_space.times)}
             return EstimateArray(values, self._run, self._unit, ("time",), times, counts, exact)
@@ -174,9 +207,9 @@ class PhaseReading(Quantified):
 
     @cached_property
     def _measure(self) -> np.ndarray:
-        """Product of the bins' widths `within`, times its extent along the other axes of space; (bins,), nan for none."""
+        """Product of the bins' widths `within`, times its extent along the other axes of space; (*bins,), nan for none."""
         widths = [self._widths(name, edges) for name, edges in self.phase_space.axes.items()]
-        measure = (widths[0] if len(widths) == 1 else np.multiply.outer(*widths)).ravel()
+        measure = widths[0] if len(widths) == 1 else np.multiply.outer(*widths)
         return np.where(measure > 0, measure, np.nan) * np.prod([length for _, length in self._other_lengths])
 
     def _widths(self, name: str, edges: np.ndarray) -> np.ndarray:
@@ -205,8 +238,8 @@ class PhaseReading(Quantified):
     def _mean(self, name: str) -> EstimateArray:
         """The mean of one velocity sum: of a speed, or of what is taken about the reference velocity."""
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
-        mean = self._binned(self._moment(name)[..., 1:], self._unit * unit) / self.number
-        return mean.unless(self._counts[:, 1:].reshape(mean.shape) < FEW)
+        mean = self._binned(self._moment(name), self._unit * unit) / self.number
+        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < FEW)
 
     def _reference(self, axis: str) -> Estimate:
         """The component of the velocity about which moments are taken."""
@@ -252,23 +285,28 @@ class SnapshotReading(Quantified):
 
     def __init__(self, result, snapshot: Snapshot, number: int) -> None:
         self.snapshot, self.name = snapshot, snapshot.name
-        plan, space = result.plan, result.plan.space
-        records = np.concatenate([b.records for b in result.batches])
-        batches = np.repeat(np.arange(len(result.batches)), [len(b.records) for b in result.batches])
+        plan, batches = result.plan, result.batches
         alike = [k for k, other in enumerate(plan.scene.snapshots) if other.particles == snapshot.particles]
-        chosen = records["snapshot"] == number
-        is_kept, chance = chosen_alike(records, alike, snapshot.particles)
-        kept = chosen & is_kept
-        records, self.batches = records[kept], batches[kept]
-        self.time = snapshot.time
-        self.positions = np.stack(
-            [records[x] * space.size + o for x, o in zip("xyz", space.origin, strict=True)], 1
-        )
-        speed = plan.speed_unit
-        self.velocities = np.stack([records[v] * speed for v in ("vx", "vy", "vz")], axis=1)
-        self.weights = records["weight"] * (plan.unit / result.particles / chance)
-        seeds = np.array([batch.seed for batch in result.batches], np.uint64)
-        self.histories = told_apart(records["identity"], seeds[self.batches], result.seed)
+        chance = chance_alike([batch.records for batch in batches], alike, snapshot.particles)
+        chosen = [chosen_of(batch.records, number, chance) for batch in batches]
+        many = [np.count_nonzero(of_batch) for of_batch in chosen]
+        self.time, self.batches = snapshot.time, np.repeat(np.arange(len(batches)), many)
+        self.positions, self.velocities = np.empty((2, sum(many), 3))
+        self.weights, self.histories = np.empty(sum(many)), np.empty(sum(many), np.int64)
+        ends = np.cumsum(many)
+        for batch, of_batch, past, length in zip(batches, chosen, ends, many, strict=True):
+            self._fill(slice(past - length, past), batch.records[of_batch], batch.seed, result)
+            let_go(batch.records)
+        self.weights *= plan.unit / result.particles / chance
+
+    def _fill(self, rows: slice, records: np.ndarray, seed: int, result) -> None:
+        """Write down what is chosen of a batch."""
+        plan, space = result.plan, result.plan.space
+        for axis, (x, origin) in enumerate(zip("xyz", space.origin, strict=True)):
+            self.positions[rows, axis] = records[x] * space.size + origin
+            self.velocities[rows, axis] = records[f"v{x}"] * plan.speed_unit
+        self.weights[rows] = records["weight"]
+        self.histories[rows] = told_apart(records["identity"], np.array([seed], np.uint64), result.seed)
 
     def _cure(self, name: str) -> str:
         return (

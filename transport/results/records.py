@@ -7,6 +7,7 @@ and 1: so a history that is in one snapshot and not in a later one has ended in 
 import numpy as np
 
 from transport.compile.layout import RECORD
+from transport.results.aside import let_go, put_aside, room_for
 
 SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below", "f8")])
 # identity: of the history in the run;  place: its number in [0, 1);  below: the places that were kept
@@ -14,7 +15,7 @@ SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below"
 
 def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
     """A batch's records as SAMPLED, each weight times the histories that it stands for."""
-    records = np.zeros(len(raw), SAMPLED)
+    records = room_for(len(raw), SAMPLED)
     if not len(raw):
         return records
     for name in RECORD.names:
@@ -25,15 +26,16 @@ def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
         _mixed(records["identity"].astype(np.uint64) ^ _mixed(np.array([seed], np.uint64))) * 2.0**-64
     )
     records["below"] = 1.0
+    let_go(records)
     return records
 
 
 def merged_records(one: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
     """The records of both; where they are more than that, of half as many histories."""
     records = np.concatenate([one, other])
-    if len(records) <= most:
-        return records
-    return thinned(records, 0.5 * records["below"].min())
+    if len(records) > most:
+        records = thinned(records, 0.5 * records["below"].min())
+    return put_aside(records)
 
 
 def thinned(records: np.ndarray, below: float) -> np.ndarray:
@@ -44,19 +46,28 @@ def thinned(records: np.ndarray, below: float) -> np.ndarray:
     return kept
 
 
-def chosen_alike(records: np.ndarray, snapshots: list[int], most: int) -> tuple[np.ndarray, float]:
-    """Which records are of histories so chosen that none of the snapshots has more than so many, (N,) of bool; and the
-    chance with which each was.
+def chance_alike(records: list[np.ndarray], snapshots: list[int], most: int) -> float:
+    """The chance with which histories are to be chosen so that none of the snapshots has more than so many records.
 
-    That chance is the place of the first history left out: sums with weights of one over it are unbiased (priority
+    It is the place of the first history left out: sums with weights of one over it are unbiased (priority
     sampling: Duffield, Lund, Thorup 2007).
     """
-    places = records["place"] / records["below"]
     limit = 1.0
     for number in snapshots:
-        own = np.sort(places[records["snapshot"] == number])
-        limit = min(limit, float(own[most])) if len(own) > most else limit
-    return places < limit, limit
+        own = np.concatenate([_places(of_batch[of_batch["snapshot"] == number]) for of_batch in records])
+        if len(own) > most:
+            own.sort()
+            limit = min(limit, float(own[most]))
+    return limit
+
+
+def chosen_of(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
+    """Which records are of a snapshot, and of histories that are chosen with this chance, (N,) of bool."""
+    return (records["snapshot"] == snapshot) & (_places(records) < chance)
+
+
+def _places(records: np.ndarray) -> np.ndarray:
+    return records["place"] / records["below"]
 
 
 def told_apart(identities: np.ndarray, seeds: np.ndarray, seed: int) -> np.ndarray:

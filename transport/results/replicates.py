@@ -113,6 +113,9 @@ class Replicates:
             errors = [standard_error(deviations, run.sizes) for run, deviations in self.deviations.items()]
             return welch_dof(errors, [len(run) - 1 for run in self.deviations])
 
+    def let_go(self) -> None:
+        """Give back what memory can be, until they are looked at again."""
+
     def unless(self, too_few: np.ndarray) -> Replicates:
         """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}

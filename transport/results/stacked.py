@@ -43,6 +43,8 @@ class Stacked:
     def __add__(self, other: object) -> Stacked:
         return self._with(other, np.add)
 
+    __radd__ = __add__  # of a sum, which begins with 0
+
     def boxes(self) -> list[Box]:
         """Boxes of which each part is small, that hold every bin once."""
         return boxes_of(self.shape[1:], self.order, MOST_OF_A_PART // len(self))
@@ -50,6 +52,10 @@ class Stacked:
     def any(self) -> bool:
         """Whether any is not zero."""
         return any(self.part(box).any() for box in self.boxes())
+
+    def all(self) -> bool:
+        """Whether none is zero."""
+        return all(self.part(box).all() for box in self.boxes())
 
     def reshape(self, *shape: int) -> Stacked:
         """Without axes of one bin.  Raises ValueError for any other change of shape."""
@@ -68,6 +74,24 @@ class Stacked:
         order = [into[kept.index(axis)] for axis in self.order if axis in kept]
         order += [place for place in range(len(shape) - 1) if place not in order]
         return Stacked(tuple(shape), tuple(order), part)
+
+    def split(self, bins: tuple[int, ...]) -> Stacked:
+        """One axis of bins, in which these lie in order, the last one fastest, as (B, *bins)."""
+
+        def part(box: Box) -> np.ndarray:
+            return in_box(lambda first, many: self.part((slice(first, first + many),)), box, bins)
+
+        return Stacked((len(self), *bins), tuple(range(len(bins))), part)
+
+    def swapped(self) -> Stacked:
+        """Two axes of bins (B, a, b) as (B, b, a), b backwards."""
+        last = self.shape[2]
+
+        def part(box: Box) -> np.ndarray:
+            turned = slice(last - box[0].stop, last - box[0].start)
+            return self.part((box[1], turned)).swapaxes(1, 2)[:, ::-1]
+
+        return Stacked((len(self), last, self.shape[1]), (1, 0), part)
 
     def sum(self, axis: int | tuple[int, ...]) -> Stacked:
         """Sums over axes of bins, counted with that of the batches."""

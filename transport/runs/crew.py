@@ -24,9 +24,10 @@ class InOrder:
     """Batches come as they are done, and are handed over in the order of their numbers, each once.
 
     done: the histories and seconds of each batch of the present leg, as they are done;  origins: who does them, where that is
-    not this process.
+    not this process;  threads: of this process that do.
     """
 
+    threads = 0
     origins: tuple[Origin, ...] = ()
 
     def __init__(self) -> None:
@@ -57,7 +58,7 @@ class Crew(InOrder):
         from transport.engine.bundle import empty_bundle
 
         super().__init__()
-        self.machine, self.seed, self.count = machine, seed, count
+        self.machine, self.seed, self.count, self.threads = machine, seed, count, threads
         self.bundles = [empty_bundle() for _ in range(threads)]
 
     @property

@@ -69,8 +69,10 @@ class Run:
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
         if self.saved is not None:
             self.schedule.make_room()
-        check_memory(self.plan, self.schedule, self.threads)
         self.crew = self.hire(self.schedule.count)
+        saved = self.saved
+        here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
+        check_memory(self.plan, self.schedule, self.crew.threads, here)
         try:
             if self.saved is None or self._takes_up():
                 while self._leg() and not self._is_enough():

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.results.aside import let_go, put_aside, room_for
+
 
 @dataclass(frozen=True)
 class Column:
@@ -90,7 +92,7 @@ def values_of(
         case {"lengths": lengths, "dtype": dtype, "shape": shape}:
             is_there = sum(lengths) > 0 and 0 not in shape
             found = pieces(name, lengths) if is_there else (np.zeros((length, *shape)) for length in lengths)
-            return [piece.astype(dtype, copy=False) for piece in found]
+            return [put_aside(piece.astype(dtype, copy=False)) for piece in found]
     raise KeyError(f"{name}: {sorted(description)}")
 
 
@@ -146,14 +148,20 @@ def _of_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[st
     stored = np.dtype(np.uint8) if first.dtype == bool else first.dtype  # NetCDF has no truth values
     if len({value.shape for value in values}) == 1:
         if first.size:
-            rows = (value[None].astype(stored, copy=False) for value in values)
+            rows = (piece[None] for piece in _pieces_of(values, stored))
             columns[name] = Column(stored, (len(values), *first.shape), rows)
         return {"rows": first.dtype.str, "shape": list(first.shape)}
     lengths, shape = [len(value) for value in values], first.shape[1:]
     if sum(lengths) and 0 not in shape:
-        pieces = (value.astype(stored, copy=False) for value in values)
-        columns[name] = Column(stored, (sum(lengths), *shape), pieces)
+        columns[name] = Column(stored, (sum(lengths), *shape), _pieces_of(values, stored))
     return {"lengths": lengths, "dtype": first.dtype.str, "shape": list(shape)}
+
+
+def _pieces_of(values: list[np.ndarray], stored: np.dtype) -> Iterator[np.ndarray]:
+    """One after another; what lies aside takes no memory any more once it is written."""
+    for value in values:
+        yield value.astype(stored, copy=False)
+        let_go(value)
 
 
 def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[np.ndarray]:
@@ -161,8 +169,9 @@ def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[n
     dtype = np.dtype([(key, of) for key, (_, of) in fields.items()])
     found = []
     for place, length in enumerate(lengths):
-        records = np.zeros(length, dtype)
+        records = room_for(length, dtype)
         for key, values in parts.items():
             records[key] = values[place]
+        let_go(records)
         found.append(records)
     return found

@@ -1,0 +1,110 @@
+"""What the histories that began in a sensor's cells brought, batch by batch; of very many cells it is made part by part."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from transport.cameras import Instrument
+from transport.compile.adjoint import Part, Turned
+from transport.results.estimates import Estimate
+from transport.results.stacked import Stacked, is_large, totals_of
+from transport.units import Unit
+
+FEW = 10  # meetings with a source, below which one more may matter
+
+
+class CellSums:
+    """What the histories of a sensor's cells brought, batch by batch; lamps: the numbers of those that count, None for all."""
+
+    def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
+        turned: Turned = result.plan.turned
+        self.turned, self.batches, self.run = turned, result.batches, result.run
+        self.parts = turned.parts_of(sensor)
+        self.is_view = isinstance(sensor, Instrument)
+        self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
+
+    @cached_property
+    def means(self) -> list[np.ndarray | Stacked]:
+        """Of each part, the mean radiance [W m^-2 sr^-1], weights and all, of each cell, (B, cells)."""
+        return [
+            sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
+        ]
+
+    @cached_property
+    def counts(self) -> list[np.ndarray | Stacked]:
+        """Of each part, how often its cells' histories met sources, (B, cells)."""
+        return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
+
+    @property
+    def is_thin(self) -> bool:
+        """Whether any batch left cells without a history."""
+        return not all(self._rows(part, "counts", 0).all() for part in self.parts)
+
+    def _brought(self, part: Part, lamp: int) -> np.ndarray:
+        return self._weights(part, lamp) * part.gains[lamp]
+
+    def _weights(self, part: Part, lamp: int) -> np.ndarray:
+        """What flights and rays brought to a lamp [weight]."""
+        weights, scale = self._rows(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
+        return weights if scale is None else weights + self._rows(part, "weights", self._block(lamp)) / scale
+
+    def _met(self, part: Part, lamp: int) -> np.ndarray:
+        """How often they did."""
+        counts = self._rows(part, "counts", 1 + lamp)
+        return (
+            counts + self._rows(part, "counts", self._block(lamp)) if lamp in self.turned.scales else counts
+        )
+
+    def _block(self, lamp: int) -> int:
+        return 1 + len(self.turned.lamps) + lamp
+
+    def _born(self, part: Part) -> np.ndarray:
+        """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
+        born = self._rows(part, "counts", 0)
+        if born.all():
+            return born
+        return (self.run.sizes * part.share / part.cells)[:, None]
+
+    def _rows(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
+        """(B, cells); of a view of very many made part by part."""
+        begin, shape = (
+            self.turned.first + block * self.turned.cells + part.first,
+            (len(self.batches), part.cells),
+        )
+
+        def rows(first: int, past: int) -> np.ndarray:
+            return np.array([getattr(batch, kind)[begin + first : begin + past] for batch in self.batches])
+
+        if self.is_view and is_large(shape):
+            return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
+        return rows(0, part.cells)
+
+    def doubt(self, name: str) -> str | None:
+        """A source that was met so rarely that one more meeting would change the sensor's mean by more than its error."""
+        values = sum(_mean_of(means) for means in self.means)
+        error = Estimate(values, self.run, Unit()).error
+        for lamp in self.lamps:
+            met = sum(sum_of(self._met(part, lamp)) for part in self.parts)
+            weight = sum(sum_of(self._weights(part, lamp)) for part in self.parts) / met if met else 1.0
+            histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
+            change = max(part.gains[lamp] for part in self.parts) * weight / histories
+            if met < FEW and not change <= error:
+                times = "never met" if met == 0 else f"met {met} times"
+                source = self.turned.lamps[lamp].name
+                return (
+                    f"{source!r} was {times} by the histories from {name!r}, and one meeting more would change its mean by"
+                    " more than its error: if it can be seen from there at all, the mean is too low; use more particles"
+                )
+        return None
+
+
+def sum_of(values: np.ndarray | Stacked) -> float | int:
+    """Of all batches and cells."""
+    return totals_of(values).sum() if isinstance(values, Stacked) else values.sum()
+
+
+def _mean_of(values: np.ndarray | Stacked) -> np.ndarray:
+    """Of each batch over all cells, (B,)."""
+    return totals_of(values) / values.shape[1] if isinstance(values, Stacked) else values.mean(axis=1)
