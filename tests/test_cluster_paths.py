@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import pickle
+import time
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import pytest
 
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_overruns import CLEAR, DOWN
+from tests.test_readme import GUIDES, fences
 from tests.test_reproducible import scene
 from tests.test_saved import SMALL
 from transport.cluster import line as lines
+from transport.cluster import posts
+from transport.estimators.methods import ANALOG
 from transport.overruns import OverrunError
 from transport.runs import running
 from transport.runs.origins import this_origin
 
 pytest.importorskip("distributed")
+from distributed import Client
+
 from tests.dask_cluster import DaskCluster
 from tests.test_any_way import stopped
 from tests.test_cluster import come_late, happening, without_transport
@@ -118,6 +128,69 @@ def test_the_command_line_refuses_in_a_line(call, tmp_path, monkeypatch, options
     answer = call("run", "small.json", *options)
     assert answer.exit_code == 2 and said in answer.output, answer.output
     assert len(answer.output.splitlines()) == 1, answer.output
+
+
+def test_the_guide_s_own_example_runs(cluster):
+    """But for its address and its size."""
+    example = next(code for language, code in fences(GUIDES / "clusters.md") if language == "py")
+    assert "tcp://10.0.0.1:8786" in example and "100_000_000" in example
+    known = {}
+    exec(example.replace("tcp://10.0.0.1:8786", cluster.address).replace("100_000_000", "10_000"), known)
+    assert known["result"].particles == 10_000 and known["result"].cost.workers == 1
+
+
+# ---- a task that runs a simulation itself ----
+
+
+def test_a_task_may_run_on_the_cluster_that_it_is_done_by(cluster):
+    """Its own worker does the batches, though it has but one thread."""
+
+    def task(scene, limits, address):
+        import transport
+
+        return transport.simulate(scene, **limits, cluster=address, progress=False).batches
+
+    with Client(cluster.address, set_as_default=False) as client:
+        batches = client.submit(task, SMALL, FEW, cluster.address, pure=False).result(timeout=60)
+    assert_same(batches, tp.simulate(SMALL, **FEW, threads=1).batches)
+
+
+# ---- what a worker is told, and keeps ----
+
+
+def test_a_worker_that_comes_back_at_its_address_is_told_anew():
+    line, asked = lines.Line("tcp://10.0.0.1:8786", 1, ()), []
+    line.is_begun, line.heard = True, time.monotonic()
+
+    async def run(_act, *_, workers, on_error):
+        asked.append(workers)
+        return dict.fromkeys(workers, this_origin())
+
+    async def look_round():
+        for there in ({"a": 2}, {}, {"a": 2}, {"a": 2, "b": 1}):
+            scheduler = SimpleNamespace(address=line.cluster)
+            client = SimpleNamespace(nthreads=partial(asyncio.sleep, 0, there), run=run, scheduler=scheduler)
+            await line._look_round(client)
+            await (line.telling or asyncio.sleep(0))
+
+    asyncio.run(look_round())
+    assert asked == [["a"], ["a"], ["b"]] and line.threads == 3
+
+
+def test_a_worker_forgets_runs_whose_client_was_killed_and_late_news_of_others(monkeypatch):
+    monkeypatch.setattr(posts, "POSTS", {})
+    task, sources = pickle.dumps((SMALL, None, ANALOG)), this_origin().sources
+    posts.enlist("killed", task, sources)
+    posts.enlist("other", task, sources)
+    assert list(posts.POSTS) == ["killed", "other"]
+    for post in posts.POSTS.values():
+        post.used -= 2 * posts.IDLE
+    posts.POSTS["other"].work([(0, 100)], 0, 1)
+    posts.enlist("next", task, sources)
+    assert list(posts.POSTS) == ["other", "next"]
+    posts.dismiss("next")
+    posts.enlist("next", task, sources)
+    assert list(posts.POSTS) == ["other"]
 
 
 # ---- pilots ----

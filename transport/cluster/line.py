@@ -41,6 +41,9 @@ class Line:
 
         self.cluster, self.processes, self.task = cluster, threads, dumps(task)
         self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
+        self.run = (
+            self.name
+        )  # by which workers know it: another with each connection, as late news of the last may come
         self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
         self.groups: Groups | None = None
         self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it
@@ -138,6 +141,7 @@ class Line:
 
     async def _converse(self, client) -> None:
         """Hand out groups until the line is closed.  Raises OSError where the scheduler is gone."""
+        self.run, self.told = f"{self.name}-{uuid4().hex}", set()
         try:
             looked = -math.inf
             while not self.is_over:
@@ -155,14 +159,17 @@ class Line:
                     raise ConnectionError("the connection was lost")
         finally:
             self._take_back()
+            if self.telling is not None:
+                self.telling.cancel()
             if client.status == "running":
                 with suppress(OSError):
                     async with asyncio.timeout(CONNECT):
-                        await client.run(posts.dismiss, self.name, on_error="ignore")
+                        await client.run(posts.dismiss, self.run, on_error="ignore")
 
     async def _look_round(self, client) -> None:
         """Who is there?  Whoever is new is told of the run."""
         self.there = await client.nthreads()
+        self.told &= self.there.keys()
         for task, (future, _, allowed) in list(self.out.items()):
             if allowed is not None and not allowed & self.there.keys():
                 await client.cancel([future])  # none of those who may do it is there any more
@@ -171,7 +178,6 @@ class Line:
             self._bear(f"no workers at {client.scheduler.address}")
             return
         self.heard = time.monotonic()
-        self.told &= self.there.keys()
         if not self.is_begun:
             await self._muster(client)
             return
@@ -192,7 +198,7 @@ class Line:
         if not self.told:  # they have just died, or do not answer: look round again
             return
         told = {"workers": list(self.told), "key": (self.name, "ready"), "pure": False}
-        if await client.gather(client.submit(posts.make_ready, self.name, **told)) is None:
+        if await client.gather(client.submit(posts.make_ready, self.run, **told)) is None:
             self.is_begun = True
             self.came.put(READY)
 
@@ -213,7 +219,7 @@ class Line:
 
     async def _answers(self, client, workers: list[str] | None) -> dict[str, object]:
         """What each says who is told of the run.  One that is silent keeps nobody waiting for long: it is asked again later."""
-        tell = partial(client.run, posts.enlist, self.name, self.task, self.sources, on_error="return")
+        tell = partial(client.run, posts.enlist, self.run, self.task, self.sources, on_error="return")
         answers: dict[str, object] = {}
 
         async def ask(some: list[str] | None) -> None:
@@ -253,7 +259,7 @@ class Line:
             self.sent += 1
             future = client.submit(
                 posts.work_on,
-                self.name,
+                self.run,
                 group,
                 *self.arguments,
                 key=(self.name, self.sent),  # of its own: what was lost is never asked for again by its key

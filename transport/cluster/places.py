@@ -91,6 +91,25 @@ async def _local(threads: int) -> AsyncIterator[str]:
 
 
 @contextmanager
+def place_given_up() -> Iterator[None]:
+    """Where this thread does a task of a Dask worker, that worker may do others meanwhile: the run's own among them."""
+    from distributed import rejoin, secede
+    from distributed.worker import thread_state
+
+    try:
+        is_task = hasattr(thread_state, "key")
+        if is_task:
+            secede()
+    except KeyError:  # it was given up before
+        is_task = False
+    try:
+        yield
+    finally:
+        if is_task:
+            rejoin()
+
+
+@contextmanager
 def unheard(thread: str) -> Iterator[None]:
     """What Dask logs in this thread is no news of a run, which tells itself what happens to it."""
     import distributed  # noqa: F401  # which makes the handlers; those of the user's own are left alone

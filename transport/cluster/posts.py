@@ -16,6 +16,7 @@ from functools import wraps
 
 POSTS: dict[str, Post] = {}  # of the runs that this process works for
 OVER: deque[str] = deque(maxlen=1000)  # the last runs that it works for no more
+IDLE = 600.0  # [s] without a batch, after which a run is forgotten: its client may have been killed; else it tells of it anew
 NEWS = threading.Condition()  # told of either
 PATIENCE = 10.0  # [s] that a batch waits for its run's scene: those that come late are told soon
 
@@ -38,7 +39,8 @@ def enlist(name: str, task: bytes, sources: str, dask_worker=None):
     with NEWS:
         if origin.sources != sources:
             OVER.append(name)  # for this one before it began
-        elif name not in POSTS:
+        elif name not in POSTS and name not in OVER:  # of which this may be late news
+            _forget_idle()
             POSTS[name] = Post(task, 1 if dask_worker is None else dask_worker.state.nthreads)
         NEWS.notify_all()
     return origin
@@ -52,6 +54,12 @@ def dismiss(name: str) -> None:
         NEWS.notify_all()
     if post is not None:
         post.stop()
+
+
+def _forget_idle() -> None:
+    for name, post in list(POSTS.items()):
+        if post.is_idle:
+            POSTS.pop(name).stop()
 
 
 def _frameless(work: Callable) -> Callable:
@@ -118,6 +126,7 @@ class Post:
         self.making, self.lock = threading.Lock(), threading.Lock()
         self.free: list = []  # bundles
         self.busy: list = []
+        self.used = time.monotonic()
         threading.Thread(target=self._prepare, daemon=True).start()
 
     def machine(self):
@@ -157,7 +166,14 @@ class Post:
             with self.lock:
                 self.busy = [other for other in self.busy if other is not bundle]
                 self.free.append(bundle)
+                self.used = time.monotonic()
         return done, times
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nobody has wanted anything of it for long."""
+        with self.lock:
+            return not self.busy and time.monotonic() - self.used > IDLE
 
     def _prepare(self) -> None:
         with suppress(Exception):  # which those who ask for the machine will see

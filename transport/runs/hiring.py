@@ -77,16 +77,17 @@ def hands_for(
         return
     from transport.cluster.crew import ClusterCrew
     from transport.cluster.line import Line
+    from transport.cluster.places import place_given_up
 
     plan = plan_for(scene, way.tracking, way.method)
     line = Line(staff.cluster, staff.threads, (scene, way.tracking, way.method))
-
-    try:
-        _wait_for(line, bar, interruption)
-        hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
-        yield Hands(plan, hire, line.threads, line.workers, lambda: line.doubts)
-    finally:
-        line.close()
+    with place_given_up():
+        try:
+            _wait_for(line, bar, interruption)
+            hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
+            yield Hands(plan, hire, line.threads, line.workers, lambda: line.doubts)
+        finally:
+            line.close()
 
 
 def _wait_for(line: Line, bar: Progress, interruption: Interruption) -> None:
