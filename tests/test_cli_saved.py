@@ -35,6 +35,54 @@ def test_parts_are_saved_merged_and_shown(run, call, tmp_path):
     assert flux["value"] == whole["meter"].flux_in.value and record["seeds"] == [4]
 
 
+def test_a_part_says_what_it_is_of(run, call):
+    """In its file, as a line of several, and for machines."""
+    run("--save", "1.npz", "--part", "1/2")
+    run("--save", "2.npz", "--part", "2/2")
+    lines = call("show", "1.npz", "2.npz").output.splitlines()
+    assert [line.split()[0] for line in lines] == ["1.npz", "2.npz"]
+    assert lines[1].endswith("2_496 particles in 16 batches, seed 0; part 2 of 2 of a run of 5_000")
+    one, other = json.loads(call("show", "1.npz", "2.npz", "--json").output)
+    assert (one["file"], one["part"], one["asked"]) == ("1.npz", [1, 2], 5000) and other["part"] == [2, 2]
+    assert one["cost"]["particles"] == 2504 and one["left out"] == []
+
+
+def test_bins_are_told_for_machines(call, tmp_path):
+    meter = tp.Detector(tp.Sphere(radius=1.0), name="meter", directions=tp.Directions(mu=4))
+    tp.Scene(tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0)), (), meter).to_json(
+        tmp_path / "bins.json"
+    )
+    assert call("run", "bins.json", "--particles", "1e4", "--save", "bins.npz").exit_code == 0
+    record = json.loads(call("show", "bins.npz", "--json").output)
+    radiance = next(row for row in record["bins"] if row["name"] == "meter.radiance_out")
+    result = tp.load(tmp_path / "bins.npz")["meter"].radiance_out
+    assert radiance["value"] == result.value.tolist() and radiance["dims"] == list(result.dims)
+
+
+def test_no_other_run_is_written_over_unless_that_is_said(run, call, tmp_path):
+    for k in (1, 2):
+        run("--save", f"{k}.npz", "--part", f"{k}/2")
+    before = (tmp_path / "1.npz").read_bytes()
+    for answer, said in (
+        (run("--save", "1.npz"), "--save: 1.npz is there; say --overwrite"),
+        (call("merge", "1.npz", "2.npz", "--out", "1.npz"), "--out: 1.npz is one of the files to merge"),
+    ):
+        assert answer.exit_code == 2 and said in answer.output, answer.output
+        assert (tmp_path / "1.npz").read_bytes() == before
+    assert run("--resume", "1.npz", "--part", "1/2", "--save", "1.npz").exit_code == 0  # its own
+    assert call("merge", "1.npz", "2.npz", "--out", "whole.npz").exit_code == 0
+    assert "--out: whole.npz is there" in call("merge", "1.npz", "2.npz", "--out", "whole.npz").output
+    assert call("merge", "1.npz", "2.npz", "--out", "whole.npz", "--overwrite").exit_code == 0
+    assert run("--save", "1.npz", "--overwrite").exit_code == 0
+    assert tp.load(tmp_path / "1.npz").particles == 5000
+
+
+def test_files_of_several_cases_are_named(call, tmp_path):
+    (tmp_path / "sun.npz").touch()
+    answer = call("run", "sun", "--particles", "1e4", "--resume", "sun.npz")
+    assert answer.exit_code == 2 and "whose files are sun_1.npz to sun_" in answer.output
+
+
 def test_the_same_command_begins_goes_on_and_has_nothing_to_do(run, tmp_path):
     again = ("--checkpoint", "run.npz", "--resume", "run.npz", "--every", "1", "--json")
     first, second = (json.loads(run(*again).output) for _ in range(2))
@@ -52,6 +100,8 @@ def test_each_case_has_a_file_of_its_own(call, tmp_path):
 def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
     for options, said in (
         (("--part", "3"), "--part must be like 2/8"),
+        (("--part", "0/8"), "says k + 1: part=(1, 8)"),
+        (("--part", "1/64"), "say batches=64 or more, the same in every part"),
         (("--save", "run.txt"), "ends in .nc or .npz"),
         (("--checkpoint", "none/run.nc"), "make none first"),
         (("--every", "5"), "say --checkpoint FILE as well"),

@@ -192,13 +192,15 @@ def outcomes_of(
     settings: dict[str, object],
     limits: dict[str, object],
     save: Path | None = None,
+    overwrite: bool = False,
 ) -> Iterator[Outcome]:
     """Each case of the experiment as soon as it is done; after Ctrl-C the last one is incomplete, the rest is left out.
 
     limits: as for `simulate`; where none is given, as many particles as the module says, in its way.  A case that does
     not have a quantity whose error is asked for runs without it, with a warning.
     save: a file for each run; of several cases, as those of `limits`, each by its number: run_1.nc, run_2.nc.  Where it
-    cannot be written in the end, the case is told all the same.
+    cannot be written in the end, the case is told all the same.  overwrite: whether it may take the place of other files than
+    those that the run goes on with.
     """
     if save is not None:
         checked_place("save", save)
@@ -217,8 +219,12 @@ def outcomes_of(
     for name, refusal in ready[0][-1].items():
         if all(name in refusals for *_, refusals in ready):
             raise refusal
-    for number, (parameters, scene, exact, errors, refusals) in enumerate(ready, 1):
-        own = _numbered({"save": save} | limits, number if len(ready) > 1 else None)
+    files = [
+        _numbered({"save": save} | limits, number if len(ready) > 1 else None)
+        for number in range(1, len(ready) + 1)
+    ]
+    _check_files(module, files, limits, overwrite)
+    for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
         file = own.pop("save")
         result = simulate(scene, **_settled(module, own | {"error": errors}))
         failure = None if file is None else _failure_to_save(result, file)
@@ -229,6 +235,21 @@ def outcomes_of(
         yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
         if not result.is_complete:
             return
+
+
+def _check_files(
+    module: ModuleType, files: list[dict[str, object]], limits: dict[str, object], overwrite: bool
+) -> None:
+    """Refuse to write over other runs, and one run for several cases, before any is run."""
+    taken = [own["save"] for own in files if own["save"] is not None and own["save"] != own.get("resume")]
+    if not overwrite and (there := [path for path in taken if path.exists()]):
+        raise SceneError(f"--save: {there[0]} is there; say --overwrite to replace it, or name another file")
+    resume = limits.get("resume")
+    if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
+        own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"
+        raise SceneError(
+            f"--resume: {resume} is one run, and {name_of(module)} has {len(files)} cases, whose files are {own}"
+        )
 
 
 def _failure_to_save(result: Result, file: Path) -> FileError | None:

@@ -19,6 +19,7 @@ from transport.command.options import (
     Cluster,
     Every,
     Json,
+    Overwrite,
     Part,
     Particles,
     Resume,
@@ -122,6 +123,7 @@ def run(
     batches: Batches = None,
     threads: Threads = None,
     save: Save = None,
+    overwrite: Overwrite = False,
     checkpoint: Checkpoint = None,
     every: Every = None,
     resume: Resume = None,
@@ -167,12 +169,8 @@ def run(
     }
     if every is not None and checkpoint is None:
         raise SceneError("--every is of checkpoints; say --checkpoint FILE as well, or leave it out")
-    if resume is not None and save is None and checkpoint is None:
-        say_aside(
-            f"what is added to {resume} is not saved; say --checkpoint {resume} or --save FILE to keep it"
-        )
     module = checked(experiment(sim))
-    pending = outcomes_of(module, named_values(set_ or ()), limits, save)
+    pending = outcomes_of(module, named_values(set_ or ()), limits, save, overwrite)
     if json:
         outcomes = list(pending)
         say_json(record_of(module, outcomes))
@@ -183,6 +181,10 @@ def run(
     if wants_picture and not no_picture and is_complete(outcomes):
         draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
     is_saved = told_unsaved(outcomes)
+    if resume is not None and save is None and checkpoint is None:
+        say_aside(
+            f"{resume} is as it was; say --checkpoint {resume} or --save FILE to keep what a run adds to it"
+        )
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
     if not is_saved:

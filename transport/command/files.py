@@ -1,35 +1,47 @@
 """Commands for saved runs: what one found out, and several as one."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from transport.command.console import say, say_json
+from transport.command.console import say, say_json, say_labelled
 from transport.command.options import Json
+from transport.command.running import bins_record
 from transport.results import Result
-from transport.results.estimates import Estimate
+from transport.results.estimates import Estimate, EstimateArray
+from transport.results.report import head_of
+from transport.validation import SceneError
 
-File = Annotated[Path, typer.Argument(metavar="FILE", help="A run that was saved, .nc or .npz.")]
-Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Runs that were saved.")]
+Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Runs that were saved, .nc or .npz.")]
+MOST_BINS = 100_000  # of a quantity that is told
 
 
-def show(file: File, json: Json = False) -> None:
-    """Print what a saved run found out, what it cost, and who did it.
+def show(files: Files, json: Json = False) -> None:
+    """Print what a saved run found out and cost; of several a line each.
 
     \b
     Examples:
       transport show run.nc
       transport show run.npz --json
+      transport show part1.nc part2.nc
     """
     from transport.saved import load
 
-    _tell(load(file), json)
+    if len(files) == 1:
+        _tell(load(files[0]), json)
+    elif json:
+        say_json([{"file": str(file)} | _record(load(file)) for file in files])
+    else:
+        for file in files:
+            say_labelled(str(file), head_of(load(file)))
 
 
 def merge(
     files: Files,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Where the whole goes.")],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Let it take the place of another.")] = False,
     json: Json = False,
 ) -> None:
     """Put runs of one scene together: parts of a run, or other seeds.
@@ -42,6 +54,10 @@ def merge(
     from transport.saved.record import checked_place
 
     checked_place("--out", out)
+    if out.exists() and out.resolve() in {file.resolve() for file in files}:
+        raise SceneError(f"--out: {out} is one of the files to merge; leave it out there, or name another")
+    if out.exists() and not overwrite:
+        raise SceneError(f"--out: {out} is there; say --overwrite to replace it, or name another file")
     whole = merge(*files)
     whole.save(out)
     _tell(whole, json)
@@ -66,8 +82,12 @@ def _record(result: Result) -> dict[str, object]:
         for name in result
         for quantity, estimate in getattr(result[name], "quantities", {}).items()
     }
+    arrays = {name: q for name, q in quantities.items() if isinstance(q, EstimateArray)}
+    limits = result.state.limits
     return {
         "particles": result.particles,
+        "asked": limits.particles,
+        "part": list(limits.part),
         "batches": len(result.batches),
         "seeds": sorted({batch.seed for batch in result.batches}),
         "method": {"estimator": method.estimator, "sampling": method.sampling},
@@ -77,10 +97,13 @@ def _record(result: Result) -> dict[str, object]:
             for name, q in quantities.items()
             if isinstance(q, Estimate)
         ],
+        "bins": [bins_record(name, q) for name, q in arrays.items() if q.value.size <= MOST_BINS],
+        "left out": [name for name, q in arrays.items() if q.value.size > MOST_BINS],
         "ledger": {
             name: {"value": entry.value, "error": entry.error, "unit": str(entry.unit)}
             for name, entry in result.ledger.items()
         },
+        "cost": None if result.cost is None else asdict(result.cost),
         "warnings": result.warnings,
         "done by": [vars(origin) for origin in result.state.origins],
     }

@@ -29,6 +29,7 @@ Save = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Save the run, in .nc or .npz; of several cases each by its number."),
 ]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Let --save take the place of other files.")]
 Resume = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Go on with a saved run; limits count from its beginning.")
 ]

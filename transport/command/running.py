@@ -9,7 +9,7 @@ from types import ModuleType
 from transport.command.verify import row_name, score_of
 from transport.experiment import Outcome, blamed, name_of
 from transport.results import Cost
-from transport.results.estimates import Estimate
+from transport.results.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 
 FEW_CASES = 3  # that a warning names
@@ -108,7 +108,11 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
         }
         for name in ledgers[0]
     }
-    bins = [_bins(outcome, name, len(outcomes)) for outcome in outcomes for name in outcome.bins]
+    bins = [
+        bins_record(row_name(outcome, name, len(outcomes)), array)
+        for outcome in outcomes
+        for name, array in outcome.bins.items()
+    ]
     cost = total_cost(outcomes)
     rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
     return {
@@ -124,12 +128,11 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     }
 
 
-def _bins(outcome: Outcome, name: str, cases: int) -> dict[str, object]:
+def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
     """What was measured over bins: nested lists with an axis for each of dims, whose edges coords hold."""
-    array = outcome.bins[name]
     coords = {dim: edges.tolist() for dim, edges in array.coords.items()}
     numbers = {"value": array.value.tolist(), "error": array.error.tolist(), "unit": str(array.unit)}
-    return {"name": row_name(outcome, name, cases), "dims": array.dims, "coords": coords, **numbers}
+    return {"name": name, "dims": array.dims, "coords": coords, **numbers}
 
 
 def _method(result) -> dict[str, object]:

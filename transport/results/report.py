@@ -14,6 +14,8 @@ from transport.results.prices import price_lines
 from transport.results.readings import Reading
 from transport.volumes import VolumeDetector
 
+MOST_SEEDS = 6  # that are told one by one
+
 
 def report_of(result) -> str:
     """The report that `result.report()` prints."""
@@ -54,6 +56,15 @@ def ledger_title(result) -> str:
     return (
         "ledger of the backward histories, as shares of them (unsampled: what their cells' cosines leave out)"
     )
+
+
+def share_of(result) -> str:
+    """What a result is of, where that is not yet, or never, a whole run: " of 2e8 (part 1 of 4)"; else nothing."""
+    if result.state is None or result.state.limits.particles is None:
+        return ""
+    limits = result.state.limits
+    (one, of), told = limits.part, f" of {limits.particles:_} asked for" * (not result.is_complete)
+    return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else told
 
 
 def title_of(detector, reading) -> str:
@@ -175,9 +186,11 @@ def tracking_lines(result) -> list[str]:
 
 def head_of(result) -> str:
     """How large the run was, and whether it was finished."""
-    state = "" if result.is_complete else ", INCOMPLETE: interrupted"
+    state = share_of(result) + ("" if result.is_complete else ", INCOMPLETE: interrupted")
     seeds = sorted({batch.seed for batch in result.batches})
     told = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
+    if len(seeds) > MOST_SEEDS:
+        told = f"{len(seeds)} seeds from {seeds[0]} to {seeds[-1]}"
     return f"{result.particles:_} particles in {len(result.run)} batches, {told}{state}"
 
 

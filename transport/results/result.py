@@ -239,7 +239,9 @@ class Result:
         return report_of(self)
 
     def __repr__(self) -> str:
-        state = "" if self.is_complete else ", incomplete"
+        from transport.results.report import share_of
+
+        state = share_of(self) + ("" if self.is_complete else ", incomplete")
         return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
 
     def _repr_html_(self) -> str:

@@ -132,7 +132,8 @@ def checked_part(part: object, limits: Limits) -> tuple[int, int]:
         )
     one, of = map(int, part)
     if not 1 <= one <= of:
-        raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}")
+        cure = f"; an array counted from 0 says k + 1: part=({one + 1}, {of})" if one == 0 < of else ""
+        raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}{cure}")
     if of > 1 and (limits.error or limits.seconds is not None):
         raise SceneError(
             f"simulate: part must be of a run for particles alone, got {part!r}; leave out error and seconds"

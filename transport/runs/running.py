@@ -138,7 +138,8 @@ class Run:
             most = math.ceil(batches_in(self.leg) / self.schedule.together)
             if self.limits.part[1] > most:
                 got = f"part must be of {most} parts at most, got {self.limits.part}"
-                raise SceneError(f"simulate: {got}: no batch is left for some")
+                cure = f"say batches={self.limits.part[1]} or more, the same in every part"
+                raise SceneError(f"simulate: {got}: no batch is left for some; {cure}")
             self.crew.next, self.leg = self.schedule.part(self.leg)
 
     def _take(self, batch: Batch) -> None:

@@ -7,14 +7,18 @@ xarray.open_dataset("run.nc", engine="h5netcdf", group="run")        batches, an
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 
 from transport.phase_space import Snapshot
 from transport.results.estimates import AXIS_UNITS
-from transport.results.report import title_of
+from transport.results.report import head_of, title_of
 from transport.results.result import Result
 from transport.validation import SceneError
 
@@ -44,7 +48,9 @@ class Table:
 
 def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
     """The ledger, then each detector; of a run that goes on (not `is_over`) only what it is, as they would take too long."""
-    told = {"title": repr(result), "seed": str(result.seed), "method": result.plan.method.title}
+    written = datetime.now(UTC).isoformat(timespec="seconds")
+    told = {"title": head_of(result), "seed": str(result.seed), "method": result.plan.method.title}
+    told["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # as NetCDF has it
     if not is_over:
         yield Table("", told | {"completeness": GOES_ON}, iter(()))
         return
@@ -124,10 +130,11 @@ def _with_error(
     name: str, dims: tuple[str, ...], quantity: object, bounded: Container[str] = ()
 ) -> Iterator[tuple[str, Variable]]:
     """A quantity and its error; bounded: those of its axes that have bins, whose bounds xarray then takes for coordinates."""
-    units = {"units": str(quantity.unit) or "1"}
+    units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
     yield name, Variable(dims, np.asarray(quantity.value), units)
+    units = units | {"long_name": f"standard error of {units['long_name']}"}
     yield f"{name}_error", Variable(dims, np.asarray(quantity.error), units)
 
 
