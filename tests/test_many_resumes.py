@@ -37,12 +37,25 @@ def test_batches_stay_bounded_however_often_a_run_goes_on(steps, sampling, monke
     assert [batch.first for batch in result.batches] == [0, *ends[:-1]]
 
 
-def test_nets_of_runs_that_went_on_are_whole():
-    """Also where several of them have become one."""
+def test_nets_of_runs_that_went_on_are_whole_and_as_large_as_in_one_go():
+    """Small ones for ever would be slow, and hardly better than random points."""
     result = gone_on([1_000, 5_000, 60_000, 200_000], sampling="sobol")
-    assert max(batch.past - batch.first for batch in result.batches) > 1
-    for batch in result.batches:
-        assert batch.histories == 128 * (batch.past - batch.first)
+    last = [(batch.histories, batch.past - batch.first) for batch in result.batches[-8:]]
+    assert last == [(16384, 1)] * 8
+    assert all(batch.histories % 128 == 0 for batch in result.batches)
+    error = gone_on([200_000], sampling="sobol")["meter"].flux_in.error
+    assert result["meter"].flux_in.error < 3 * error
+
+
+def test_merged_runs_keep_no_more_than_one_that_went_on():
+    runs = [tp.simulate(SMALL, particles=3_200, seed=seed, threads=1) for seed in range(6)]
+    merged = tp.merge(*runs)
+    assert 64 <= len(merged.batches) <= 4 * 32 and {batch.seed for batch in merged.batches} == set(range(6))
+    assert merged.particles == 6 * 3_200
+    mean = np.mean([run["meter"].flux_in.value for run in runs])
+    assert merged["meter"].flux_in.value == pytest.approx(mean, rel=1e-12)
+    gone = tp.simulate(SMALL, particles=30_000, resume=merged, threads=1)
+    assert gone.particles == 30_000 and len(gone.batches) <= 4 * 32
 
 
 def test_it_is_killed_after_neighbours_have_become_one_and_goes_on(tmp_path, monkeypatch):
@@ -74,6 +87,7 @@ def test_a_part_that_was_missing_is_merged_after_the_others_went_on(missing, mon
     late = parts.pop(missing)
     for particles in (5_000, 60_000):
         gone = tp.simulate(SMALL, particles=particles, resume=tp.merge(*parts.values()), threads=1)
+        assert any("in none of these runs" in warning for warning in gone.warnings)
         whole = tp.merge(gone, late)
         assert whole.particles == particles + late.particles
         assert not any("in none" in warning for warning in whole.warnings)
@@ -82,6 +96,15 @@ def test_a_part_that_was_missing_is_merged_after_the_others_went_on(missing, mon
         for batch in others:
             assert batch.first == first.past
             first = batch
+
+
+def test_parts_of_unlike_runs_are_told():
+    """A job of an array that had another number of particles."""
+    one, other = (
+        tp.simulate(SMALL, particles=n, part=(k, 2), threads=1) for k, n in ((1, 4_000), (2, 3_000))
+    )
+    (said,) = (warning for warning in tp.merge(one, other).warnings if "neither" in warning)
+    assert "run 2 is of a run of 3_000 particles in 32 batches and 2 parts, run 1 of one of 4_000" in said
 
 
 def test_of_large_sums_fewer_are_kept_though_no_fewer_than_asked_for(monkeypatch):

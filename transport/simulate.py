@@ -110,7 +110,10 @@ def _run(
         )
         result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
         if saved is not None:
+            from transport.saved.resuming import lasting_warnings
+
             run.go_on_with(saved.state, saved.cost)
+            run.warnings += lasting_warnings(saved)
         if keep is not None:
             run.between = lambda run: keep.if_due(run, result_of)
         run.go()

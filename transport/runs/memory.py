@@ -57,8 +57,8 @@ def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -
     Nothing is refused where the system does not say how much is left.
     """
     need = need_of(plan, schedule, threads, saved)
-    cures = ["threads=1"] * (need.threads > 1)
-    cures += [f"fewer batches than {need.batches + saved}"] * (need.batches != 1)
+    cures = ["threads=1"] if need.threads > 1 else []
+    cures += [f"fewer batches than {need.batches + saved}"] if need.batches != 1 else []
     _refuse_beyond(plan, need, "simulate: the sums of this scene", cures)
 
 
@@ -66,7 +66,7 @@ def check_worker_memory(plan: Plan, threads: int) -> None:
     """The same for the worker of a cluster, whose process counts in so many threads and keeps what they do until it is sent."""
     batch = bytes_in_all(plan, _records(plan, 1))
     need = Need(_counting(plan, 1) + 2 * batch, threads, 0.0, 0)
-    cures = ["workers with fewer threads"] * (threads > 1) + ["workers with more memory"]
+    cures = [*(["workers with fewer threads"] if threads > 1 else []), "workers with more memory"]
     _refuse_beyond(plan, need, "a worker of the cluster: the sums of this scene", cures)
 
 

@@ -35,11 +35,28 @@ def with_room_for(
         if len(groups) + math.ceil(more / together) <= most:
             break
         aim *= 2
-    return [reduce(lambda one, other: one.merged(other, records), group) for group in groups], together
+    return _as_one(groups, records), together
+
+
+def no_more_than(most: int, batches: list[Batch], records: int) -> list[Batch]:
+    """The batches, where they are more than that, neighbours put together: the same where no others are to follow."""
+    most, aim = max(most, len(unbroken(batches))), min(batch.histories for batch in batches)
+    while len(groups := _groups(batches, aim)) > most:
+        aim *= 2
+    return _as_one(groups, records)
+
+
+def gathered(batches: list[Batch], size: int, records: int) -> list[Batch]:
+    """Neighbours put together as far as they have no more histories than that."""
+    return _as_one(_groups(batches, size), records)
+
+
+def _as_one(groups: list[list[Batch]], records: int) -> list[Batch]:
+    return [reduce(lambda one, other: one.merged(other, records), group) for group in groups]
 
 
 def net_of(batch: Batch) -> int:
-    """Points of each of the nets, all alike, that are together in a batch."""
+    """Points of each of the nets that are together in a batch; where they are not alike, of one of average size."""
     each = max(1, batch.histories // (batch.past - batch.first))
     return 1 << (each.bit_length() - 1)
 

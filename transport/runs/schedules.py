@@ -17,7 +17,7 @@ from transport.results.batches import Batch
 from transport.results.footprint import KEPT, batches_that_fit, bytes_of_a_batch, bytes_unpacked
 from transport.runs.leaps import FARTHEST, FEWEST_ROUNDS, is_last_leap, leaps_suffice, leaps_to_come, slope_of
 from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
-from transport.runs.neighbours import net_of, unbroken, with_room_for
+from transport.runs.neighbours import gathered, net_of, unbroken, with_room_for
 from transport.runs.stopping import Look
 
 LARGEST_BATCH = 1 << 24  # histories
@@ -99,10 +99,8 @@ class Schedule:
     def take(self, batch: Batch) -> None:
         """Keep a batch; they come in the order of their numbers."""
         self.batches.append(batch)
-        if (
-            len(self.batches) >= self.most_kept
-        ):  # of a planned run, where larger ones would not have been safe
-            self._merge(2)
+        if len(self.batches) >= self.most_kept:
+            self._merge(2)  # of a planned run, where larger ones would not have been safe
 
     def end_leg(self) -> None:
         """All batches of the leg have been taken."""
@@ -149,10 +147,8 @@ class Schedule:
 
     def _paired(self, batches: list[Batch]) -> list[Batch]:
         firsts, seconds = batches[::2], batches[1::2]
-        odd = firsts[len(seconds) :]
-        return [
-            one.merged(other, self._most_records(2)) for one, other in zip(firsts, seconds, strict=False)
-        ] + odd
+        both = zip(firsts, seconds, strict=False)
+        return [one.merged(other, self.most_records(2)) for one, other in both] + firsts[len(seconds) :]
 
     def _sizes(self, more: int) -> Leg:
         """Batches for so many more histories, so that all are about as large; small ones are merged to that size."""
@@ -165,7 +161,7 @@ class Schedule:
         fewest = 0 if self.batches else self.count
         return _evenly(more, max(fewest, math.ceil(more / size)))
 
-    def _most_records(self, together: int) -> int:
+    def most_records(self, together: int) -> int:
         """Of the sample of snapshots, that so many batches as one may keep."""
         return math.ceil(together * self.records / self.count)
 
@@ -190,7 +186,7 @@ class InOneGo(Schedule):
         self.taken = 0
         if self.batches:
             leg = self._sizes(self.left)
-            most, records = self.most_kept, self._most_records(2)
+            most, records = self.most_kept, self.most_records(2)
             self.batches, self.together = with_room_for(leg, self.batches, most, records)
         else:
             leg = self._first()
@@ -212,7 +208,7 @@ class InOneGo(Schedule):
 
     def take(self, batch: Batch) -> None:
         if self.taken % self.together:
-            batch = self.batches.pop().merged(batch, self._most_records(min(self.together, MOST_IN_ONE_GO)))
+            batch = self.batches.pop().merged(batch, self.most_records(min(self.together, MOST_IN_ONE_GO)))
         self.batches.append(batch)
         self.taken += 1
 
@@ -224,8 +220,13 @@ class Nets(InOneGo):
         return [equal_powers_of_two(self.left, self.count)]
 
     def _sizes(self, more: int) -> Leg:
-        size = min(LARGEST_BATCH, net_of(self.batches[0]))
-        return [(size, math.ceil(more / size))]
+        """Larger nets, as a run of so many has, rather than more; small ones before them are put together, or they spoil errors."""
+        size = was = min(LARGEST_BATCH, max(map(net_of, self.batches)))
+        while size * self.count < more and 2 * size <= self._largest():
+            size *= 2
+        if size > was:
+            self.batches = gathered(self.batches, size, self.most_records(2))
+        return [(size, max(self.count * (size > was), math.ceil(more / size)))]
 
 
 class Planned(Schedule):
@@ -239,8 +240,7 @@ class Planned(Schedule):
         return self._sizes(more) if more > 0 else []
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
-        last = looks[-1]
-        return last.needed - last.particles, last.legs * self.count
+        return looks[-1].needed - looks[-1].particles, looks[-1].legs * self.count
 
 
 class Rounds(Schedule):

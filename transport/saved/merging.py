@@ -10,13 +10,15 @@ from os import PathLike
 from transport.results import Cost, Result
 from transport.results.batches import Batch
 from transport.runs.limits import Limits
+from transport.runs.neighbours import no_more_than
 from transport.runs.origins import doubts_of, joined
-from transport.runs.schedules import batches_in, schedule_for
+from transport.runs.schedules import Schedule, batches_in, schedule_for
 from transport.runs.state import State
 from transport.saved.record import given_scene, load, state_of
 from transport.validation import SceneError, shown
 from transport.written.differences import differences
 
+MISSING = "are in none of these runs"  # what a warning of batches says
 MERGED = "Merged"  # the kind of a schedule that no run has: it goes on with the batches alone
 
 
@@ -34,10 +36,12 @@ def merge(*runs: Result | str | PathLike) -> Result:
     _check_disjoint(titles, results)
     batches = sorted((batch for result in results for batch in result.batches), key=_place)
     seed = batches[0].seed
-    state = _state(results, batches, seed)
-    warnings = [*_missing(results, batches), *doubts_of(state.origins)]
+    first, limits = results[0], _limits(results)
+    batches = _bounded(batches, schedule_for(limits, first.plan))
+    state = _state(results, batches, seed, limits)
+    warnings = _unlike_parts(titles, results) or _missing(results, batches)
+    warnings += doubts_of(state.origins)
     is_complete = all(result.is_complete for result in results)
-    first = results[0]
     return Result(first.plan, batches, seed, _cost(results), is_complete, warnings, first.asked, None, state)
 
 
@@ -96,20 +100,51 @@ def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
         if one < of:
             told.append(f"those of seed {seed} after part {one} of {of}")
     cure = "merge the parts with these as well, or the result is of fewer particles than the run was to have"
-    return [f"{', '.join(told)} are in none of these runs: {cure}"] if told else []
+    return [f"{', '.join(told)} {MISSING}: {cure}"] if told else []
 
 
-def _state(results: list[Result], batches: list[Batch], seed: int) -> State:
+def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
+    """Parts of runs of one seed that were to have other particles, batches or parts: together they are none of these runs."""
+    known: dict[int, tuple] = {}
+    for title, result in zip(titles, results, strict=True):
+        limits = state_of(result).limits
+        if limits.part == (1, 1):
+            continue
+        plan = limits.particles, limits.batches, limits.part[1]
+        first, planned = known.setdefault(result.seed, (title, plan))
+        if plan != planned:
+            one, other = (
+                f"{particles:_} particles in {batches} batches and {parts} parts"
+                for particles, batches, parts in (plan, planned)
+            )
+            return [
+                f"{title} is of a run of {one}, {first} of one of {other}: together they are neither, nor is it known which batches are missing"
+            ]
+    return []
+
+
+def _limits(results: list[Result]) -> Limits:
+    """What all of them were asked for together."""
+    limits = [state_of(result).limits for result in results]
+    said = {each.batches for each in limits}
+    is_free = len(said) > 1 or any(each.is_free for each in limits)
+    particles = sum(batch.histories for result in results for batch in result.batches)
+    return Limits(particles, {}, None, max(said), is_free)
+
+
+def _bounded(batches: list[Batch], schedule: Schedule) -> list[Batch]:
+    """As many as a run that is gone on with keeps: never fewer than one whole run, so that its parts stay as they are."""
+    schedule.make_room()
+    return no_more_than(schedule.most_kept, batches, schedule.most_records(2))
+
+
+def _state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
     """By what they go on together: with batches of the first seed that none of them has, nor a part that is missing."""
     states = [state_of(result) for result in results]
-    particles = sum(batch.histories for batch in batches)
-    said = {state.limits.batches for state in states}
-    is_free = len(said) > 1 or any(state.limits.is_free for state in states)
-    limits = Limits(particles, {}, None, max(said), is_free)
     return State(
         limits,
         MERGED,
-        {"issued": particles},
+        {"issued": limits.particles},
         batches,
         [],
         [],

@@ -13,6 +13,7 @@ from transport.estimators.methods import AUTO
 from transport.results import Result
 from transport.runs.limits import Limits, checked_limits
 from transport.runs.ways import Asked, Way
+from transport.saved.merging import MISSING
 from transport.saved.record import checked_path, given_scene, load
 from transport.scene import Scene
 from transport.validation import SceneError, shown
@@ -35,6 +36,11 @@ def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
     if not is_file:
         return resume
     return None if is_same and not path.exists() else load(resume)
+
+
+def lasting_warnings(saved: Result) -> list[str]:
+    """What is said of a saved run however far it goes on: the batches of a merged one that are missing."""
+    return [warning for warning in saved._warnings if MISSING in warning]
 
 
 def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:
