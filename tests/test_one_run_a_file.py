@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 import transport as tp
 from tests.own_experiments import ROOT
 from tests.test_saved import SMALL, refusal
-from transport.saved import lock
+from transport.saved import checkpoints, lock, whole
+from transport.saved.whole import FileError
 
 HOLDER = """
 import pathlib, sys
@@ -55,6 +58,79 @@ def test_a_second_run_in_the_same_file_is_refused_until_the_first_is_gone(tmp_pa
     assert "name another file" in told and len(os.listdir(tmp_path)) == 1
     assert run(path, resume=path).particles == 1_000
     assert os.listdir(tmp_path) == ["run.npz"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot fork")
+def test_a_child_does_not_keep_what_its_parent_held(tmp_path):
+    """Though it live on: the lock goes with the process that took it."""
+    path = tmp_path / "run.npz"
+    holder = HOLDER.replace("sys.stdin.read()", "os.fork() or time.sleep(60); os._exit(0)").replace(
+        "import ", "import os, time, ", 1
+    )
+    other = subprocess.Popen([sys.executable, "-c", holder, str(path)], cwd=ROOT, start_new_session=True)
+    try:
+        assert other.wait(20) == 0
+        assert run(path, resume=path).particles == 1_000
+    finally:
+        os.killpg(other.pid, signal.SIGKILL)
+
+
+def test_two_links_to_a_file_are_one(tmp_path):
+    for name in "ab":
+        (tmp_path / f"{name}.npz").symlink_to(tmp_path / "run.npz")
+    with (
+        lock.held(tmp_path / "a.npz"),
+        pytest.raises(FileError, match="that of a run that goes on"),
+        lock.held(tmp_path / "b.npz"),
+    ):
+        pass
+
+
+def test_what_it_is_held_by_is_gone_before_another_may_take_it(tmp_path, monkeypatch):
+    close, there = os.close, []
+
+    def closing(descriptor):
+        there.extend(os.listdir(tmp_path))
+        close(descriptor)
+
+    with lock.held(tmp_path / "run.npz"):
+        monkeypatch.setattr(lock.os, "close", closing)
+    assert there == []
+
+
+def test_where_it_cannot_be_written_is_told_before_the_run(tmp_path, monkeypatch):
+    told = refusal(run, tmp_path / ("x" * 247 + ".npz"))
+    assert "cannot be written: File name too long; name another file or folder" in told
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_file_is_where_it_was_named_wherever_the_script_goes(tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    keep = checkpoints.Checkpoints("run.npz", 60.0, SMALL)
+    monkeypatch.chdir("elsewhere")
+    keep.end(tp.simulate(SMALL, particles=1_000, threads=1))
+    assert (tmp_path / "run.npz").exists() and os.listdir() == []
+
+
+def test_at_most_a_tenth_of_the_time_goes_into_writing(tmp_path, monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(checkpoints, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(checkpoints, "save", lambda *_: clock.__setitem__(0, clock[0] + 30.0))
+    keep = checkpoints.Checkpoints(tmp_path / "run.npz", 60.0, SMALL)
+    clock[0] = 61.0
+    keep.if_due(SimpleNamespace(batches=[1], now=lambda: None), lambda run, is_complete: None)
+    assert keep.due - clock[0] >= 9 * 30.0
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_then_its_name_is(tmp_path, monkeypatch):
+    done = []
+    for name in ("fsync", "replace"):
+        act = getattr(os, name)
+        monkeypatch.setattr(whole.os, name, lambda *a, act=act, name=name: (done.append(name), act(*a))[1])
+    with whole.written_whole(tmp_path / "run.npz") as file:
+        file.write(b"all")
+    assert done == ["fsync", "replace", "fsync"]
 
 
 @pytest.mark.skipif(lock.fcntl is None, reason="the system has no such locks")

@@ -27,7 +27,8 @@ class Checkpoints:
 
     def __init__(self, path: object, every: object, scene: Scene) -> None:
         """Raises SceneError for a file or an interval that is none, and for a scene that no file can hold."""
-        self.path, self.every = checked_place("checkpoint", path), _checked(every)
+        self.path = checked_place("checkpoint", path).absolute()  # whatever folder the script goes to
+        self.every = _checked(every)
         self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
 
     def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:

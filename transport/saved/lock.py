@@ -16,6 +16,7 @@ except ImportError:  # where the system has no such locks
     fcntl = None
 
 MOST_SAID = 200  # bytes of who has it
+_open: set[int] = set()  # descriptors of this process's own locks
 
 
 @contextmanager
@@ -31,9 +32,10 @@ def held(path: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        if descriptor is not None:
+        if descriptor in _open:
             with suppress(OSError):
                 beside.unlink(missing_ok=True)  # before it is let go: else it might be another's
+            _open.remove(descriptor)
             os.close(descriptor)
 
 
@@ -60,6 +62,7 @@ def _taken(path: Path, beside: Path) -> int | None:
             return None
         if _is_there(descriptor, beside):
             _sign(descriptor)
+            _open.add(descriptor)
             return descriptor
         os.close(descriptor)  # which its last holder removed meanwhile
 
@@ -81,3 +84,13 @@ def _who(descriptor: int) -> str:
     with suppress(OSError):
         return os.pread(descriptor, MOST_SAID, 0).decode(errors="replace")
     return ""
+
+
+def _let_go() -> None:
+    """In a child of this process: the locks are its parent's, and would outlive it there."""
+    while _open:
+        os.close(_open.pop())
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go)

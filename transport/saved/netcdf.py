@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import math
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from transport.saved.columns import Column, Columns, Pieces, gathered
+from transport.saved.seal import check_seal, seal
 from transport.saved.tables import OWN, Table, Variable
 from transport.saved.whole import FileError
 
@@ -43,8 +43,7 @@ def write(
         group = written.create_group(OWN)
         group.dimensions["batch"] = batches
         for name, text in texts.items():
-            told = Variable((), np.array(text, dtype=object), {"crc32": _checksum(text)})
-            _write_variable(patient, group, name, told)
+            _write_variable(patient, group, name, Variable((), np.array(text, dtype=object)))
         for name, column in columns.items():
             axes = [f"{name}.{axis}" for axis in range(len(column.shape))]
             axes[:1] = ["batch"] if column.shape[0] == batches else axes[:1]
@@ -54,17 +53,20 @@ def write(
     finally:
         written.close()
     patient.check()
+    seal(file)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
-    """The texts of a file by name, and the pieces of its columns.  Raises what HDF5 raises where it is not whole."""
+    """The texts of a file by name, and the pieces of its columns.  Raises ValueError where it is not whole."""
     h5netcdf_for(path)
     import h5py  # by which h5netcdf reads; half-opened, as of a torn file, only this one closes without a word
 
-    with path.open("rb") as file, h5py.File(file, "r") as written:
-        group = written[OWN]
-        yield lambda name: _text(group[name]), lambda name, lengths: _pieces(group[name], lengths)
+    with path.open("rb") as file:
+        check_seal(file)
+        with h5py.File(file, "r") as written:
+            group = written[OWN]
+            yield lambda name: group[name].asstr()[()], lambda name, lengths: _pieces(group[name], lengths)
 
 
 class _PatientFile(io.RawIOBase):
@@ -139,7 +141,7 @@ def _write_variable(patient: _PatientFile, group, name: str, variable: Variable)
 
 
 def _write_pieces(patient: _PatientFile, group, name: str, axes: Sequence[str], column: Column):
-    """A variable, piece by piece; compressed, with a checksum of each chunk."""
+    """A variable, piece by piece, compressed."""
     _settle_axes(group, axes, column.shape)
     made = group.create_variable(
         name,
@@ -149,7 +151,6 @@ def _write_pieces(patient: _PatientFile, group, name: str, axes: Sequence[str], 
         compression="gzip",
         compression_opts=1,
         shuffle=True,
-        fletcher32=True,
     )
     begin = 0
     for piece in gathered(column.pieces, CHUNK):
@@ -172,18 +173,6 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
         chunks.insert(0, max(1, min(size, left)))
         left //= chunks[0]
     return tuple(chunks)
-
-
-def _text(variable) -> str:
-    found = np.asarray(variable[...]).item()
-    found = found.decode() if isinstance(found, bytes) else found
-    if variable.attrs["crc32"] != _checksum(found):  # which HDF5 keeps of chunks alone
-        raise ValueError(f"the checksum of {variable.name} is another")
-    return found
-
-
-def _checksum(text: str) -> str:
-    return f"{zlib.crc32(text.encode()):08x}"
 
 
 def _pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:

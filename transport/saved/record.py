@@ -6,7 +6,6 @@ The suffix decides: .nc is NetCDF-4, .npz a zip of arrays.  Nothing in it is run
 from __future__ import annotations
 
 import json
-import os
 import zlib
 from dataclasses import replace
 from os import PathLike
@@ -25,7 +24,7 @@ from transport.saved import netcdf, npz
 from transport.saved.columns import Columns, columns_of, values_of
 from transport.saved.plain import Pool, meant, plain
 from transport.saved.tables import tables_of
-from transport.saved.whole import FileError, written_whole
+from transport.saved.whole import FileError, check_writable, written_whole
 from transport.scene import Scene
 from transport.validation import SceneError, shown
 
@@ -127,8 +126,11 @@ def checked_place(what: str, path: object) -> Path:
     path = checked_path(what, path)
     if not path.parent.is_dir():
         raise FileError(f"{what} {path} is in no folder; make {path.parent} first")
-    if not os.access(path.parent, os.W_OK):
-        raise FileError(f"{what} {path}: its folder may not be written to; name another one")
+    try:
+        check_writable(path)
+    except OSError as error:
+        said = error.strerror or error
+        raise FileError(f"{what} {path} cannot be written: {said}; name another file or folder") from None
     return path
 
 

@@ -26,7 +26,7 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
     Raises FileError where the disk is full and the like.
     """
     path = Path(os.path.realpath(path))  # a link stays one
-    aside = path.with_name(f".{path.name}.{_mine()}-{next(_numbers)}.part")
+    aside = _beside(path)
     try:
         _remove_left_over(path)
         try:
@@ -44,6 +44,21 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
     except OSError as error:
         said = error.strerror or error
         raise FileError(f"cannot write {path}: {said}; {_cure(path)}") from error
+
+
+def check_writable(path: Path) -> None:
+    """Raises OSError where a file could not be written in place of this one: its folder is locked, its name too long."""
+    aside = _beside(Path(os.path.realpath(path)))
+    try:
+        aside.open("w+b").close()
+    finally:
+        with suppress(OSError):
+            aside.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> Path:
+    """Where it is written before it is put in place."""
+    return path.with_name(f".{path.name}.{_mine()}-{next(_numbers)}.part")
 
 
 def _cure(path: Path) -> str:
