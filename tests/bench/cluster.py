@@ -80,6 +80,7 @@ def seen() -> list[tuple[float, float]]:
 
 
 if __name__ == "__main__":
-    from tests.bench import cluster  # whose SPANS its functions find at the workers, as those of __main__ do not
+    # Its functions find its SPANS at the workers, as those of __main__ do not.
+    from tests.bench import cluster
 
     cluster.main()
