@@ -290,12 +290,6 @@ def test_a_worker_of_other_sources_is_refused_by_name(cluster, whole, tmp_path, 
     assert "worker tcp://127.0.0.1:" in said and "of sources" in said and "cannot import transport" in said
 
 
-def test_a_late_worker_without_transport_does_no_harm(whole, tmp_path, monkeypatch):
-    with DaskCluster(1) as mixed:
-        come_late(monkeypatch, mixed, without_transport(tmp_path / "stranger"))
-        assert_same(tp.simulate(scene(), **MANY, cluster=mixed.address).batches, whole.batches)
-
-
 @pytest.mark.parametrize(
     ("cluster", "said"),
     [

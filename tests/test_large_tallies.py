@@ -6,6 +6,7 @@ Here pages and parts are made so small that ordinary scenes have many of them.
 import pickle
 import subprocess
 import sys
+import tempfile
 import tracemalloc
 
 import numpy as np
@@ -95,9 +96,9 @@ def test_numbers_stay_in_memory_where_the_disk_is_full_or_files_lie_there(all_as
     assert isinstance(aside.room_for(3, float), np.memmap)
     (tmp_path / "mounts").write_text(f"disk / ext4 rw 0 0\ntmpfs {tmp_path / 'fast'} tmpfs rw 0 0\n")
     monkeypatch.setattr(aside, "MOUNTS", tmp_path / "mounts")
-    monkeypatch.setattr(aside.tempfile, "gettempdir", lambda: str(tmp_path / "fast/of/a/job"))
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path / "fast/of/a/job"))
     assert (aside.has_files(), aside.bytes_free()) == (False, 0)
-    monkeypatch.setattr(aside.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
     assert aside.has_files() and aside.bytes_free() > 0
 
 

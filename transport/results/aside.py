@@ -8,8 +8,6 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
-import shutil
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +22,8 @@ def room_for(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
     kind = np.dtype(kind)
     size = int(np.prod(shape)) * kind.itemsize
     if size >= LARGE and has_files():
+        import tempfile  # which imports `random`: a script's own file of that name would be taken for it
+
         with contextlib.suppress(OSError), tempfile.TemporaryFile() as file:
             # A disk that is full says so here: at a write to the memory the process would die.
             os.posix_fallocate(file.fileno(), 0, size)
@@ -53,6 +53,8 @@ def has_files() -> bool:
     """Whether temporary files can be mapped, and do not lie in memory themselves."""
     if not (hasattr(os, "posix_fallocate") and hasattr(mmap, "MADV_DONTNEED")):
         return False
+    import tempfile
+
     folder, kinds = Path(tempfile.gettempdir()).resolve(), {}
     with contextlib.suppress(OSError):
         lines = (line.split() for line in MOUNTS.read_text().splitlines())
@@ -63,4 +65,7 @@ def has_files() -> bool:
 
 def bytes_free() -> int:
     """How much there is room for."""
+    import shutil
+    import tempfile
+
     return shutil.disk_usage(tempfile.gettempdir()).free if has_files() else 0
