@@ -154,7 +154,11 @@ def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whol
             cluster.start_worker()
 
     happening(monkeypatch, act)
-    assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+    with pytest.warns(hiring.WaitingWarning) as told:
+        assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
+    first, *_, last = (str(warning.message) for warning in told)
+    assert first.endswith(f"no scheduler answers at {cluster.address}; the run waits")
+    assert last.endswith("the cluster is there again; the run goes on")
     assert [record.getMessage() for record in heard if record.threadName.startswith("transport-")] == []
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+import warnings
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -9,6 +11,7 @@ from transport.cluster.groups import SECONDS, Groups, Pace
 from transport.cluster.line import Line
 from transport.results.batches import Batch
 from transport.runs.crew import GLANCE, InOrder
+from transport.runs.hiring import WaitingWarning
 from transport.runs.memory import memory_left
 from transport.runs.state import Origin
 
@@ -28,7 +31,7 @@ class ClusterCrew(InOrder):
         self.line, self.seed, self.count = line, seed, count
         self.group_seconds = SECONDS if seconds is None else min(SECONDS, seconds / FEWEST)
         self.most_ahead = max(AHEAD, (memory_left() or 0) // 4)
-        self.pace = Pace()
+        self.pace, self.trouble = Pace(), None
 
     @property
     def origins(self) -> tuple[Origin, ...]:
@@ -47,6 +50,7 @@ class ClusterCrew(InOrder):
             while self.next < past:
                 if not self._take_in(GLANCE):
                     yield None
+                self._tell_trouble()
                 yield from self._whose_turn_it_is()
                 self.line.turn(self.next)
         finally:
@@ -54,6 +58,18 @@ class ClusterCrew(InOrder):
             with suppress(Exception):  # of what is wanted no more
                 while self._take_in(0):
                     pass
+
+    def _tell_trouble(self) -> None:
+        """Warn where nobody is there any more, and where they are there again: the log of a job is to tell."""
+        if self.line.trouble == self.trouble:
+            return
+        self.trouble = self.line.trouble
+        what = (
+            f"{self.trouble}; the run waits"
+            if self.trouble
+            else "the cluster is there again; the run goes on"
+        )
+        warnings.warn(f"{time.strftime('%Y-%m-%d %H:%M:%S')}: {what}", WaitingWarning, stacklevel=2)
 
     def _take_in(self, seconds: float) -> bool:
         """Keep what comes within so long; whether anything came."""

@@ -52,6 +52,7 @@ class Line:
         self.telling: asyncio.Task | None = None  # those that came late
         self.refused: dict[str, str] = {}  # workers that are not to be used, and why
         self.origins: dict = {}  # of those that are, in the order in which they came
+        self.trouble: str | None = None  # what keeps a run that has begun waiting
         self.sent, self.is_begun, self.is_over = 0, False, False
 
     # ---- called by the run ----
@@ -177,7 +178,7 @@ class Line:
         if not self.there.keys() - self.refused.keys():
             self._bear(f"no workers at {client.scheduler.address}")
             return
-        self.heard = time.monotonic()
+        self.heard, self.trouble = time.monotonic(), None
         if not self.is_begun:
             await self._muster(client)
             return
@@ -307,6 +308,7 @@ class Line:
     def _bear(self, what: str, error: Exception | None = None) -> None:
         """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""
         self.doing = what
+        self.trouble = what if self.is_begun else None
         if error is not None and not self.is_begun:
             cure = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
             raise SceneError(f"simulate: cluster: {what} ({error}); {cure}")
