@@ -43,6 +43,12 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture
+def small_groups(monkeypatch):
+    """Of a cluster: so that many are out when something happens."""
+    monkeypatch.setattr("transport.cluster.crew.SECONDS", 0.01)
+
+
+@pytest.fixture
 def call(tmp_path, monkeypatch):
     """Call the command line in a folder of its own, with experiment files written there: call("run", "disk.py")."""
     from typer.testing import CliRunner

@@ -29,6 +29,13 @@ EACH = 12  # batches of a part
 PARTS = [*itertools.product((*THREADS, *WORKERS), repeat=2), ("four workers", "processes")]
 MANY = {"particles": 150_000, "batches": EACH * len(PARTS), "seed": 3}
 
+pytestmark = [
+    pytest.mark.usefixtures("small_groups"),
+    pytest.mark.filterwarnings(
+        "ignore::transport.runs.hiring.WaitingWarning"
+    ),  # which a scheduler that restarts is meant to give
+]
+
 
 @pytest.fixture(scope="module")
 def cluster():
@@ -39,12 +46,6 @@ def cluster():
 @pytest.fixture(scope="module")
 def whole():
     return tp.simulate(scene(), **MANY, threads=2).batches
-
-
-@pytest.fixture(autouse=True)
-def small_groups(monkeypatch):
-    """So that many are out when something happens."""
-    monkeypatch.setattr("transport.cluster.crew.SECONDS", 0.01)
 
 
 def stopped(monkeypatch, what, after, **options):

@@ -35,6 +35,8 @@ from tests.test_cluster import come_late, happening, without_transport
 MANY = {"particles": 60_000, "batches": 300, "seed": 3}
 FEW = {"particles": 5_000, "seed": 4}
 
+pytestmark = pytest.mark.usefixtures("small_groups")
+
 
 @pytest.fixture(scope="module")
 def cluster():
@@ -45,12 +47,6 @@ def cluster():
 @pytest.fixture(scope="module")
 def whole():
     return tp.simulate(scene(), **MANY, threads=2).batches
-
-
-@pytest.fixture(autouse=True)
-def small_groups(monkeypatch):
-    """So that many are out when something happens."""
-    monkeypatch.setattr("transport.cluster.crew.SECONDS", 0.01)
 
 
 # ---- a worker that comes late and has no transport ----

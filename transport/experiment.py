@@ -32,7 +32,7 @@ from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.runs.limits import checked_limits
 from transport.saved.checkpoints import NOT_SAVED
-from transport.saved.record import checked_place, scene_text
+from transport.saved.record import check_new, checked_place, scene_text
 from transport.saved.whole import FileError
 from transport.scene import Scene
 from transport.simulate import simulate
@@ -241,9 +241,9 @@ def _check_files(
     module: ModuleType, files: list[dict[str, object]], limits: dict[str, object], overwrite: bool
 ) -> None:
     """Refuse to write over other runs, and one run for several cases, before any is run."""
-    taken = [own["save"] for own in files if own["save"] is not None and own["save"] != own.get("resume")]
-    if not overwrite and (there := [path for path in taken if path.exists()]):
-        raise SceneError(f"--save: {there[0]} is there; say --overwrite to replace it, or name another file")
+    for own in files:
+        if own["save"] is not None and own["save"] != own.get("resume"):
+            check_new("--save", own["save"], overwrite)
     resume = limits.get("resume")
     if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
         own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"

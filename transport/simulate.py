@@ -110,10 +110,7 @@ def _run(
         )
         result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
         if saved is not None:
-            from transport.saved.resuming import lasting_warnings
-
-            run.go_on_with(saved.state, saved.cost)
-            run.warnings += lasting_warnings(saved)
+            run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))
         if keep is not None:
             run.between = lambda run: keep.if_due(run, result_of)
         run.go()
@@ -132,6 +129,12 @@ def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | 
     from transport.saved.resuming import run_to_go_on_with
 
     return run_to_go_on_with(resume, checkpoint)
+
+
+def _lasting_warnings(saved: Result) -> list[str]:
+    from transport.saved.resuming import lasting_warnings
+
+    return lasting_warnings(saved)
 
 
 def _way(scene: Scene, asked: Asked, saved: Result | None) -> Way:

@@ -43,7 +43,7 @@ class Line:
         self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
         self.run = (
             self.name
-        )  # by which workers know it: another with each connection, as late news of the last may come
+        )  # by which workers know it; another with each connection, as news of the last may be late
         self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
         self.groups: Groups | None = None
         self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it

@@ -51,13 +51,12 @@ def merge(
       transport merge part1.nc part2.nc --out whole.nc
     """
     from transport.saved import merge
-    from transport.saved.record import checked_place
+    from transport.saved.record import check_new, checked_place
 
     checked_place("--out", out)
     if out.exists() and out.resolve() in {file.resolve() for file in files}:
         raise SceneError(f"--out: {out} is one of the files to merge; leave it out there, or name another")
-    if out.exists() and not overwrite:
-        raise SceneError(f"--out: {out} is there; say --overwrite to replace it, or name another file")
+    check_new("--out", out, overwrite)
     whole = merge(*files)
     whole.save(out)
     _tell(whole, json)

@@ -25,7 +25,7 @@ from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike, scores_of_cell
 from transport.results.solid_angles import solid_angles_of
-from transport.results.stacked import Stacked, totals_of
+from transport.results.stacked import Stacked, counts_told, totals_of
 from transport.units import Unit
 from transport.validation import SceneError, shown
 
@@ -185,7 +185,7 @@ class ViewReading(Quantified):
         if isinstance(self.detector, Camera):
             values = values * (self._plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
-        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+        counts = counts_told(counts)
         return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
 
     @cached_property
@@ -213,8 +213,7 @@ class ViewReading(Quantified):
         if isinstance(self.detector, PointDetector):
             return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
         edges = self.detector.edges()
-        totals = self._arranged(counts)
-        totals = totals if isinstance(totals, Stacked) else totals.sum(axis=0)
+        totals = counts_told(self._arranged(counts))
         values, unit = self._arranged(values), Unit.parse("1")
         return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
@@ -255,15 +254,12 @@ class ViewReading(Quantified):
     def _arranged(self, cells: np.ndarray | Stacked) -> np.ndarray | Stacked:
         """(B, cells), the first axis of the sensor's bins slowest: pixels as they are, cosines and turns as (theta, phi)."""
         sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
+        is_image = isinstance(self.detector, Camera)
+        bins = tuple(sizes if is_image else sizes[::-1])
         if isinstance(cells, Stacked):
-            return (
-                cells.split(tuple(sizes))
-                if isinstance(self.detector, Camera)
-                else cells.split(tuple(sizes[::-1])).swapped()
-            )
-        if isinstance(self.detector, Camera):
-            return cells.reshape(-1, *sizes)
-        return cells.reshape(-1, sizes[1], sizes[0]).swapaxes(1, 2)[:, ::-1]
+            return cells.split(bins) if is_image else cells.split(bins).swapped()
+        values = cells.reshape(-1, *bins)
+        return values if is_image else values.swapaxes(1, 2)[:, ::-1]
 
     def _upright(self, rows: np.ndarray) -> np.ndarray:
         return rows[::-1] if isinstance(self.detector, Camera) else rows

@@ -13,7 +13,7 @@ from transport.compile.looks import bin_counts, block_rows, is_blocked
 from transport.detectors import Detector
 from transport.results.batches import Batch
 from transport.results.estimates import Estimate, EstimateArray
-from transport.results.stacked import Box, Stacked, in_box, is_large
+from transport.results.stacked import Box, Stacked, counts_told, in_box, is_large
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
@@ -115,7 +115,7 @@ class MeterSums:
         sizes = self.run.sizes.reshape(-1, *(1,) * len(shape))
         values = values.reshape(len(values), *shape) / sizes
         counts = counts.reshape(len(counts), *shape)
-        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+        counts = counts_told(counts)
         if not axes:
             return Estimate(values, self.run, unit, exact=exact, counts=int(counts))
         units = {} if self.detector.positions is None else self.detector.positions.units(self.shape)

@@ -15,7 +15,7 @@ from transport.results.batches import Batch
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
 from transport.results.records import chance_alike, chosen_of, told_apart
-from transport.results.stacked import Box, Stacked, in_box, is_large, over_batches
+from transport.results.stacked import Box, Stacked, counts_told, in_box, is_large, over_batches
 from transport.scene_speeds import scene_mass, why_no_mass
 from transport.speeds.maxwellian import BOLTZMANN
 from transport.units import Unit
@@ -188,7 +188,7 @@ class PhaseReading(Quantified):
         shape = self._shape if self.phase_space.is_series else self._shape[1:]
         values = values / self._run.sizes.reshape(-1, *(1,) * len(self._shape))
         values, counts = (each.reshape(len(self._batches), *shape) for each in (values, counts))
-        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+        counts = counts_told(counts)
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
 
     def _by_time(

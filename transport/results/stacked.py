@@ -125,6 +125,11 @@ def totals_of(values: np.ndarray | Stacked) -> np.ndarray:
     return values.reshape(len(values), -1).sum(axis=1)
 
 
+def counts_told(counts: np.ndarray | Stacked) -> np.ndarray | Stacked:
+    """Counts (B, *dims) as an EstimateArray takes them: summed over the batches, of very many bins once they are asked for."""
+    return counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+
+
 def over_batches(values: np.ndarray | Stacked) -> np.ndarray:
     """Sums over the batches, (*dims)."""
     if not isinstance(values, Stacked):

@@ -14,7 +14,7 @@ from transport.results.quantified import Quantified
 from transport.results.scores import Scores
 from transport.results.shut_in import shut_in
 from transport.results.sizes import possible_of, scores_alike
-from transport.results.stacked import Stacked, in_box, is_large, over_batches, totals_of
+from transport.results.stacked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
 from transport.results.survivors import doubt, missing_survivors
 from transport.shapes import Box, Sphere
 from transport.units import Unit
@@ -228,7 +228,7 @@ class VolumeReading(Quantified):
         """Sums (B, *axes) of a run's batches as means over its histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
-        counts = counts if isinstance(counts, Stacked) else counts.sum(axis=0)
+        counts = counts_told(counts)
         if not axes:
             return Estimate(values, self._run, unit, is_sure, int(counts))
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts, is_sure)

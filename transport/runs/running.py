@@ -58,8 +58,9 @@ class Run:
     done: int = 0  # batches of it
     is_idle_told: bool = False
 
-    def go_on_with(self, saved: State, cost: Cost | None) -> None:
-        """Begin where a saved run stood, which cost so much."""
+    def go_on_with(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
+        """Begin where a saved run stood, which cost so much, and of which this is still to be said."""
+        self.warnings += warnings
         self.saved, self.origins = saved, saved.origins or (this_origin(),)
         self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
 

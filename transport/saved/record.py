@@ -134,6 +134,12 @@ def checked_place(what: str, path: object) -> Path:
     return path
 
 
+def check_new(what: str, path: Path, overwrite: bool) -> None:
+    """Raises FileError for a file that is there, unless that may be replaced."""
+    if path.exists() and not overwrite:
+        raise FileError(f"{what}: {path} is there; say --overwrite to replace it, or name another file")
+
+
 def _about(result: Result, columns: Columns) -> tuple[str, int]:
     """All but the columns and the scene as JSON text, and how many batches these are of."""
     pool = Pool()
