@@ -64,11 +64,12 @@ def test_a_second_run_in_the_same_file_is_refused_until_the_first_is_gone(tmp_pa
 def test_a_child_does_not_keep_what_its_parent_held(tmp_path):
     """Though it live on: the lock goes with the process that took it."""
     path = tmp_path / "run.npz"
-    holder = HOLDER.replace("sys.stdin.read()", "os.fork() or time.sleep(60); os._exit(0)").replace(
-        "import ", "import os, time, ", 1
-    )
-    other = subprocess.Popen([sys.executable, "-c", holder, str(path)], cwd=ROOT, start_new_session=True)
+    forks = "os.fork() or (print('child', flush=True), time.sleep(60)); os._exit(0)"
+    holder = "import os, time\n" + HOLDER.replace("sys.stdin.read()", forks)
+    command = [sys.executable, "-c", holder, str(path)]
+    other = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, start_new_session=True)
     try:
+        assert [other.stdout.readline() for _ in range(2)] == [b"held\n", b"child\n"]  # which is under way
         assert other.wait(20) == 0
         assert run(path, resume=path).particles == 1_000
     finally:
