@@ -93,16 +93,16 @@ ROOM = tp.Surface(tp.Box(center=(0, 0, 1), size=3.0), tp.Diffuse(0.5), "room")
 EMPTY = {
     "a lamp that looks away": (
         {"lamp": tp.Source(tp.Disk(normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))},
-        "it lies behind the sources",
+        "it lies behind every source",
     ),
-    "a lamp in a wall": ({"surfaces": WALL}, "every source lies inside Surface 'wall'"),
+    "a lamp in a wall": ({"surfaces": WALL}, "Surface 'wall' encloses every source"),
     "a meter in a wall": (
         {"surfaces": WALL, "meter": tp.Disk(radius=0.1), "lamp": tp.Source(METER, tp.Lambertian(power=1.0))},
-        "Surface 'wall' shuts it in",
+        "Surface 'wall' encloses it",
     ),
     "a room that glows outwards": (
         {"surfaces": ROOM, "lamp": tp.Source("room", tp.Lambertian(power=1.0)), "meter": "room", "side": "inside"},
-        "every source emits from the outside of Surface 'room'; say side='inside'",
+        "every source emits from the outside of Surface 'room'. Write side='inside' in the source",
     ),
 }  # fmt: skip
 
@@ -132,11 +132,91 @@ def test_a_meter_that_only_missed_is_not_told_a_reason():
     )
 
 
-def test_a_meter_that_looks_away_is_noted_in_the_report():
-    note = "nothing arrives at this side, what crosses comes from behind: turn the normal, or say side='back'"
+def test_a_detector_that_faces_away_from_all_light_is_warned_of():
+    """One that light crosses from behind, an opaque one, and one that nothing has crossed yet; not one that reads its departures."""
     away = tp.Disk(center=(0, 0, 2), radius=0.5)
-    assert note in run(meter=away).report()
-    assert note not in run().report() and note not in run(meter=away, side="back").report()
+    warning = (
+        "nothing arrives at the front of detector 'meter', so its flux_in and irradiance are 0: all light comes from its"
+        " back. Write side='back', reverse its normal, or read flux_out and exitance"
+    )
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9.0, height=9.0), tp.Diffuse(0.5), "floor")
+    for surfaces in ((), floor):
+        assert run(meter=away, surfaces=surfaces).warnings == [warning]
+        assert not run(surfaces=surfaces).warnings
+    assert not run(meter=away, side="back").warnings
+    proof = (
+        "detector 'meter' counted nothing: its front faces away from every source, and nothing in front of it reflects or"
+        " scatters light. Reverse its normal, or write side='back'"
+    )
+    plate = tp.Surface(away, tp.Black(), "plate")
+    speck = tp.Disk(center=(0, 0, 2), radius=1e-6)
+    for estimator in ("analog", "backward"):
+        scene = tp.Scene(LAMP, plate, tp.Detector("plate", "meter"))
+        result = tp.simulate(scene, particles=400, seed=1, threads=1, estimator=estimator)
+        assert result.warnings == [proof] and not result.quality("meter.flux_in").is_sound
+    assert run(meter=speck).warnings == [proof]
+    assert not run(meter=tp.Disk(radius=0.5)).warnings  # on the lamp: its exitance
+
+
+def test_what_may_send_light_back_is_no_proof():
+    """A ceiling, a box of fog, fog all around, and a mirror that reaches past the plane: the detector was missed by chance."""
+    away = tp.Disk(center=(0, 0, 2), radius=1e-6)
+    fog = tp.Medium(absorption=0.1, scattering=0.1)
+    for surfaces, medium in (
+        (tp.Surface(tp.Disk(center=(0, 0, 3), radius=0.1), tp.Diffuse(0.5), "ceiling"), None),
+        (tp.Surface(tp.Box(center=(0, 0, 3), size=0.1), tp.Transparent(), inside=fog), None),
+        (tp.Surface(tp.Sphere(center=(2, 0, 1.95), radius=0.1), tp.Mirror(), "ball"), None),
+        ((), fog),
+    ):
+        scene = tp.Scene(LAMP, surfaces, tp.Detector(away, "meter"), medium=medium)
+        warnings = tp.simulate(scene, particles=400, seed=1, threads=1, progress=False).warnings
+        assert not any("faces away" in warning for warning in warnings), surfaces
+    behind = tp.Surface(tp.Sphere(center=(2, 0, 1.9), radius=0.1), tp.Mirror(), "ball")  # touches the plane
+    assert "faces away" in run(meter=away, surfaces=behind).warnings[0]
+
+
+LAMPS_IN_A_BOX = {
+    "a point": tp.Source(tp.Point(position=(0, 0, 0)), tp.Isotropic(power=1.0)),
+    "a disk on the ceiling": tp.Source(
+        tp.Disk(center=(0.3, 0, 1), normal=(0, 0, -1), radius=0.1), tp.Lambertian(power=1.0)
+    ),
+    "the walls": tp.Source("box", tp.Lambertian(power=1.0), side="inside"),
+}
+
+
+@pytest.mark.parametrize("lamp", LAMPS_IN_A_BOX)
+def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp):
+    """On the box, on its lid, round it, beside it, a volume and a point, with fog in the box: the cure is a side or a place."""
+    fog = tp.Medium(absorption=0.5, scattering=0.5)
+    box = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box", inside=fog)
+    detectors = [
+        tp.Detector("box", "walls"),
+        tp.Detector(tp.Disk(center=(0, 0, 1), radius=0.2), "lid"),
+        tp.Detector(tp.Sphere(radius=3.0), "round"),
+        tp.Detector(tp.Sphere(radius=3.0), "round, inwards", side="inside"),
+        tp.Detector(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.2), "beside"),
+        tp.VolumeDetector(tp.Box(center=(0, 0, 2), size=0.5), "volume"),
+    ]
+    scene = tp.Scene(LAMPS_IN_A_BOX[lamp], box, detectors)
+    warnings = tp.simulate(scene, particles=2000, seed=1, threads=1, progress=False).warnings
+    assert len(warnings) == len(detectors)
+    for warning, detector in zip(sorted(warnings), sorted(d.name for d in detectors), strict=False):
+        assert "roulette" not in warning and "Splitting" not in warning, detector
+    named = [d.name for d in detectors if d.name != "lid"]
+    for name in named:
+        assert any(f"{name!r} counted nothing: Surface 'box' encloses every source" in w for w in warnings), (
+            name
+        )
+    assert any("'lid' counted nothing: " in w for w in warnings)
+
+
+def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
+    lamp = tp.Source(tp.Disk(center=(0, 0, 1), radius=0.1), tp.Lambertian(power=1.0))
+    box = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box")
+    speck = tp.Disk(center=(5, 0, 2), normal=(-1, 0, 0), radius=1e-6)
+    assert not warnings_of(lamp=lamp, surfaces=box, meter=speck)
+    inner = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.1)
+    assert "Surface 'box' encloses it" in warnings_of(lamp=lamp, surfaces=box, meter=inner)[0]
 
 
 @pytest.mark.parametrize(

@@ -268,3 +268,30 @@ def test_what_is_exact_is_not_doubted():
     scene = tp.Scene([tp.Source(disk, tp.Lambertian(radiance=1.0))], (), [tp.Detector(disk, "meter")])
     quality = run(scene, 1000).quality("meter.flux_out")
     assert quality.is_sound and quality.relative_error == 0
+
+
+def test_a_run_without_a_score_is_not_sound_and_warns():
+    """Of a detector and a volume that were missed by chance; nor is a value of unknown error.  An exact one is."""
+    lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))
+    speck = tp.Detector(tp.Disk(center=(5, 0, 2), normal=(0, 0, -1), radius=1e-5), "speck")
+    volume = tp.VolumeDetector(tp.Box(center=(5, 0, 2), size=1e-4), "volume")
+    result = run(tp.Scene(lamp, (), [speck, volume]), 1000)
+    for name in ("speck.flux_in", "volume.fluence_rate"):
+        quality = result.quality(name)
+        assert not quality.is_sound and quality.doubts == ("no score, so the value is unknown, not 0",)
+        assert "sound" not in str(quality)
+    assert len(result.warnings) == 2
+    for warning, name in zip(result.warnings, ("detector 'speck'", "volume detector 'volume'"), strict=True):
+        assert warning.startswith(f"{name} has no score in 1000 particles, so its value is unknown, not 0.")
+    beam = tp.Source(tp.Disk(radius=1.0), tp.Beam((0, 0, 1), power=1.0))
+    target = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=2.0), "target")
+    alike = run(tp.Scene(beam, (), [target, tp.Detector(tp.Disk(radius=1.0), "lamp")]), 1000)
+    assert alike["target"].flux_in.reason == "every batch gave the same"
+    assert alike.quality("target.flux_in").doubts == ("the error is unknown: every batch gave the same",)
+    assert alike.quality("lamp.flux_out").is_sound and alike["lamp"].flux_out.exact
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_an_error_that_is_not_finite_is_not_sound(value):
+    estimate = Estimate(np.full(32, value), Batches(np.full(32, 10)), "1")
+    assert not quality_of(estimate).is_sound

@@ -14,14 +14,16 @@ SHELLS = {
 }
 
 
-def warned(material, shape=SHELLS["box"], lamp=LAMP, place=(0.1, 0, 0), size=0.5):
+def warned(
+    material, shape=SHELLS["box"], lamp=LAMP, place=(0.1, 0, 0), size=0.5, words="'shell' encloses it"
+):
     shell = tp.Surface(shape, material, "shell")
     detectors = [tp.PointDetector(place, "p"), tp.VolumeDetector(tp.Box(center=place, size=size), "v")]
     if shape == SHELLS["box"]:
         detectors.append(tp.VolumeDetector("shell", "all"))
     scene = tp.Scene(lamp, shell, detectors)
     result = tp.simulate(scene, particles=500, seed=1, threads=1, progress=False)
-    return [warning for warning in result.warnings if "'shell' shuts it in" in warning]
+    return [warning for warning in result.warnings if words in warning]
 
 
 @pytest.mark.parametrize("name", SHELLS)
@@ -39,9 +41,14 @@ def test_what_lets_light_in_or_has_a_source_in_it_is_not_told():
     for inside in (
         tp.Source(tp.Point(position=(0, 0, 0.9)), up),  # which both miss
         tp.Source(tp.Disk(center=(0, 0, 0.9), radius=3.0), up),  # in and outside
-        tp.Source("shell", tp.Lambertian(power=1.0)),  # on the shell itself, outwards
     ):
         assert not warned(tp.Black(), lamp=inside)
+
+
+def test_a_source_on_the_outside_of_the_shell_is_told_its_side():
+    lamp = tp.Source("shell", tp.Lambertian(power=1.0))
+    found = warned(tp.Black(), lamp=lamp, words="emits from the outside of Surface 'shell'")
+    assert len(found) == 3 and all("side='inside'" in warning for warning in found)
 
 
 def test_what_lies_outside_or_in_the_wall_is_not_told():

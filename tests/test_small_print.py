@@ -37,8 +37,10 @@ def blind(result):
 def test_the_outside_of_a_wall_round_the_light_is_warned_of():
     wall = tp.Surface(SMALL, tp.Black(), "wall")
     result = run(LAMP, wall, [tp.Detector("wall", "meter"), tp.Detector("wall", "other", side="inside")])
-    expected = "detector 'meter' counted nothing on the outside of its shape; side='inside' looks inwards"
-    assert blind(result) == [expected]
+    why = "Surface 'wall' encloses every source and lets no light through"
+    assert blind(result) == [
+        f"detector 'meter' counted nothing: {why}. Write side='inside', or move a source outside"
+    ]
     assert result["meter"].is_blind
     assert not result["other"].is_blind
 
@@ -55,14 +57,13 @@ def test_what_only_leaves_or_only_arrives_is_counted():
         assert blind(result) == []
 
 
-def test_an_open_shape_and_the_inside_of_a_closed_one_may_be_dark():
+def test_detectors_inside_a_black_wall_name_it():
     wall = tp.Surface(SMALL, tp.Black(), "wall")
     sky = tp.Source(LARGE, tp.Lambertian(radiance=1.0), side="inside")
     dark = [tp.Detector("wall", "within", side="inside"), tp.Detector(tp.Disk(radius=0.1), "disk")]
     result = run(sky, wall, dark)
-    assert result["within"].is_blind
-    assert result["disk"].is_blind
-    assert blind(result) == []
+    warnings = blind(result)
+    assert len(warnings) == 2 and all("Surface 'wall' encloses it" in warning for warning in warnings)
 
 
 # ---- quantities that need a mass ----
@@ -195,7 +196,7 @@ def test_a_run_tells_whose_warnings_they_are():
         experiment_of(cases, scene=scene, measure=lambda result: {"flux": result["meter"].flux_in}), seed=1
     )
     [warning] = warnings_of(outcomes)
-    assert warning.startswith("4 of 5 cases: detector 'meter' counted nothing on the outside")
+    assert warning.startswith("4 of 5 cases: detector 'meter' counted nothing: Surface 'wall' encloses every")
 
 
 # ---- the table of effects ----

@@ -18,6 +18,7 @@ from transport.compile.adjoint import Part
 from transport.detectors import Detector
 from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
+from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
@@ -43,7 +44,7 @@ def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Q
 class BackwardReading(Reading):
     """A Detector's quantities of what arrives; see BACKWARD_QUANTITIES.  Raises SceneError for all others."""
 
-    known = BACKWARD_QUANTITIES
+    known, note = BACKWARD_QUANTITIES, None
 
     def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
         super().__init__(result, detector)
@@ -72,7 +73,10 @@ class BackwardReading(Reading):
 
     @cached_property
     def warning(self) -> str | None:
-        return warning_of(self._cell_sums, self.name)
+        """What to know before trusting it."""
+        scene, title = self._plan.turned.scene, f"detector {self.name!r}"
+        why = why_dark(scene, title, self.sums.shape, self.detector) if self.is_blind else None
+        return why or warning_of(self._cell_sums, self.name)
 
     def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
         self._check(side, "weights")
@@ -239,7 +243,9 @@ class ViewReading(Quantified):
     @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it."""
-        return warning_of(self._sums, self.name)
+        scene, title = self._result.scene, f"detector {self.name!r}"
+        why = why_dark(scene, title, self.detector.position) if self.is_blind else None
+        return why or warning_of(self._sums, self.name)
 
     def __repr__(self) -> str:
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"

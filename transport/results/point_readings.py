@@ -12,11 +12,11 @@ from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
 from transport.results import near_walls
 from transport.results.deep_ways import why_so_deep
+from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate
 from transport.results.peaked import doubt_of_forward_point
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
-from transport.results.shut_in import shut_in
 from transport.results.sizes import scores_of_point
 from transport.results.unvisited import unvisited_wall
 from transport.shapes import Point
@@ -82,7 +82,9 @@ class PointReading(Quantified):
         position, fluence = self.detector.position, self.fluence_rate
         if self.is_blind:
             title, particles = f"point detector {self.name!r}", int(self._run.sizes.sum())
-            return shut_in(self._plan, title, position) or why_so_deep(self._plan, title, position, particles)
+            return why_dark(self._plan.scene, title, position) or why_so_deep(
+                self._plan, title, position, particles
+            )
         near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
         near = near or self._unvisited or self._peaked
         if near or self.carriers >= FEW or not fluence.relative_error > SMALL:

@@ -64,13 +64,14 @@ def quality_of(
     """The quality of an estimate of one run.
 
     scores: how many there are of each size, None where that is not known;  particles: histories of the run, by which
-    it is told how many did not score.  What is exact, and what nothing scored in, is not doubted.
+    it is told how many did not score.  What is exact is not doubted; a value without a score, or of unknown error, is.
     """
     relative = estimate.relative_error
     merit = 1 / (relative**2 * seconds) if relative > 0 else math.inf if relative == 0 else math.nan
     if not 0 < relative < math.inf or estimate.run is None:
-        unknown = (math.nan,) * 5
-        return Quality(relative, merit, scores.number if scores else 0, *unknown)
+        return Quality(
+            relative, merit, scores.number if scores else 0, *(math.nan,) * 5, _of_unknown(estimate)
+        )
     values = _alike(estimate)
     trend, alone = trend_of(values), outlier_of(values)
     number, vov, slope, unseen = 0, math.nan, math.nan, math.nan
@@ -83,6 +84,15 @@ def quality_of(
     doubts = _doubts(scores, carriers, slope, unseen, lone, trend, alone)
     numbers = map(float, (carriers, vov, slope, unseen, trend))
     return Quality(relative, merit, number, *numbers, tuple(doubts))
+
+
+def _of_unknown(estimate: Estimate) -> tuple[str, ...]:
+    """What speaks against an error that is not a finite number."""
+    if math.isfinite(estimate.error):
+        return ()
+    if estimate.reason == "no score":
+        return ("no score, so the value is unknown, not 0",)
+    return (f"the error is unknown: {estimate.reason or 'not finite'}",)
 
 
 def _alike(estimate: Estimate) -> np.ndarray:

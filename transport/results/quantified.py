@@ -12,6 +12,7 @@ class Quantified:
     name: str
     known: tuple[str, ...] = ()
     title = ""  # in front of its name, in messages
+    note: str | None = None  # what a result's warnings say of it beside its `warning`
 
     @property
     def quantities(self) -> dict[str, Estimate | EstimateArray]:

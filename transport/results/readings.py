@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from transport.detectors import Detector
-from transport.results.empty_meters import why_empty
+from transport.results.deep_ways import why_so_deep
+from transport.results.empty_detector import why_dark, why_wrong_side
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.peaked import doubt_of_forward_rays
@@ -76,13 +77,25 @@ class Reading(Quantified):
 
     @cached_property
     def warning(self) -> str | None:
-        """What to know before trusting it, where a history that has not come yet would outweigh all that came."""
-        if not any(self.sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
-            particles = int(self.sums.run.sizes.sum())
-            if why := why_empty(self._plan, self.detector, particles):
+        """What to know before trusting it: why it counted nothing, or what a history that has not come would outweigh."""
+        sums, title = self.sums, f"detector {self.name!r}"
+        if not any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
+            particles = int(sums.run.sizes.sum())
+            if why := self._why_dark or why_so_deep(self._plan, title, sums.shape, particles):
                 return why
-        doubt = doubt_of_meter(self.sums, self.is_blind) or doubt_of_rays(self.sums, self.flux_in)
-        return doubt or doubt_of_forward_rays(self.sums, self.flux_in)
+        doubt = doubt_of_meter(sums, self.is_blind) or doubt_of_rays(sums, self.flux_in)
+        return doubt or doubt_of_forward_rays(sums, self.flux_in)
+
+    @cached_property
+    def note(self) -> str | None:
+        """That nothing arrived at this side, where geometry or departures say that it is the wrong one."""
+        if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
+            return None
+        return why_wrong_side(self._scene, self.sums.shape, self.detector, self.is_blind)
+
+    @cached_property
+    def _why_dark(self) -> str | None:
+        return why_dark(self._scene, f"detector {self.name!r}", self.sums.shape, self.detector)
 
     @cached_property
     def flux_in(self) -> Estimate | EstimateArray:

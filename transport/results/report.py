@@ -7,11 +7,9 @@ from transport.estimators.expected import counted_as_they_come
 from transport.estimators.methods import ANALOG
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
-from transport.results.empty_meters import wrong_way
 from transport.results.estimates import Estimate
 from transport.results.footprint import batches_that_fit, bytes_of_a_batch
 from transport.results.prices import price_lines
-from transport.results.readings import Reading
 from transport.volumes import VolumeDetector
 
 MOST_SEEDS = 6  # that are told one by one
@@ -34,8 +32,6 @@ def report_of(result) -> str:
         for name, quantity in reading.quantities.items():
             lines.append(f"  {name:17s} {quantity if isinstance(quantity, Estimate) else repr(quantity)}")
         lines += [f"  {line}" for line in price_lines(result, detector.name)]
-        if result.plan.turned is None and isinstance(reading, Reading) and (note := wrong_way(reading)):
-            lines.append(f"  {note}")
     lines += ["", *cost_lines(result)]
     warnings = result.warnings
     lines += [f"warning: {warning}" for warning in warnings] or [all_is_well(result)]

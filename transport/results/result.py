@@ -187,13 +187,9 @@ class Result:
         found += faint_sources(self.plan, self.particles)
         looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
+        found += filter(None, (self[look.name].note for look in looks))
         found += doubts_of(self)
         found += doubts_of_fluence(self)
-        for meter in self.scene.meters:
-            if self.scene.shape_of(meter).is_closed and not meter.is_back and self[meter.name].is_blind:
-                found.append(
-                    f"detector {meter.name!r} counted nothing on the outside of its shape; side='inside' looks inwards"
-                )
         aims = [source for source in self.scene.sources if source.aim is not None and is_forward]
         for detector in self.scene.meters if aims else ():
             looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]

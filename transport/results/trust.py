@@ -59,7 +59,15 @@ def doubts_of(result: Result) -> list[str]:
         reading = result[look.name]
         if not isinstance(reading, Reading | PointReading | VolumeReading) or reading.warning is not None:
             continue
-        doubted = ((title, q.doubts[0]) for title, q in _totals(result, reading) if not q.is_sound)
+        if reading.is_blind:
+            if reading.note is None:
+                found.append(
+                    f"{reading.title}{look.name!r} has no score in {result.particles} particles, so its value is unknown, not"
+                    f" 0. {CURE[0].upper()}{CURE[1:]}"
+                )
+            continue
+        judged = ((title, q) for title, q in _totals(result, reading) if not math.isnan(q.relative_error))
+        doubted = ((title, q.doubts[0]) for title, q in judged if not q.is_sound)
         title, doubt = next(doubted, (None, None))
         if doubt:
             found.append(f"the error of {title} is not to be trusted: {doubt}; {CURE}")

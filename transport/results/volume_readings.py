@@ -9,10 +9,10 @@ import numpy as np
 
 from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
+from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
-from transport.results.shut_in import shut_in
 from transport.results.sizes import possible_of, scores_alike
 from transport.results.stacked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
 from transport.results.survivors import doubt, missing_survivors
@@ -105,7 +105,7 @@ class VolumeReading(Quantified):
         title = f"volume detector {self.name!r}"
         if self.is_blind or not self._sums.any():
             shape, particles = self._volume.shape, int(self._run.sizes.sum())
-            why = shut_in(self._plan, title, shape) or why_so_deep(self._plan, title, shape, particles)
+            why = why_dark(self._plan.scene, title, shape) or why_so_deep(self._plan, title, shape, particles)
             if why:
                 return why
         cells = self._sums.sum(axis=-1)
