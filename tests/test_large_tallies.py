@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
+from transport import free_memory
 from transport.compile import compile_scene
 from transport.results import aside, footprint, in_parts, packed, stacked
 from transport.results.in_parts import InParts
@@ -246,17 +247,17 @@ def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(
     (groups / "a/b").mkdir(parents=True)
     (proc / "meminfo").write_text("MemTotal: 9000 kB\nMemAvailable:    8000 kB\n")
     (proc / "self/cgroup").write_text("0::/a/b\n")
-    monkeypatch.setattr(memory, "PROC", proc)
-    monkeypatch.setattr(memory, "GROUPS", groups)
-    assert memory.memory_left() == 8000 * 1024
+    monkeypatch.setattr(free_memory, "PROC", proc)
+    monkeypatch.setattr(free_memory, "GROUPS", groups)
+    assert free_memory.memory_left() == 8000 * 1024
     for where, most in (("a/b", "max"), ("a", "5000000")):
         (groups / where / "memory.max").write_text(f"{most}\n")
         (groups / where / "memory.current").write_text("3000000\n")
         (groups / where / "memory.stat").write_text("anon 5\ninactive_file 1000000\n")
-    assert memory.memory_left() == 3_000_000
+    assert free_memory.memory_left() == 3_000_000
     (proc / "meminfo").unlink()
     (groups / "a/memory.max").unlink()
-    assert memory.memory_left() is None
+    assert free_memory.memory_left() is None
 
 
 def test_the_report_says_why_there_are_fewer_batches(monkeypatch):

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.media.base import Phase, digest_of, settled_array, settled_phase
 from transport.media.medium import _isotropic, told
 from transport.shapes import Box
@@ -22,14 +23,18 @@ from transport.validation import (
     store,
 )
 
+BYTES_PER_VOXEL = (
+    32  # that making a grid and compiling a scene with it take beside the array given, measured at 300^3
+)
+
 
 @scene_object(kw_only=True)
 class Grid:
     """Voxels that fill `box`, an axis-parallel Box, evenly: used as Surface(grid.box, Transparent(), inside=grid).
 
     absorption, scattering: (nx, ny, nz) coefficients [m^-1], constant within each voxel, the first at the lower corner;
-    one of both may be left out or be a number.  The arrays are copied (8 bytes a voxel) and kept read-only; what is the
-    same everywhere takes no memory.  phase, index and emission [W m^-3 sr^-1] are the same in all voxels.
+    one of both may be left out or be a number, which takes no memory.  The arrays are copied and kept read-only: a run takes
+    up to 40 bytes per voxel, and more voxels than fit into memory are refused.  phase, index and emission [W m^-3 sr^-1] are the same in all voxels.
     """
 
     box: Box
@@ -43,6 +48,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         check_type(self, "box", Box, "a Box, as Box(size=(1, 1, 1))")
+        for name in ("absorption", "scattering"):
+            self._check_memory(name, getattr(getattr(self, name), "shape", ()))
         given = {name: self._settled(name) for name in ("absorption", "scattering")}
         shapes = [array.shape for array in given.values() if array.ndim == 3]
         if not shapes:
@@ -78,6 +85,15 @@ class Grid:
         """scattering / extinction of each voxel, 0 where nothing happens; made anew each time."""
         extinction = self.extinction
         return np.divide(self.scattering, extinction, out=np.zeros(self.shape), where=extinction > 0)
+
+    def _check_memory(self, name: str, shape: object) -> None:
+        """Refuse an array of more voxels than there is memory for, before it is copied."""
+        need = BYTES_PER_VOXEL * math.prod(shape) if isinstance(shape, tuple) else 0
+        left = memory_left() if need > ALWAYS else None
+        if left is not None and need > left:
+            figures = f"{size_text(need)}, and {size_text(left)} of memory are left"
+            cure = "use fewer voxels, or Medium(...) where all are alike"
+            refuse(self, f"{name} must fit into memory, got shape {shape}, which takes {figures}; {cure}")
 
     def _settled(self, name: str) -> np.ndarray:
         value = getattr(self, name)

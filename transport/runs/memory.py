@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from transport.compile.plan import Plan
+from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.results.aside import bytes_free
 from transport.results.footprint import (
     bytes_in_all,
@@ -21,9 +19,6 @@ from transport.results.footprint import (
 )
 from transport.runs.schedules import LARGEST_BATCH, Schedule
 from transport.validation import SceneError
-
-ALWAYS = 1 << 28  # bytes that are there
-PROC, GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 
 
 @dataclass(frozen=True)
@@ -44,9 +39,11 @@ class Need:
         return self.counting * self.threads + self.kept * self.batches + self.on_the_way
 
     def __str__(self) -> str:
-        parts = [f"{_size(self.counting)} on each of {self.threads} threads"] if self.threads else []
-        parts += [f"{_size(self.kept)} in each of {self.batches} batches"] if self.batches else []
-        parts += [f"{_size(self.on_the_way)} in those that come from the workers"] if self.on_the_way else []
+        parts = [f"{size_text(self.counting)} on each of {self.threads} threads"] if self.threads else []
+        parts += [f"{size_text(self.kept)} in each of {self.batches} batches"] if self.batches else []
+        parts += (
+            [f"{size_text(self.on_the_way)} in those that come from the workers"] if self.on_the_way else []
+        )
         return f"{', '.join(parts[:-1])} and {parts[-1]}" if len(parts) > 1 else parts[0]
 
 
@@ -87,7 +84,7 @@ def _refuse_beyond(plan: Plan, need: Need, what: str, cures: list[str]) -> None:
     left = memory_left()
     if left is not None and need.total > left:
         raise SceneError(
-            f"{what} take up to {_size(need.total)}, {need}, and {_size(left)} of memory are left;"
+            f"{what} take up to {size_text(need.total)}, {need}, and {size_text(left)} of memory are left;"
             f" {', or '.join([_fewer_bins(plan), *cures])}"
         )
 
@@ -110,41 +107,6 @@ def _most_kept(schedule: Schedule, saved: int) -> int:
     return min(schedule.most_kept, max(schedule.count, math.ceil(limits.particles / LARGEST_BATCH)))
 
 
-def memory_left() -> int | None:
-    """Bytes that this process may still take, as the system and its control groups tell; None where they do not."""
-    return min(_told(), default=None)
-
-
-def _told() -> Iterator[int]:
-    with contextlib.suppress(OSError, ValueError, KeyError):
-        yield _fields(PROC / "meminfo")["MemAvailable"] * 1024
-    groups = []
-    with contextlib.suppress(OSError):
-        groups = [line.split(":", 2) for line in (PROC / "self/cgroup").read_text().splitlines()]
-    for _, controllers, path in groups:
-        if controllers == "":  # version 2
-            yield from _of_group(GROUPS, path, "memory.max", "memory.current", "inactive_file")
-        elif "memory" in controllers.split(","):
-            names = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-            yield from _of_group(GROUPS / "memory", path, *names)
-
-
-def _of_group(root: Path, path: str, most: str, used: str, cache: str) -> Iterator[int]:
-    """What a control group and those above it leave; files that are only remembered make room."""
-    here = Path(path.lstrip("/"))
-    for group in (here, *here.parents):
-        with contextlib.suppress(OSError, ValueError):
-            limit = int((root / group / most).read_text())  # "max" where there is none
-            remembered = _fields(root / group / "memory.stat").get(cache, 0)
-            yield max(0, limit - int((root / group / used).read_text()) + remembered)
-
-
-def _fields(path: Path) -> dict[str, int]:
-    """The numbers of a file of names and numbers."""
-    lines = (line.replace(":", " ").split() for line in path.read_text().splitlines())
-    return {line[0]: int(line[1]) for line in lines if len(line) > 1}
-
-
 def _fewer_bins(plan: Plan) -> str:
     """Where most of them are."""
     meters = {f"detector {meter.name!r}": rows_of(plan.scene, meter) for meter in plan.scene.meters}
@@ -153,7 +115,3 @@ def _fewer_bins(plan: Plan) -> str:
         meters[f"volume detector {volume.detector.name!r}"] = cells * int(volume.row["rows"])
     name = max(meters, key=meters.get, default=None)
     return f"take fewer bins ({name} has {meters[name]:_})" if name else "take fewer bins"
-
-
-def _size(number: float) -> str:
-    return f"{number / 1e9:.3g} GB" if number >= 1e9 else f"{number / 1e6:.3g} MB"

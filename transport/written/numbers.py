@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from transport.runs.memory import ALWAYS, memory_left
+from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.validation import as_float
 from transport.written.parsing import said
 
@@ -75,7 +75,7 @@ def _check_size(shape: list[int]) -> None:
         raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MOST_NUMBERS:.3g}")
     need, left = READING * count, memory_left() if READING * count > ALWAYS else None
     if left is not None and need > left:
-        figures = f"{need / 1e9:.3g} GB while they are read, and {left / 1e9:.3g} GB of memory are left"
+        figures = f"{size_text(need)} while they are read, and {size_text(left)} of memory are left"
         raise ValueError(f"{asked}, {figures}; take fewer")
 
 
