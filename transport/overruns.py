@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from transport.materials.surface import titled
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
+NAMED = 6  # surfaces that a message names one by one
 LONG = 10_000  # crossings of a history in the mean, beyond which smaller batches are no cure
 
 
@@ -57,6 +59,18 @@ def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError
     return OverrunError(
         f"simulate: a batch made {crossings} crossings, {each:.2g} of each of the {started} histories that had set out,"
         f" more than its exact sums hold; {cure}"
+    )
+
+
+def endless(plan: Plan, surfaces: list[int], started: int) -> OverrunError:
+    """Of a batch in which no history ends; surfaces: the numbers of those that its lanes met last."""
+    names = [titled(plan.scene.surfaces[number], number) for number in surfaces[:NAMED]]
+    if len(surfaces) > NAMED:
+        names.append(f"{len(surfaces) - NAMED} more")
+    where = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+    return OverrunError(
+        f"simulate: no history ends: {started} particles were followed, last seen at {where or 'no surface'}, and none was"
+        " absorbed or escaped. Let a surface or a medium there absorb a little, or give the scene a duration"
     )
 
 

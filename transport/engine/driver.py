@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 from numba import config, float64, int64, njit
 
-from transport.compile.layout import ABSORBED, RECORD, WAY
+from transport.compile.layout import ABSORBED, RECORD, SURFACE_MASK, SURFACE_SHIFT, WAY
 from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
 from transport.engine.bank import FIELDS, ROOM
@@ -18,13 +18,16 @@ from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.plain import PlainRecord
 from transport.engine.program import Program
-from transport.overruns import too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
+from transport.overruns import endless, too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
 from transport.physics.streams import SHARES, random_words, uniform
 
 REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which serves a part of the lanes
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
 MOST_COPIES_EACH = 20_000  # of a history in the mean, and as many for each lane
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
+# Crossings and collisions of a bundle while no history ends, after which none is expected to: 1e6 crossings per lane of a
+# full bundle, or as many as 15 histories make before each is given up (surfaces.MOST_EVENTS).
+TRAPPED, TRAPPED_IN_MEDIA = 256 * 10**6, 1 << 30
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
@@ -92,7 +95,9 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter, end = 0, 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
+    quiet, quiet_in_media = 0, 0  # crossings and collisions when a history last began or ended
     while True:
+        before, begun, given_up = live, history + copied, b.given_up
         live = _fill_line(b, live)
         while b.banked > 0 and live < LANES:
             taken = min(LANES - live, b.banked)
@@ -125,8 +130,13 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
             _trace(b, handle, sight)
             if live == 0:
                 break
+        if history + copied != begun or live != before - (b.given_up - given_up):
+            quiet, quiet_in_media = b.crossings, b.collisions
+        elif b.crossings - quiet >= TRAPPED or b.collisions - quiet_in_media >= TRAPPED_IN_MEDIA:
+            b.trapped = live
         if (
             b.stop != 0
+            or b.trapped != 0
             or b.overfull != 0
             or b.crossings >= MOST_CROSSINGS
             or max(b.scored, sight[0][0].scored) >= MOST_SCORED
@@ -251,7 +261,7 @@ def run_batch(
 
     bundle: memory to work in; another thread may read its `started` and set its `stop`.  batches: how many of them
     the run has, among which the sample of a Snapshot is divided.
-    Raises Stopped if it was, and OverrunError before a sum could leave its range.
+    Raises Stopped if it was, and OverrunError before a sum could leave its range and where no history ends.
     """
     plan = machine.program.plan
     bundle = empty_bundle() if bundle is None else bundle
@@ -268,6 +278,8 @@ def run_batch(
         "banked": 0,
         "bank_room": ROOM,
         "overfull": 0,
+        "given_up": 0,
+        "trapped": 0,
     }
     for name, value in header.items():
         bundle[name] = value
@@ -281,7 +293,10 @@ def run_batch(
     drive(lanes, handle, machine.flow, machine.births, sight, machine.copies, histories)
     if bundle["stop"][0]:
         raise Stopped
-    crossings, started, copies = (int(bundle[name][0]) for name in ("crossings", "started", "overfull"))
+    counted = ("crossings", "started", "overfull", "trapped", "given_up")
+    crossings, started, copies, trapped, given_up = (int(bundle[name][0]) for name in counted)
+    if trapped or 0 < given_up == histories:
+        raise endless(plan, _surfaces_met(plan, bundle, trapped or 1), started)
     if copies > 1:
         raise too_many_copies(plan, copies, started)
     if copies:
@@ -305,6 +320,12 @@ def run_batch(
         crossings,
         int(bundle["collisions"][0]),
     )
+
+
+def _surfaces_met(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
+    """The numbers of the surfaces that lanes met last; of a batch whose histories were all given up, of one of these."""
+    rows = (bundle["hit"][0][:lanes] >> SURFACE_SHIFT) & SURFACE_MASK
+    return sorted({plan.owners[row - 1] for row in rows.tolist() if row > 0})
 
 
 def _handled(bundle: np.ndarray):

@@ -150,4 +150,5 @@ def give_up(b, table, first, live):
             if b.event[k] >= MOST_EVENTS and b.weight[k] != 0.0:
                 lose(b, b.weight[k])
                 b.weight[k] = 0.0
+                b.given_up += 1
     return live
