@@ -74,7 +74,7 @@ def costs_of_case(
 
 def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
     """Draw the diagram as cost_SIM.png into the folder: its path, or none and the reason why."""
-    if all(way.line is None for way in costs.cost.ways):
+    if not any(way.known_points for way in costs.cost.ways):
         return [], "no way has a known error; give it more --seconds"
 
     def draw(path: Path) -> object:

@@ -37,11 +37,7 @@ def price_notes(cost: CostOfAccuracy) -> list[str]:
     notes = [f"seconds of CPU on {cost.machine}, {threads}; errors from the truth, {cost.truth_is}"]
     if any(way.price(target).is_extrapolated and way.line for way in cost.ways for target in cost.targets):
         notes.append(f"{EXTRAPOLATED} extrapolated: below every error that was measured")
-    notes += [
-        f"{way.name}: {way.points[-1].particles:.2g} particles of the largest run left its error unknown"
-        for way in cost.ways
-        if way.line is None
-    ]
+    notes += [f"{way.name}: {_why_no_price(way)}" for way in cost.ways if way.line is None]
     return notes + [f"{name}: not taken: {why}" for name, why in cost.refused.items()]
 
 
@@ -84,6 +80,12 @@ def duration(seconds: float) -> str:
     )
     number = seconds / (length or 1e-6)
     return f"{number:.0f} {unit}" if 99.5 <= number < 1e5 else f"{number:.2g} {unit}"
+
+
+def _why_no_price(way: Way) -> str:
+    if way.known_points:
+        return "its error is known for one size of run only; a price needs two: give it more seconds"
+    return f"{way.points[-1].particles:.2g} particles of the largest run left its error unknown"
 
 
 def _told(way: Way) -> tuple[str, str, str]:

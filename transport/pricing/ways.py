@@ -79,6 +79,11 @@ class Way:
     preparation: float
     z: float
 
+    @property
+    def known_points(self) -> tuple[Point, ...]:
+        """Those whose errors are known: one can be drawn, a line needs two."""
+        return _known(self.points)
+
     def price(self, error: float) -> Price:
         """What a relative error costs, by the line; infinite where there is none."""
         if self.line is None:
@@ -106,12 +111,16 @@ def way_of(name: str, trials: Trials, truth: Truth) -> Way:
     share = truth.shares.get(name, 0.0) / particles
     points = tuple(_point(rung, truth, share * rung[0].particles) for rung in trials.rungs)
     pace = pace_of([p.particles for p in points], [p.seconds for p in points])
-    fitted = [p for p in points if p.true < KNOWN and p.claimed < KNOWN]
+    fitted = _known(points)
     seconds = [pace.per_particle * p.particles for p in fitted]
     runs = [p.runs for p in fitted]
     line = line_through(seconds, [p.true for p in fitted], runs)
     claimed = line_through(seconds, [p.claimed for p in fitted], runs)
     return Way(name, points, line, claimed, pace, trials.preparation, _z(trials, truth, name))
+
+
+def _known(points: tuple[Point, ...]) -> tuple[Point, ...]:
+    return tuple(p for p in points if 0 < p.true < KNOWN and p.claimed < KNOWN)
 
 
 def _point(rung: tuple[Trial, ...], truth: Truth, share: float) -> Point:
