@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests import one_thread  # noqa: F401
+from tests.ctrl_c import pressing_ctrl_c
 from tests.own_experiments import CASES, EXPERIMENT, PI_FORGOTTEN, PICTURE, UNLIKE_UNITS
 
 # The first compiles all passes and looks at their machine code; beside it, in the second of two workers, what needs none of
@@ -40,6 +41,13 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(items):
     places = {name: place for place, name in enumerate(FIRST)}
     items.sort(key=lambda item: places.get(item.path.name, len(FIRST)))
+
+
+@pytest.fixture
+def press_ctrl_c():
+    """A function that presses Ctrl-C, now or after=seconds."""
+    with pressing_ctrl_c() as press:
+        yield press
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import itertools
 import os
-import signal
 import subprocess
 import sys
 
 import pytest
 
 import transport as tp
+from tests.ctrl_c import pressing_ctrl_c
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
 from transport.runs.crew import InOrder
@@ -56,12 +56,12 @@ def stopped(monkeypatch, what, after, **options):
         take(run, batch)
         taken.append(batch)
         if len(taken) == after:
-            os.kill(os.getpid(), signal.SIGINT)
+            press()
 
     def begun(crew, sizes):
         return itertools.islice(missing(crew, sizes), after + 2)
 
-    with monkeypatch.context() as patch:
+    with monkeypatch.context() as patch, pressing_ctrl_c() as press:
         patch.setattr(Run, "_take", interrupting)
         patch.setattr(InOrder, "_missing", begun)
         return tp.simulate(what, **options)

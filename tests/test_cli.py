@@ -2,10 +2,8 @@
 
 import json
 import os
-import signal
 import subprocess
 import sys
-import threading
 from types import SimpleNamespace
 
 from tests.own_experiments import ROOT
@@ -17,9 +15,9 @@ def test_version(call):
     assert call("--version").output.split() == ["transport", __version__]
 
 
-def test_interruption_prints_the_batches_done_as_incomplete_with_status_130(call):
+def test_interruption_prints_the_batches_done_as_incomplete_with_status_130(call, press_ctrl_c):
     call("run", "disk.py", "--no-picture")  # so that nothing is left to compile
-    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    press_ctrl_c(after=1.0)
     answer = call("run", "endless.py", "--seconds", "60")
     assert answer.exit_code == 130
     assert "verdict     incomplete: interrupted" in answer.output

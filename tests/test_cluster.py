@@ -176,8 +176,10 @@ def test_what_is_out_is_taken_back_when_time_is_up(cluster):
     cluster.wait_until_empty()
 
 
-def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(cluster, whole, monkeypatch, caplog):
-    happening(monkeypatch, lambda: os.kill(os.getpid(), signal.SIGINT))
+def test_ctrl_c_gives_what_is_done_and_it_goes_on_elsewhere(
+    cluster, whole, monkeypatch, caplog, press_ctrl_c
+):
+    happening(monkeypatch, press_ctrl_c)
     stopped = tp.simulate(scene(), **MANY, cluster=cluster.address)
     assert not stopped.is_complete and 0 < stopped.particles < MANY["particles"]
     cluster.wait_until_empty()

@@ -212,13 +212,10 @@ def test_aimed_runs_go_on_with_the_scene_that_was_given(tmp_path):
     assert_same(tp.load(tmp_path / "run.nc").batches, whole.batches)
 
 
-def test_ctrl_c_saves_too(tmp_path):
+def test_ctrl_c_saves_too(tmp_path, press_ctrl_c):
     """Between two batches, with what was done out of turn: nothing is missing afterwards."""
-    import signal
-    import threading
-
     path, whole = tmp_path / "run.npz", tp.simulate(SMALL, particles=30_000_000, batches=300)
-    threading.Timer(0.3 * whole.cost.seconds, signal.raise_signal, [signal.SIGINT]).start()
+    press_ctrl_c(after=0.3 * whole.cost.seconds)
     stopped = tp.simulate(SMALL, particles=30_000_000, batches=300, checkpoint=path)
     assert not stopped.is_complete and 0 < len(stopped.batches) < 300
     again = tp.simulate(SMALL, resume=path)

@@ -2,13 +2,13 @@
 
 import re
 import signal
-import threading
 import time
 
 import numpy as np
 import pytest
 
 import transport as tp
+from tests.ctrl_c import pressing_ctrl_c
 from transport import SceneError
 
 
@@ -70,9 +70,9 @@ def test_batches_that_were_merged_are_the_same_histories():
     assert 0.5 < a.error / b.error < 2
 
 
-def test_ctrl_c_returns_what_is_done():
+def test_ctrl_c_returns_what_is_done(press_ctrl_c):
     tp.simulate(scene(), particles=10)
-    threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()
+    press_ctrl_c(after=0.3)
     result = tp.simulate(scene(), particles=4 * 10**9, batches=4096, seed=1)
     assert not result.is_complete
     assert 0 < result.particles < 4 * 10**9
@@ -80,13 +80,23 @@ def test_ctrl_c_returns_what_is_done():
     assert "INCOMPLETE" in result.report()
 
 
-def test_ctrl_c_within_the_first_batch_stops_at_once_and_says_how_to_have_shorter_ones():
+def test_a_run_goes_on_where_ctrl_c_is_ignored():
+    """As under nohup."""
+    tp.simulate(scene(), particles=10)
+    with pressing_ctrl_c(signal.SIG_IGN) as press:
+        press(after=0.1)
+        result = tp.simulate(scene(), seconds=0.4, seed=1)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    assert result.is_complete and result.cost.seconds >= 0.4
+
+
+def test_ctrl_c_within_the_first_batch_stops_at_once_and_says_how_to_have_shorter_ones(press_ctrl_c):
     walls = [
         tp.Surface(face, tp.Diffuse(0.9999), name=name) for name, face in tp.Box(size=2.0).faces().items()
     ]
     bright = tp.Scene(sources=[tp.Source("+z", tp.Lambertian(power=1.0), side="back")], surfaces=walls)
     tp.simulate(bright, particles=10)
-    threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start()
+    press_ctrl_c(after=0.3)
     begun = time.perf_counter()
     with pytest.raises(KeyboardInterrupt) as interruption:
         tp.simulate(bright, particles=10**7, batches=2, seed=1, threads=1)
