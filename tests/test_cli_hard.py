@@ -2,12 +2,12 @@
 
 import json
 import math
-import os
 import signal
 from contextlib import suppress
 
 import pytest
 
+from tests.ctrl_c import pressing_ctrl_c
 from transport.hard import cases
 from transport.hard.cases import Case, Seen
 from transport.results.estimates import Batches, Estimate
@@ -47,18 +47,27 @@ def test_a_case_that_fails_is_told(hard, found):
     assert "1 of 2 hard cases hold" in answer.output and "FAILS" in answer.output
 
 
-def test_an_interruption_that_a_case_has_taken_ends_it_too(hard):
+def test_an_interruption_that_a_case_has_taken_ends_it_too(hard, press_ctrl_c):
     """A run within the case ends early for Ctrl-C, and what the case makes of that is not told."""
 
     def cut_short():
         with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGINT)
+            press_ctrl_c()
         return Seen(2.0, 1.0, 0.0)
 
     answer = hard(wrong(1.0), Case("spheres", "cut short", "", "", cut_short), wrong(1.0))
     assert answer.exit_code == 130 and "the rows are incomplete" in answer.output
     assert "1 of 1 hard cases hold" in answer.output and "cut short" not in answer.output
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_cases_go_on_where_ctrl_c_is_ignored(hard):
+    """As under nohup."""
+    with pressing_ctrl_c(signal.SIG_IGN) as press:
+        pressed = Case("spheres", "pressed", "", "", lambda: press() or Seen(1.0, 1.0, 0.0))
+        answer = hard(pressed)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    assert answer.exit_code == 0 and "1 of 1 hard cases hold" in answer.output
 
 
 @pytest.mark.parametrize("option", [("--seed", "1"), ("--particles", "10"), ("--threads", "2")])

@@ -80,6 +80,8 @@ def judged(cases: list[Case], others: int = 0) -> Iterator[Judged]:
 def _seen(case: Case) -> Seen:
     """What the case comes to.  Raises KeyboardInterrupt after Ctrl-C, also where it has only cut short a run within."""
     came, usual = [], signal.getsignal(signal.SIGINT)
+    if usual is signal.SIG_IGN:  # as under nohup
+        return case.see()
 
     def note(*_: object) -> None:
         came.append(True)
