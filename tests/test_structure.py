@@ -1,4 +1,4 @@
-"""The rules of the design that no result shows: who imports whom, how long files grow."""
+"""The rules of the design that no result shows: who imports whom."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "transport"
-LONGEST_FILE = 350  # lines
 HEAVY = (
     "numba",
     "llvmlite",
@@ -147,11 +146,6 @@ def test_the_rules_are_seen_where_they_are_broken(tmp_path):
     at_once = set(imports(file, everywhere=False))
     assert {"math", "numba.core", "transport.engine", "rich"} <= at_once
     assert not at_once & {"viz", "xarray"}
-
-
-def test_files_stay_short():
-    lengths = {short(path): len(path.read_text().splitlines()) for path in sources(LIBRARY)}
-    assert {path: lines for path, lines in lengths.items() if lines > LONGEST_FILE} == {}
 
 
 def test_no_source_knows_a_path_of_a_machine():
