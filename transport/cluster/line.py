@@ -20,7 +20,7 @@ from uuid import uuid4
 
 from transport.cluster import posts
 from transport.cluster.groups import Group, Groups
-from transport.cluster.places import reached, unheard
+from transport.cluster.places import LocalWorkers, reached, unheard
 from transport.runs.crew import GLANCE, CrewLost
 from transport.runs.origins import this_origin
 from transport.validation import SceneError
@@ -29,6 +29,7 @@ DEPTH = 3  # groups that are out for each thread: one is being done, one waits b
 WATCH = 1.0  # [s] between looks at who is there
 CONNECT = 10.0  # [s] in which a scheduler must answer
 PATIENCE = 300.0  # [s] without scheduler or workers, after which a run ends with what it has
+LOCAL_PATIENCE = 30.0  # [s] the same for local workers, which nothing restarts
 READY = object()  # what comes first: someone can begin
 
 
@@ -47,6 +48,7 @@ class Line:
         self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
         self.groups: Groups | None = None
         self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it
+        self.local: LocalWorkers | None = None
         self.there: dict[str, int] = {}  # threads of each worker
         self.told: set[str] = set()  # workers that know of the run, and are to be used
         self.telling: asyncio.Task | None = None  # those that came late
@@ -129,7 +131,7 @@ class Line:
         self.serving, self.changed, self.heard = asyncio.current_task(), asyncio.Event(), time.monotonic()
         self.loop = asyncio.get_running_loop()
         self.loop.set_exception_handler(_tell_news)
-        async with reached(self.cluster, self.processes) as options:
+        async with reached(self.cluster, self.processes) as (options, self.local):
             while not self.is_over:
                 try:
                     async with Client(
@@ -176,7 +178,7 @@ class Line:
                 await client.cancel([future])  # none of those who may do it is there any more
                 task.cancel()
         if not self.there.keys() - self.refused.keys():
-            self._bear(f"no workers at {client.scheduler.address}")
+            self._wait_for_workers(client.scheduler.address)
             return
         self.heard, self.trouble = time.monotonic(), None
         if not self.is_begun:
@@ -198,10 +200,31 @@ class Line:
             )
         if not self.told:  # they have just died, or do not answer: look round again
             return
-        told = {"workers": list(self.told), "key": (self.name, "ready"), "pure": False}
-        if await client.gather(client.submit(posts.make_ready, self.run, **told)) is None:
+        if await self._one_is_ready(client):
             self.is_begun = True
             self.came.put(READY)
+
+    async def _one_is_ready(self, client) -> bool:
+        """Wait until one of the workers that were told has compiled or loaded the passes; False where they end before."""
+        from distributed import KilledWorker
+
+        self.sent += 1
+        told = {"workers": list(self.told), "key": (self.name, self.sent), "pure": False}
+        future = client.submit(posts.make_ready, self.run, **told)
+        answer = asyncio.ensure_future(client.gather(future))
+        try:
+            while not (await asyncio.wait([answer], timeout=WATCH))[0]:
+                if not self.told & (await client.nthreads()).keys():
+                    answer.cancel()
+                    await client.cancel([future])
+                    return False
+            return await answer is None
+        except KilledWorker:
+            if self.local is None:
+                raise
+            return False  # the others are tried, until none is left
+        finally:
+            answer.cancel()
 
     async def _tell(self, client, workers: list[str] | None) -> None:
         """Tell workers of the run, all of them or these; whoever has other sources is not to be used."""
@@ -305,6 +328,12 @@ class Line:
             groups.pace.add(times, len(parcel))
             self.came.put((batches, times))
 
+    def _wait_for_workers(self, address: str) -> None:
+        """No worker is there: wait, unless none can come because the local ones have ended."""
+        if self.local is not None and (end := self.local.end):
+            raise CrewLost(end) if self.is_begun else SceneError(f"simulate: cluster: {end}")
+        self._bear(f"no workers at {address}")
+
     def _bear(self, what: str, error: Exception | None = None) -> None:
         """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""
         self.doing = what
@@ -312,8 +341,9 @@ class Line:
         if error is not None and not self.is_begun:
             cure = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
             raise SceneError(f"simulate: cluster: {what} ({error}); {cure}")
-        if self.is_begun and time.monotonic() - self.heard > PATIENCE:
-            raise CrewLost(f"{what} for {PATIENCE:g} s")
+        patience = PATIENCE if self.local is None else LOCAL_PATIENCE
+        if self.is_begun and time.monotonic() - self.heard > patience:
+            raise CrewLost(f"{what} for {patience:g} s")
 
 
 def _tell_news(loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:

@@ -6,9 +6,11 @@ import asyncio
 import json
 import logging
 import os
+import signal
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass
 
 from transport.validation import SceneError, shown
 
@@ -37,18 +39,48 @@ def checked_cluster(cluster: object) -> None:
         raise SceneError(f"simulate: cluster must be an address or 'local', got {shown(cluster)}; {CURE}")
 
 
+@dataclass(frozen=True)
+class LocalWorkers:
+    """The worker processes of `cluster="local"`, which nothing restarts."""
+
+    processes: Sequence[asyncio.subprocess.Process]
+
+    @property
+    def end(self) -> str | None:
+        """How they ended, and what to do; None while one of them runs."""
+        codes = [process.returncode for process in self.processes]
+        if None in codes:
+            return None
+        many = f"all {len(codes)} local workers have" if len(codes) > 1 else "the local worker has"
+        endings = ", ".join(_ending(code) for code in sorted(set(codes)))
+        if "SIGKILL" in endings:
+            cure = "most likely memory ran out: pass a smaller threads=, or"
+        else:
+            cure = "standard error may show why;"
+        return f"{many} ended ({endings}); {cure} leave out cluster='local' to compute in this process"
+
+
+def _ending(code: int) -> str:
+    return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+
+
 @asynccontextmanager
-async def reached(cluster: object, threads: int) -> AsyncIterator[dict[str, object]]:
-    """What a Client of this cluster is made with.  threads: of a local one, a process each, which end with the context."""
+async def reached(
+    cluster: object, threads: int
+) -> AsyncIterator[tuple[dict[str, object], LocalWorkers | None]]:
+    """What a Client of this cluster is made with, and the workers that this process has started for it.
+
+    threads: of a local one, a process each, which end with the context.
+    """
     if isinstance(cluster, str) and cluster == LOCAL:
-        async with _local(threads) as address:
-            yield {"address": address}
+        async with _local(threads) as (address, workers):
+            yield {"address": address}, workers
     elif isinstance(cluster, str):
-        yield {"address": cluster}
+        yield {"address": cluster}, None
     else:
         options = {"address": _address_of(cluster), "security": getattr(cluster, "security", None)}
         direct = getattr(cluster, "direct_to_workers", None)
-        yield options | ({} if direct is None else {"direct_to_workers": direct})
+        yield options | ({} if direct is None else {"direct_to_workers": direct}), None
 
 
 def _address_of(cluster: object) -> str | None:
@@ -60,7 +92,7 @@ def _address_of(cluster: object) -> str | None:
 
 
 @asynccontextmanager
-async def _local(threads: int) -> AsyncIterator[str]:
+async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
     """A scheduler in this process, and a worker process for each thread; these end when the scheduler does, however it ends.
 
     They are interpreters of their own and not forked or spawned from this one, so that a script needs no main guard.
@@ -83,11 +115,10 @@ async def _local(threads: int) -> AsyncIterator[str]:
             await asyncio.create_subprocess_exec(sys.executable, *command, **apart) for _ in range(threads)
         ]
         try:
-            yield scheduler.address
+            yield scheduler.address, LocalWorkers(workers)
         finally:
             await scheduler.close()
-            for worker in workers:
-                await _ended(worker)
+            await asyncio.gather(*map(_ended, workers))
 
 
 @contextmanager

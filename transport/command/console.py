@@ -14,6 +14,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from transport.runs.crew import CrewLost
 from transport.units import UnitError
 from transport.validation import SceneError
 
@@ -22,7 +23,7 @@ UNBROKEN = "\u00a0"  # a space at which it is not
 PIPED_WIDTH = (
     4096  # characters: so wide that no table is folded where neither a terminal nor COLUMNS sets a width
 )
-REFUSED, INTERRUPTED = 2, 130  # exit statuses
+FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit statuses
 
 
 def console(stderr: bool = False, least: int = 0) -> Console:
@@ -94,7 +95,7 @@ def status_of(failed: int, complete: bool) -> int:
 
 @contextmanager
 def refusals(debug: bool = False) -> Iterator[None]:
-    """Turn refused input into one red line on standard error and status 2, an interruption into status 130.
+    """Turn refused input into one red line on standard error and status 2, lost workers into status 1, an interruption into 130.
 
     debug: let it through, with its traceback.
     """
@@ -106,6 +107,11 @@ def refusals(debug: bool = False) -> Iterator[None]:
         line = " ".join(str(refusal).split())
         console(stderr=True).print(Text(f"refused: {line}", style="bold red"), soft_wrap=True)
         raise typer.Exit(REFUSED) from None
+    except CrewLost as lost:
+        if debug:
+            raise
+        console(stderr=True).print(Text(str(lost), style="bold red"), soft_wrap=True)
+        raise typer.Exit(FAILED) from None
     except KeyboardInterrupt as interruption:
         line = str(interruption) or "interrupted before anything was known"
         console(stderr=True).print(Text(line, style="bold red"), soft_wrap=True)
