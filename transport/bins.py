@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from transport.fields import Bins, OptionalBins, VectorField
 from transport.shapes import (
     Box,
     Cone,
@@ -32,9 +33,7 @@ from transport.validation import (
     shown,
     store,
 )
-from transport.vectors import Vector
 
-Bins = int | tuple[float, ...]
 Range = tuple[float, float]
 
 MOST_BINS = 1_000_000  # of one axis; more would be a slip
@@ -70,9 +69,9 @@ class Directions:
     Edges of `phi` lie within [-2 pi, 2 pi], one turn in all at most: (-pi/4, pi/4) is a sector across phi = 0.
     """
 
-    mu: Bins | None = None
-    phi: Bins | None = None
-    theta: Bins | None = None
+    mu: OptionalBins = None
+    phi: OptionalBins = None
+    theta: OptionalBins = None
     frame: str = "local"
 
     def __post_init__(self) -> None:
@@ -104,7 +103,7 @@ class Directions:
 class DirectionCone:
     """One bin round `axis` (world frame) of `half_angle` [rad] in (0, pi/2], made by Directions.cone."""
 
-    axis: Vector
+    axis: VectorField
     half_angle: float
 
     written = "Directions.cone"
@@ -131,9 +130,9 @@ class DirectionSphere:
     towards e_v of its frame: e_v the part of +y across it (of +z where the axis is along y), e_u = e_v x axis.
     """
 
-    mu: Bins | None = 8
-    phi: Bins | None = 16
-    axis: Vector = (0.0, 0.0, 1.0)
+    mu: OptionalBins = 8
+    phi: OptionalBins = 16
+    axis: VectorField = (0.0, 0.0, 1.0)
 
     written = "Directions.sphere"
 
@@ -164,8 +163,8 @@ class Positions:
     along the axis from `center`, `v` azimuth [rad]. Azimuth runs from e_u towards e_v.
     """
 
-    u: Bins | None = None
-    v: Bins | None = None
+    u: OptionalBins = None
+    v: OptionalBins = None
 
     def __post_init__(self) -> None:
         _settle_bins(self, "u", "v")

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from transport.bins import Bins, Directions, check_total
+from transport.bins import Directions, check_total
+from transport.fields import BinsField, Converted, OptionalVector, VectorField
 from transport.shapes import Point
+from transport.sides import AnyDetector
 from transport.validation import (
     as_float,
     in_degrees,
@@ -25,11 +28,11 @@ from transport.vectors import Frame, Vector, are_parallel, local_frame, unit_vec
 MOST_PIXELS = 1 << 14  # along one side
 
 
-class Instrument:
+class Instrument(AnyDetector):
     """What both share: a name and a place; not made itself."""
 
     name: str
-    position: Vector
+    position: VectorField
 
     @property
     def shape(self) -> Point:
@@ -58,12 +61,12 @@ class Camera(Instrument):
     """
 
     name: str
-    position: Vector
-    look_at: Vector | None = None
-    direction: Vector | None = None
-    up: Vector = (0.0, 0.0, 1.0)
+    position: VectorField
+    look_at: OptionalVector = None
+    direction: OptionalVector = None
+    up: VectorField = (0.0, 0.0, 1.0)
     field_of_view: float = math.pi / 4
-    pixels: tuple[int, int] = (160, 120)
+    pixels: Converted[Sequence[int], tuple[int, int]] = (160, 120)
 
     def __post_init__(self) -> None:
         self._settle_place()
@@ -130,9 +133,9 @@ class EnvironmentMap(Instrument):
     """
 
     name: str
-    position: Vector
-    theta: Bins = 16
-    phi: Bins = 32
+    position: VectorField
+    theta: BinsField = 16
+    phi: BinsField = 32
 
     def __post_init__(self) -> None:
         self._settle_place()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -26,7 +26,7 @@ NAME = "shape"  # of the detector
 
 
 def solid_angle(
-    shape: Shape, position: Sequence[float], particles: int = 1_000_000, seed: int = 0
+    shape: Shape, position: Iterable[float], particles: int = 1_000_000, seed: int = 0
 ) -> Estimate:
     """Solid angle that a shape fills, seen from a position [m], by counting: an Estimate [sr].
 
@@ -40,7 +40,7 @@ def solid_angle(
     return counted_solid_angle(result)
 
 
-def solid_angle_scene(shape: Shape, position: Sequence[float], power: float = 1.0) -> Scene:
+def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.0) -> Scene:
     """A point at the position that sends `power` [W] in all directions, and the shape.
 
     A detector on what a ray from there crosses once at most from one side, else a black surface, where it ends.

@@ -1,11 +1,11 @@
 """Detectors: what looks at which side of a shape, or of a surface known by its name."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from transport.bins import (
-    Bins,
     DirectionCone,
     Directions,
     Positions,
@@ -13,9 +13,10 @@ from transport.bins import (
     edges_of,
     settle_bins,
 )
+from transport.fields import Converted, OptionalBins, OptionalNumbers
 from transport.horizon import is_in_sight
 from transport.shapes import Box, Cloud, FlatShape, Point, Shape, Slab, Sphere
-from transport.sides import Sided
+from transport.sides import AnyDetector, Sided
 from transport.validation import (
     SceneError,
     check_type,
@@ -31,7 +32,7 @@ __all__ = ["Detector", "DirectionCone", "Directions", "Positions"]
 
 
 @scene_object
-class Detector(Sided):
+class Detector(Sided, AnyDetector):
     """A transparent meter on a shape of its own, or a meter on the surface of that name.
 
     It counts what arrives at and what leaves from one `side`, in all, or in bins of `directions` (arriving
@@ -44,13 +45,13 @@ class Detector(Sided):
     """
 
     shape: Shape | str
-    name: str | None = None
+    name: Converted[str | None, str, str | None] = None
     side: str = "front"
     directions: Directions | DirectionCone | None = None
     positions: Positions | None = None
-    times: Bins | None = None
-    speeds: tuple[float, ...] | None = None
-    via: tuple[str, ...] | str | None = None
+    times: OptionalBins = None
+    speeds: OptionalNumbers = None
+    via: Converted[str | Sequence[str] | None, tuple[str, ...] | None, tuple[str, ...] | str | None] = None
     events: tuple[int, float] | int | None = None
     moments: bool = False
 

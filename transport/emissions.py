@@ -10,6 +10,7 @@ from dataclasses import field
 
 import numpy as np
 
+from transport.fields import OptionalVector, VectorField
 from transport.media.base import Phase
 from transport.pulses import Pulse
 from transport.shapes import (
@@ -38,7 +39,6 @@ from transport.validation import (
     shown,
     store,
 )
-from transport.vectors import Vector
 
 SURFACES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh)
 
@@ -194,7 +194,7 @@ class Beam(Emission):
     One of `power` [W], `irradiance` [W m^-2] (on a plane normal to the beam) and `energy` [J] is given.
     """
 
-    direction: Vector
+    direction: VectorField
     power: float | None = field(default=None, kw_only=True)
     irradiance: float | None = field(default=None, kw_only=True)
     energy: float | None = field(default=None, kw_only=True)
@@ -252,7 +252,7 @@ class Gas(ParticleEmission):
 
     density: float | None = None
     speed: float | SpeedDistribution | None = None
-    direction: Vector | None = None
+    direction: OptionalVector = None
     number: float | None = None
     mass: float | None = None
 

@@ -1,11 +1,14 @@
 """What looks at all particles at a time: their density over coordinates of phase space, or a sample of them."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
-from transport.bins import Bins, check_total, edges_of, settle_bins
+from transport.bins import check_total, edges_of, settle_bins
+from transport.fields import Converted, OptionalBins, OptionalNumbers
 from transport.shapes import Box
+from transport.sides import AnyDetector
 from transport.validation import (
     as_float,
     as_floats,
@@ -25,7 +28,7 @@ MOST_AXES = 2
 MOST_PARTICLES = 10_000_000  # of a snapshot, which takes 64 bytes for each
 
 
-class Timed:
+class Timed(AnyDetector):
     """What PhaseSpace and Snapshot share: a name, and the times [s] at which they look; not made itself."""
 
     @property
@@ -57,15 +60,15 @@ class PhaseSpace(Timed):
     are looked at, or only those `within` a Box.  `moments` adds mean velocities, temperature and the like.
     """
 
-    x: tuple[float, ...] | None = None
-    y: tuple[float, ...] | None = None
-    z: tuple[float, ...] | None = None
-    vx: tuple[float, ...] | None = None
-    vy: tuple[float, ...] | None = None
-    vz: tuple[float, ...] | None = None
-    speed: tuple[float, ...] | None = None
-    mu: Bins | None = None
-    time: float | tuple[float, ...]
+    x: OptionalNumbers = None
+    y: OptionalNumbers = None
+    z: OptionalNumbers = None
+    vx: OptionalNumbers = None
+    vy: OptionalNumbers = None
+    vz: OptionalNumbers = None
+    speed: OptionalNumbers = None
+    mu: OptionalBins = None
+    time: Converted[float | Iterable[float], float | tuple[float, ...]]
     name: str = "phase_space"
     within: Box | None = None
     moments: bool = False

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 from transport.bodies.solids import magnitude
 from transport.emissions import Beam, Isotropic, Lambertian
+from transport.fields import VectorField
 from transport.materials import Black, Diffuse, Transparent, simple_parts
 from transport.materials.surface import titled
 from transport.shapes import Point
 from transport.shapes.base import ROUNDING
 from transport.shapes.distances import least_distance
+from transport.sides import AnyDetector
 from transport.validation import refuse, scene_object, settle_name, settle_vector, shown
 from transport.vectors import Vector, dot
 
@@ -25,7 +27,7 @@ CLOSE = 64 * ROUNDING  # of the size of numbers: on a surface
 
 
 @scene_object
-class PointDetector:
+class PointDetector(AnyDetector):
     """The fluence rate at `position` [m]: what would reach it, in the mean, from each event of each history.
 
     From births, diffuse walls and scattering rays go straight to the point: what each brings is the chance
@@ -55,7 +57,7 @@ class PointDetector:
     duration.
     """
 
-    position: Vector
+    position: VectorField
     name: str
 
     def __post_init__(self) -> None:

@@ -8,12 +8,14 @@ from transport.bodies.filling import glows, names_media
 from transport.bodies.listing import AnyMedium, medium_at
 from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.detectors import Detector
+from transport.fields import Converted, Parts
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
 from transport.media import Grid, Medium, Vacuum
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector, check_points
 from transport.shapes import Shape
+from transport.sides import AnyDetector
 from transport.soundness import check_scene
 from transport.sources import Source
 from transport.validation import (
@@ -25,7 +27,6 @@ from transport.validation import (
     store,
     suggestion,
 )
-from transport.vectors import Vector
 from transport.volumes import VolumeDetector
 
 LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
@@ -44,9 +45,9 @@ class Scene:
     Raises SceneError for names that are unknown or not unique and for parts that do not go together.
     """
 
-    sources: tuple[Source, ...]
-    surfaces: tuple[Surface, ...] = ()
-    detectors: tuple[Looking, ...] = ()
+    sources: Parts[Source]
+    surfaces: Parts[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
     medium: Medium | Vacuum | None = None
     duration: float | None = None
 
@@ -132,7 +133,7 @@ class Scene:
         """The names of detectors and surfaces that a `via` asks for, each once."""
         return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
 
-    def medium_at(self, position: Vector) -> AnyMedium:
+    def medium_at(self, position: Iterable[float]) -> AnyMedium:
         """What fills the place [m]: the medium of the innermost body that holds it, else the surrounding one."""
         place = as_floats(position)
         if place is None or len(place) != 3:

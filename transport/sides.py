@@ -1,9 +1,17 @@
-"""The side of a shape that a source emits from or a detector looks at."""
+"""What detectors share with one another, and with sources: the side that is looked at or emitted from."""
 
 from transport.shapes import Shape
 from transport.validation import check_one_of, refuse
 
 IS_BACK = {"front": False, "back": True, "outside": False, "inside": True}
+
+
+class AnyDetector:
+    """What all detectors share; not made itself.  A list of several kinds is a list of these to type checkers."""
+
+    def check_clock(self, duration: float | None) -> None:
+        """Refuse a scene with this duration [s], None for a steady one, that the detector cannot look at."""
+        raise NotImplementedError
 
 
 class Sided:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from transport.fields import VectorField
 from transport.validation import (
     as_float,
     check_one_of,
@@ -27,8 +28,8 @@ class Splitting:
     Before `start` and beyond `end` it is constant.
     """
 
-    start: Vector
-    end: Vector
+    start: VectorField
+    end: VectorField
     gain: float
 
     def __post_init__(self) -> None:

@@ -42,7 +42,7 @@ class SceneError(ValueError):
     """An input that is refused; the message names the object, the parameter, the value and the cure."""
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
 def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
     """A frozen dataclass that refuses wrong, missing and misplaced parameters with a SceneError."""
     if cls is None:

@@ -1,11 +1,14 @@
 """Volume detectors: what is in a box or a ball, by the ways that particles go in it or by their collisions there."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from transport.bins import DirectionSphere, check_total
+from transport.fields import Converted
 from transport.shapes import Box, Shape, Slab, Sphere
+from transport.sides import AnyDetector
 from transport.validation import (
     as_float,
     as_floats,
@@ -24,7 +27,7 @@ TRACK, COLLISION = "track", "collision"
 
 
 @scene_object
-class VolumeDetector:
+class VolumeDetector(AnyDetector):
     """Means over a volume, or over each of its `cells`: fluence rate, absorbed power, radiance; it stops nothing.
 
     shape: a Box, a whole Sphere, or the name of a surface of such a shape.  cells: (nx, ny, nz) equal voxels of a Box; a
@@ -38,8 +41,10 @@ class VolumeDetector:
     """
 
     shape: Shape | str
-    name: str | None = None
-    cells: int | tuple[float, ...] | None = None
+    name: Converted[str | None, str, str | None] = None
+    cells: Converted[
+        int | Iterable[float] | None, tuple[float, ...] | None, int | tuple[float, ...] | None
+    ] = None
     directions: DirectionSphere | None = None
     estimator: str = TRACK
 

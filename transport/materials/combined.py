@@ -1,10 +1,12 @@
 """Materials made of others: a mixture by shares, of phase functions as well, and another one on each side."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
+from transport.fields import Converted
 from transport.materials.base import Material
 from transport.materials.optical import Dielectric, ThinLens
 from transport.materials.plain import Diffuse, Mirror, Transparent
@@ -26,7 +28,10 @@ class Mixture(Material, Phase):
     Or {phase function: share, ...}, a phase function itself: each scattering is by one of them.
     """
 
-    parts: tuple[tuple[Material | Phase, float], ...]
+    parts: Converted[
+        Mapping[Any, float] | Iterable[tuple[Material | Phase, float]],
+        tuple[tuple[Material | Phase, float], ...],
+    ]
 
     def __post_init__(self) -> None:
         store(self, parts=tuple(sorted(self._checked(), key=lambda part: _order(part[0]))))

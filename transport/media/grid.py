@@ -7,7 +7,9 @@ from dataclasses import field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from transport.fields import Converted
 from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.media.base import Phase, digest_of, settled_array, settled_phase
 from transport.media.medium import _isotropic, told
@@ -38,8 +40,12 @@ class Grid:
     """
 
     box: Box
-    absorption: np.ndarray | float = field(default=0.0, compare=False, repr=False)
-    scattering: np.ndarray | float = field(default=0.0, compare=False, repr=False)
+    absorption: Converted[ArrayLike, np.ndarray, np.ndarray | float] = field(
+        default=0.0, compare=False, repr=False
+    )
+    scattering: Converted[ArrayLike, np.ndarray, np.ndarray | float] = field(
+        default=0.0, compare=False, repr=False
+    )
     phase: Phase = field(default_factory=_isotropic)
     index: float = 1.0
     emission: float = 0.0

@@ -12,7 +12,9 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from transport.fields import ArrayField, Converted
 from transport.media.base import Phase, digest_of, settled_array
 from transport.validation import SceneError, as_float, as_floats, refuse, scene_object, shown, store
 
@@ -85,8 +87,8 @@ class Tabulated(Phase):
     read-only; afterwards `density(mu)` is the density [sr^-1], `values` what it is at the points `mu`.
     """
 
-    mu: np.ndarray = field(compare=False, repr=False)
-    density: Callable[[Any], Any] = field(compare=False)
+    mu: ArrayField = field(compare=False, repr=False)
+    density: Converted[ArrayLike, Callable[[Any], Any]] = field(compare=False)
     values: np.ndarray = field(init=False, compare=False, repr=False)
     g: float = field(init=False, compare=False)
     digest: bytes = field(init=False, repr=False)  # of the arrays' bytes: what equality and hash go by

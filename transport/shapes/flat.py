@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 
+from transport.fields import Converted, OptionalVector, VectorField
 from transport.shapes.base import ROUNDING, Shape
 from transport.shapes.triangles import centroid, corners_of, frame_of, is_on_a_line, normal_and_area
 from transport.validation import (
@@ -54,11 +55,11 @@ class Rectangle(FlatShape):
     `hole`, a Disk or Rectangle in its plane and within it, is cut out.
     """
 
-    center: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
     width: float
     height: float
-    up: Vector | None = None
+    up: OptionalVector = None
     hole: "Disk | Rectangle | None" = None
 
     def __post_init__(self) -> None:
@@ -129,11 +130,11 @@ class Rectangle(FlatShape):
 class Disk(FlatShape):
     """A flat disk of `radius` [m]; an annulus where `inner_radius` [m] is not zero."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
     radius: float
     inner_radius: float = 0.0
-    up: Vector | None = None
+    up: OptionalVector = None
 
     def __post_init__(self) -> None:
         self._settle_plane()
@@ -166,7 +167,7 @@ class Disk(FlatShape):
 class Triangle(FlatShape):
     """A flat triangle of three `vertices` [m], whose normal is that of a right hand whose fingers follow them."""
 
-    vertices: tuple[Vector, Vector, Vector]
+    vertices: Converted[Iterable[Iterable[float]], tuple[Vector, Vector, Vector]]
 
     def __post_init__(self) -> None:
         given = self.vertices if isinstance(self.vertices, Iterable) else ()

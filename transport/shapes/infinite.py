@@ -2,6 +2,7 @@
 
 import math
 
+from transport.fields import VectorField
 from transport.shapes.base import Shape
 from transport.shapes.flat import FlatShape
 from transport.validation import (
@@ -19,8 +20,8 @@ from transport.vectors import Frame, Vector, local_frame
 class Plane(FlatShape):
     """An infinite plane through `center`."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
     up = None
     area = extent = math.inf
     is_infinite = True
@@ -38,8 +39,8 @@ class Plane(FlatShape):
 class Slab(Shape):
     """What lies between two infinite planes `thickness` [m] apart, `center` midway; normals outwards."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
     thickness: float
     area = volume = extent = math.inf
     is_closed = is_infinite = True

@@ -6,12 +6,14 @@ import functools
 import hashlib
 import math
 import warnings
+from collections.abc import Iterable
 from dataclasses import field
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from transport.fields import ArrayField
 from transport.shapes.base import Shape
 from transport.shapes.mesh_checks import (
     MeshWarning,
@@ -50,8 +52,8 @@ class Mesh(Shape):
     a MeshWarning for edges of more than two triangles, neighbours of opposite orientation, and inverted meshes.
     """
 
-    vertices: np.ndarray = field(compare=False)
-    faces: np.ndarray = field(compare=False)
+    vertices: ArrayField = field(compare=False)
+    faces: ArrayField = field(compare=False)
     normals: np.ndarray = field(init=False, compare=False)
     areas: np.ndarray = field(init=False, compare=False)
     edges: Edges = field(init=False, compare=False)
@@ -84,7 +86,9 @@ class Mesh(Shape):
         return cls._welded(*arrays_of_polydata(polydata), scale, tolerance)
 
     @classmethod
-    def sphere(cls, *, center: Vector = (0.0, 0.0, 0.0), radius: float, triangles: int = 1280) -> Mesh:
+    def sphere(
+        cls, *, center: Iterable[float] = (0.0, 0.0, 0.0), radius: float, triangles: int = 1280
+    ) -> Mesh:
         """A closed mesh of at least so many triangles, 20 f^2, whose vertices lie on a sphere of `radius` [m]."""
         shape = Sphere(center=center, radius=radius)
         number = as_float(triangles)
@@ -95,7 +99,7 @@ class Mesh(Shape):
         return cls(vertices=vertices, faces=faces)
 
     @classmethod
-    def box(cls, *, center: Vector = (0.0, 0.0, 0.0), size: Vector | float) -> Mesh:
+    def box(cls, *, center: Iterable[float] = (0.0, 0.0, 0.0), size: Iterable[float] | float) -> Mesh:
         """The twelve triangles of a box along the axes, `size` its three lengths [m] or one for a cube."""
         vertices, faces = box_arrays(*Box(center=center, size=size).bounds)
         return cls(vertices=vertices, faces=faces)
@@ -154,7 +158,7 @@ class Mesh(Shape):
         """A bound [m^3] on the rounding of the volume."""
         return self._volume[1]
 
-    def holds(self, point: Vector) -> bool:
+    def holds(self, point: Iterable[float]) -> bool:
         """Whether a point [m] lies inside a closed mesh; of what lies in a facet, it does not."""
         position = as_floats(point)
         if position is None or len(position) != 3:
@@ -166,7 +170,7 @@ class Mesh(Shape):
         """The mesh with all normals turned round."""
         return self._changed(self.vertices, self.faces[:, ::-1])
 
-    def moved(self, by: Vector) -> Mesh:
+    def moved(self, by: Iterable[float]) -> Mesh:
         """The mesh moved by three lengths [m]."""
         way = as_floats(by)
         if way is None or len(way) != 3:

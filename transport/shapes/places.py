@@ -2,6 +2,7 @@
 
 import math
 
+from transport.fields import Lengths, VectorField
 from transport.normals import REACH
 from transport.shapes.base import Shape
 from transport.validation import (
@@ -20,7 +21,7 @@ from transport.vectors import Vector
 class Point(Shape):
     """A point, for sources only."""
 
-    position: Vector = (0.0, 0.0, 0.0)
+    position: VectorField = (0.0, 0.0, 0.0)
     extent = 0.0
 
     def __post_init__(self) -> None:
@@ -39,8 +40,8 @@ class Point(Shape):
 class Cloud(Shape):
     """A Gaussian cloud, for a Gas only; `sigma` [m], one or along each axis, bounds 8.5 sigma away."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    sigma: Vector | float
+    center: VectorField = (0.0, 0.0, 0.0)
+    sigma: Lengths
 
     def __post_init__(self) -> None:
         settle_vector(self, "center")

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from transport.fields import VectorField
 from transport.shapes.base import Shape
 from transport.validation import (
     refuse,
@@ -170,8 +171,8 @@ class Revolved(Shape):
 class Cylinder(Revolved):
     """The lateral surface of a cylinder of `radius` and `height` [m] about `axis`; `center` at mid-height."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    axis: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    axis: VectorField = (0.0, 0.0, 1.0)
     radius: float
     height: float
 
@@ -200,8 +201,8 @@ class Cone(Revolved):
     `radius` [m] at the end against the axis, `top_radius` at the end along it; one of them may be 0.
     """
 
-    center: Vector = (0.0, 0.0, 0.0)
-    axis: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    axis: VectorField = (0.0, 0.0, 1.0)
     radius: float
     top_radius: float = 0.0
     height: float
@@ -251,8 +252,8 @@ class Paraboloid(Revolved):
     lies behind it.
     """
 
-    center: Vector = (0.0, 0.0, 0.0)
-    axis: Vector = (0.0, 0.0, 1.0)
+    center: VectorField = (0.0, 0.0, 0.0)
+    axis: VectorField = (0.0, 0.0, 1.0)
     focal_length: float
     radius: float
     inner_radius: float = 0.0

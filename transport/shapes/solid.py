@@ -2,6 +2,7 @@
 
 import math
 
+from transport.fields import Lengths, VectorField
 from transport.shapes.base import Shape
 from transport.shapes.flat import Rectangle
 from transport.shapes.revolved import Profile, Revolved
@@ -25,9 +26,9 @@ class Sphere(Revolved):
     With bounds a zone or a cap of it, which is not closed: mu_min <= (x - center) · axis / radius <= mu_max.
     """
 
-    center: Vector = (0.0, 0.0, 0.0)
+    center: VectorField = (0.0, 0.0, 0.0)
     radius: float
-    axis: Vector = (0.0, 0.0, 1.0)
+    axis: VectorField = (0.0, 0.0, 1.0)
     mu_min: float = -1.0
     mu_max: float = 1.0
 
@@ -96,8 +97,8 @@ class Sphere(Revolved):
 class Box(Shape):
     """A box along the axes, `size` its three lengths [m] or one for a cube; normals outwards."""
 
-    center: Vector = (0.0, 0.0, 0.0)
-    size: Vector | float
+    center: VectorField = (0.0, 0.0, 0.0)
+    size: Lengths
     is_closed = True
 
     def __post_init__(self) -> None:

@@ -8,9 +8,10 @@ import math
 import numpy as np
 
 from transport import normals
+from transport.fields import VectorField
 from transport.shapes import FlatShape
 from transport.validation import refuse, scene_object, settle_positive, settle_vector, shown, store
-from transport.vectors import Vector, dot
+from transport.vectors import dot
 
 BOLTZMANN = 1.380649e-23  # J K^-1, exact by the definition of the kelvin (SI Brochure 2019, 2.2)
 FASTEST = 9.0  # standard deviations; chi with 4 degrees of freedom is 8.996 at u = 1 - 2^-53
@@ -45,7 +46,7 @@ class Maxwellian(SpeedDistribution):
     temperature: float | None = None
     mass: float | None = None
     sigma: float | None = None
-    drift: Vector = (0.0, 0.0, 0.0)
+    drift: VectorField = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         settle_vector(self, "drift")

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from transport.fields import Numbers
 from transport.speeds.inversion import LAST, PiecewiseLaw, WeightedByItself
 from transport.speeds.maxwellian import BOLTZMANN, Maxwellian, SpeedDistribution
 from transport.validation import as_floats, refuse, scene_object, shown, store
@@ -22,8 +23,8 @@ GRID = np.unique(
 class SpeedTable(SpeedDistribution):
     """Speeds of a tabulated `density` (any scale), linear between increasing `speeds` [m/s], 0 outside."""
 
-    speeds: tuple[float, ...]
-    density: tuple[float, ...]
+    speeds: Numbers
+    density: Numbers
 
     def __post_init__(self) -> None:
         for name in ("speeds", "density"):
