@@ -19,7 +19,7 @@ from transport.detectors import Detector
 from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
 from transport.results.empty_detector import why_dark
-from transport.results.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.readings import Reading
@@ -78,17 +78,17 @@ class BackwardReading(Reading):
         why = why_dark(scene, title, self.sums.shape, self.detector) if self.is_blind else None
         return why or warning_of(self._cell_sums, self.name)
 
-    def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+    def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, "weights")
         self._need_all(whole=True)
         return super()._whole(side, per_second)
 
-    def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+    def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, kind)
         self._need_all(whole=not self.sums.place_axes)
         return super()._per_area(kind, side, per_second)
 
-    def _by_direction(self, side: int, projected: bool, *more, **named) -> Estimate | EstimateArray:
+    def _by_direction(self, side: int, projected: bool, *more, **named) -> EstimateOrArray:
         self._check(side, "weights")
         return super()._by_direction(side, projected, *more, **named)
 
@@ -210,7 +210,7 @@ class ViewReading(Quantified):
         return Estimate(values, run, unit, counts=counts)
 
     @cached_property
-    def counts(self) -> Estimate | EstimateArray:
+    def counts(self) -> EstimateOrArray:
         """How often histories met sources in the whole run, by pixel or bin."""
         run, counts = self._sums.run, self._sums.counts[0]
         values = counts * (run.sizes.sum() / run.sizes)[:, None]

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
 from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
-from transport.results.quantities import Quantity
+from transport.results.quantities import Operand, Quantity
 from transport.results.replicates import Batches, Replicates
 from transport.units import Unit
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Batches", "Estimate", "EstimateArray"]
+__all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
 AXIS_UNITS = {  # of axes; those of u and v depend on the shape
     "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
@@ -26,7 +27,11 @@ AXIS_UNITS = {  # of axes; those of u and v depend on the shape
 _KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
 
 
-class Estimate(Quantity):
+Other = TypeVar("Other", bound=Quantity[Any, Any])
+Index = int | np.integer | slice | EllipsisType
+
+
+class Estimate(Quantity[float, str | None]):
     """One estimated number: `.value` ± `.error` (one standard error) in `.unit`, from `.batches` batches.
 
     values: means of the batches, (B,);  exact: whether it is the same for every history by construction;
@@ -49,6 +54,17 @@ class Estimate(Quantity):
         self._replicates = Replicates.of_batches(values, run, exact, counts)
         self.unit = as_unit(unit)
         self.coords = {}
+
+    if TYPE_CHECKING:  # with an EstimateArray it gives one
+
+        @overload
+        def __add__(self, other: Other) -> Other: ...
+        @overload
+        def __add__(self, other: float | np.number) -> Estimate: ...
+        @overload
+        def __add__(self, other: np.ndarray) -> Any: ...
+
+        __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __add__
 
     def __float__(self) -> float:
         return self.value
@@ -78,7 +94,7 @@ class Estimate(Quantity):
         return _made(replicates, unit, {})
 
 
-class EstimateArray(Quantity):
+class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
 
     values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins; "time" may be n instants;
@@ -117,10 +133,10 @@ class EstimateArray(Quantity):
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __iter__(self) -> Iterator[Estimate | EstimateArray]:
+    def __iter__(self) -> Iterator[EstimateOrArray]:
         return (self[i] for i in range(len(self)))
 
-    def __getitem__(self, index: object) -> Estimate | EstimateArray:
+    def __getitem__(self, index: Index | tuple[Index, ...]) -> EstimateOrArray:
         index = _one_index_an_axis(index, self.shape)
         replicates = self._replicates.indexed(index)
         coords = {}
@@ -130,7 +146,9 @@ class EstimateArray(Quantity):
                 coords[name] = edges[start : max(start, stop) + len(edges) - bins]
         return self._like(replicates, self.unit, coords)
 
-    def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+    def __array__(
+        self, dtype: object = None, copy: bool | None = None
+    ) -> np.ndarray[Any, np.dtype[np.object_]]:  # so that type checkers take array * estimates for Any
         return np.array(self.value, dtype=dtype)
 
     def __array_function__(self, function: Callable, types: object, args: tuple, kwargs: dict) -> object:
@@ -149,7 +167,7 @@ class EstimateArray(Quantity):
             )
         return self._replicates.value.item()
 
-    def sum(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+    def sum(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Sum over the axis or axes of this name, or over all; bins without a score add nothing."""
         replicates, left = self._replicates, list(self.dims)
         for name in self._axes(dim, "sum"):
@@ -157,7 +175,7 @@ class EstimateArray(Quantity):
             left.remove(name)
         return self._like(replicates, self.unit, {name: self.coords[name] for name in left})
 
-    def mean(self, dim: str | tuple[str, ...] | None = None) -> Estimate | EstimateArray:
+    def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
         bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
         return self.sum(dim) / math.prod(bins)
@@ -202,7 +220,7 @@ class EstimateArray(Quantity):
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
-    ) -> Estimate | EstimateArray:
+    ) -> EstimateOrArray:
         made = _made(replicates, unit, self.coords if coords is None else coords)
         made.axis_units = dict(self.axis_units)
         return made
@@ -216,12 +234,34 @@ class EstimateArray(Quantity):
         return tuple(dict.fromkeys(names))
 
 
+if TYPE_CHECKING:
+
+    class EstimateAndArray(EstimateArray, Estimate):
+        """What both can: the bins decide which of them a quantity is, and no type checker knows the bins."""
+
+        value: Any
+        error: Any
+        reason: Any
+        relative_error: Any
+        dof: Any
+
+        def interval(self, confidence: float = 0.95) -> tuple[Any, Any]: ...
+        def z(self, exact_value: float | np.ndarray) -> Any: ...
+        def __add__(self, other: Operand) -> EstimateOrArray: ...
+
+        __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __add__
+
+    EstimateOrArray = EstimateAndArray | Any  # goes where either goes; a name that neither has is an error
+else:
+    EstimateOrArray = Estimate | EstimateArray
+
+
 def as_unit(unit: Unit | str) -> Unit:
     """The unit, read from its text where it is one."""
     return Unit.parse(unit) if isinstance(unit, str) else unit
 
 
-def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> Estimate | EstimateArray:
+def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> EstimateOrArray:
     """An Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
     made = object.__new__(EstimateArray if coords else Estimate)
     made._replicates, made.unit, made.coords = replicates, unit, coords

@@ -12,7 +12,7 @@ import numpy as np
 from transport.compile.looks import bin_counts, block_rows, is_blocked
 from transport.detectors import Detector
 from transport.results.batches import Batch
-from transport.results.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.stacked import Box, Stacked, counts_told, in_box, is_large
 from transport.units import Unit
 
@@ -108,7 +108,7 @@ class MeterSums:
         axes: dict[str, np.ndarray],
         counts: np.ndarray,
         exact: bool = False,
-    ) -> Estimate | EstimateArray:
+    ) -> EstimateOrArray:
         """Sums (B, time, speed, *axes), in units of a run's whole, as means over histories; counts: as the sums."""
         axes = self.outer_axes | axes
         shape = [len(edges) - 1 for edges in axes.values()]

@@ -12,7 +12,7 @@ from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.results.aside import let_go
 from transport.results.batches import Batch
-from transport.results.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.quantified import Quantified
 from transport.results.records import chance_alike, chosen_of, told_apart
 from transport.results.stacked import Box, Stacked, counts_told, in_box, is_large, over_batches
@@ -59,12 +59,12 @@ class PhaseReading(Quantified):
         )
 
     @cached_property
-    def alive(self) -> Estimate | EstimateArray:
+    def alive(self) -> EstimateOrArray:
         """All particles (or J) that had been born and had not ended: those in the bins and outside."""
         return self._by_time(self._in_all("weights"), self._in_all("counts"), _all_stay(self._plan))
 
     @cached_property
-    def outside(self) -> Estimate | EstimateArray:
+    def outside(self) -> EstimateOrArray:
         """Particles (or J) in none of the bins, or not `within`."""
         return self._by_time(self._outside("weights"), self._outside("counts"))
 
@@ -191,9 +191,7 @@ class PhaseReading(Quantified):
         counts = counts_told(counts)
         return EstimateArray(values, self._run, unit, tuple(axes), axes, counts=counts)
 
-    def _by_time(
-        self, values: np.ndarray, counts: np.ndarray, exact: bool = False
-    ) -> Estimate | EstimateArray:
+    def _by_time(self, values: np.ndarray, counts: np.ndarray, exact: bool = False) -> EstimateOrArray:
         values, counts = values / self._run.sizes[:, None], counts.sum(axis=0)
         if self.phase_space.is_series:
             times = {"time": np.array(self.phase_space.times)}

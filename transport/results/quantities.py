@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from numbers import Real
 from types import MappingProxyType
-from typing import NoReturn
+from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -13,8 +13,12 @@ from transport.results.replicates import Batches, Replicates, added, power, prod
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
+Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
+Reason = TypeVar("Reason", covariant=True)
+Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
 
-class Quantity:
+
+class Quantity(Generic[Number, Reason]):
     """Replicates with a unit: all that estimates do alike, one by one or in arrays."""
 
     __array_ufunc__ = None  # NumPy leaves the arithmetic to us: 2.0 * estimate, array * estimates
@@ -25,17 +29,17 @@ class Quantity:
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
 
     @property
-    def value(self) -> float | np.ndarray:
+    def value(self) -> Number:
         """The estimated value [unit]."""
         return _plain(self._replicates.value)
 
     @property
-    def error(self) -> float | np.ndarray:
+    def error(self) -> Number:
         """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`)."""
         return _plain(self._replicates.error)
 
     @property
-    def reason(self) -> str | None | np.ndarray:
+    def reason(self) -> Reason:
         """Why the error is unknown, or None where it is known."""
         return _plain(self._replicates.reason)
 
@@ -45,7 +49,7 @@ class Quantity:
         return self._replicates.is_exact
 
     @property
-    def relative_error(self) -> float | np.ndarray:
+    def relative_error(self) -> Number:
         """One standard error as a fraction of the value's size; 0 where exact, infinite at a value of 0."""
         error = self._replicates.error
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -66,7 +70,7 @@ class Quantity:
         return int(dof.min()) + 1 if dof.size else 0
 
     @property
-    def dof(self) -> float | np.ndarray:
+    def dof(self) -> Number:
         """Degrees of freedom of the error: batches - 1, effective ones for several runs, inf if exact."""
         return _plain(self._replicates.dof)
 
@@ -90,11 +94,11 @@ class Quantity:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
         return np.array(self.value)
 
-    def unless(self, too_few: np.ndarray) -> Quantity:
+    def unless(self, too_few: np.ndarray) -> Self:
         """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
         return self._like(self._replicates.unless(too_few), self.unit)
 
-    def interval(self, confidence: float = 0.95) -> tuple[float, float] | tuple[np.ndarray, np.ndarray]:
+    def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:
         """(low, high) that cover the true value with this probability, by Student's t [unit]."""
         if not 0 < confidence < 1:
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
@@ -103,7 +107,7 @@ class Quantity:
             reach = student_quantile(0.5 + confidence / 2, self._replicates.dof) * self._replicates.error
         return _plain(self._replicates.value - reach), _plain(self._replicates.value + reach)
 
-    def z(self, exact_value: float | np.ndarray) -> float | np.ndarray:
+    def z(self, exact_value: float | np.ndarray) -> Number:
         """Standard normal score of the difference from a known value, by Student's t; nan without an error.
 
         For an exact estimate 0 where the two agree to 1e-12 of their size, or of the terms that the estimate is a
@@ -120,30 +124,30 @@ class Quantity:
             t = (value - expected) / self._replicates.error
         return _plain(normal_score(t, self._replicates.dof))
 
-    def __add__(self, other: object) -> Quantity:
+    def __add__(self, other: Operand) -> Self:
         return self._plus(other, +1)
 
     __radd__ = __add__
 
-    def __sub__(self, other: object) -> Quantity:
+    def __sub__(self, other: Operand) -> Self:
         if other is self:
             with np.errstate(invalid="ignore"):
                 return self._known(self._replicates.value * 0 + 0.0, self.unit)
         return self._plus(other, -1)
 
-    def __rsub__(self, other: object) -> Quantity:
+    def __rsub__(self, other: Operand) -> Self:
         return (-self)._plus(other, +1)
 
-    def __neg__(self) -> Quantity:
+    def __neg__(self) -> Self:
         return self * -1.0
 
-    def __pos__(self) -> Quantity:
+    def __pos__(self) -> Self:
         return self
 
-    def __abs__(self) -> Quantity:
+    def __abs__(self) -> Self:
         return self * np.where(self._replicates.value < 0, -1.0, 1.0)
 
-    def __lt__(self, other: object) -> NoReturn:
+    def __lt__(self, other: Never) -> NoReturn:
         distance = f"E.z({other!r})" if isinstance(other, Real) else "(E - other).z(0)"
         raise TypeError(
             f"Uncertain numbers have no order: compare E.value, or use {distance}, in standard errors"
@@ -151,14 +155,14 @@ class Quantity:
 
     __le__ = __gt__ = __ge__ = __lt__
 
-    def __mul__(self, other: object) -> Quantity:
+    def __mul__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
         return _applied(product, self, other, self.unit * other.unit)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: object) -> Quantity:
+    def __truediv__(self, other: Operand) -> Self:
         if other is self:
             with np.errstate(divide="ignore", invalid="ignore"):
                 ones = self._replicates.value / self._replicates.value
@@ -167,17 +171,17 @@ class Quantity:
             return NotImplemented
         return _applied(ratio, self, other, self.unit / other.unit)
 
-    def __rtruediv__(self, other: object) -> Quantity:
+    def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
         return _applied(ratio, other, self, other.unit / self.unit)
 
-    def __pow__(self, exponent: float) -> Quantity:
+    def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
             return NotImplemented
         return self._like(power(self._replicates, exponent), self.unit**exponent)
 
-    def _plus(self, other: object, sign: int) -> Quantity:
+    def _plus(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
             return self
         if (other := self._operand(other)) is None:
@@ -203,13 +207,11 @@ class Quantity:
             raise ValueError(f"An array of shape {np.shape(other)} does not fit one of {shape}") from None
         return self._known(constant, Unit())
 
-    def _known(self, value: np.ndarray, unit: Unit) -> Quantity:
+    def _known(self, value: np.ndarray, unit: Unit) -> Self:
         """An exact quantity of the same runs and axes."""
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
 
-    def _like(
-        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
-    ) -> Quantity:
+    def _like(self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None) -> Self:
         """A quantity of this kind, with the same axes unless others are said."""
         raise NotImplementedError
 
@@ -226,6 +228,6 @@ def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) 
     return made
 
 
-def _plain(array: np.ndarray) -> object:
+def _plain(array: np.ndarray) -> Any:
     """A Python value for a single estimate, the array for an array of them."""
     return array.item() if np.ndim(array) == 0 else array

@@ -15,7 +15,7 @@ import numpy as np
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark, why_wrong_side
-from transport.results.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.peaked import doubt_of_forward_rays
 from transport.results.quantified import Quantified
@@ -98,32 +98,32 @@ class Reading(Quantified):
         return why_dark(self._scene, f"detector {self.name!r}", self.sums.shape, self.detector)
 
     @cached_property
-    def flux_in(self) -> Estimate | EstimateArray:
+    def flux_in(self) -> EstimateOrArray:
         """Power [W], or particles per second, arriving at the whole shape: Φ."""
         return self._whole(ARRIVALS)
 
     @cached_property
-    def flux_out(self) -> Estimate | EstimateArray:
+    def flux_out(self) -> EstimateOrArray:
         """Power [W], or particles per second, leaving from the whole shape."""
         return self._whole(DEPARTURES)
 
     @cached_property
-    def irradiance(self) -> Estimate | EstimateArray:
+    def irradiance(self) -> EstimateOrArray:
         """Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position where the detector has positions."""
         return self._per_area("weights", ARRIVALS)
 
     @cached_property
-    def exitance(self) -> Estimate | EstimateArray:
+    def exitance(self) -> EstimateOrArray:
         """Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity, emitted and reflected."""
         return self._per_area("weights", DEPARTURES)
 
     @cached_property
-    def net_flux_density(self) -> Estimate | EstimateArray:
+    def net_flux_density(self) -> EstimateOrArray:
         """Exitance − irradiance, J [W m^-2 or s^-1 m^-2]: positive along the normal of the detector's side."""
         return self.exitance - self.irradiance
 
     @cached_property
-    def radiance(self) -> Estimate | EstimateArray:
+    def radiance(self) -> EstimateOrArray:
         """Arriving radiance by direction bin, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
 
         Flux over area and over the bin's exact projected solid angle ∫cosθ dω, never over cosθ of single particles.
@@ -131,27 +131,27 @@ class Reading(Quantified):
         return self._by_direction(ARRIVALS, projected=True)
 
     @cached_property
-    def radiance_out(self) -> Estimate | EstimateArray:
+    def radiance_out(self) -> EstimateOrArray:
         """Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
         return self._by_direction(DEPARTURES, projected=True)
 
     @cached_property
-    def flux_density(self) -> Estimate | EstimateArray:
+    def flux_density(self) -> EstimateOrArray:
         """Arriving flux per area and solid angle by direction bin: n v |cosθ| = L |cosθ| [W m^-2 sr^-1 ...]."""
         return self._by_direction(ARRIVALS, projected=False)
 
     @cached_property
-    def intensity(self) -> Estimate | EstimateArray:
+    def intensity(self) -> EstimateOrArray:
         """Arriving flux per solid angle through the whole shape, I [W sr^-1 or s^-1 sr^-1]: ∫ L |cosθ| dA."""
         return self._by_direction(ARRIVALS, projected=False, per_area=False)
 
     @cached_property
-    def intensity_out(self) -> Estimate | EstimateArray:
+    def intensity_out(self) -> EstimateOrArray:
         """Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity."""
         return self._by_direction(DEPARTURES, projected=False, per_area=False)
 
     @cached_property
-    def fluence_rate(self) -> Estimate | EstimateArray:
+    def fluence_rate(self) -> EstimateOrArray:
         """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2]: what both directions of crossing bring.
 
         Scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 a crossing scores its expectation for a constant
@@ -161,32 +161,32 @@ class Reading(Quantified):
         return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 
     @cached_property
-    def counts(self) -> Estimate | EstimateArray:
+    def counts(self) -> EstimateOrArray:
         """Number of arrivals scored in the whole run, by bin."""
         sums, inner = self.sums, self.sums.place_axes | self.sums.direction_axes
         values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
         return sums.estimate(values * float(sums.run.sizes.sum()), Unit.parse("1"), inner, values)
 
     @cached_property
-    def energy_in(self) -> Estimate | EstimateArray:
+    def energy_in(self) -> EstimateOrArray:
         """Energy [J], or particles, that arrived within the duration, or within each bin of time."""
         self._need_clock("energy_in")
         return self._whole(ARRIVALS, per_second=False)
 
     @cached_property
-    def energy_out(self) -> Estimate | EstimateArray:
+    def energy_out(self) -> EstimateOrArray:
         """Energy [J], or particles, that left within the duration, or within each bin of time."""
         self._need_clock("energy_out")
         return self._whole(DEPARTURES, per_second=False)
 
     @cached_property
-    def fluence(self) -> Estimate | EstimateArray:
+    def fluence(self) -> EstimateOrArray:
         """Fluence rate over the duration, or over each bin of time, H [J m^-2 or m^-2]."""
         self._need_clock("fluence")
         return self._per_area("slants", ARRIVALS, False) + self._per_area("slants", DEPARTURES, False)
 
     @cached_property
-    def phase_density(self) -> Estimate | EstimateArray:
+    def phase_density(self) -> EstimateOrArray:
         """Density in phase space by direction bin, n(x, v).
 
         With bins of speed [m^-6 s^3 for particles]: flux over area, ∫cosθ dω and ∫v³ dv, exact for each bin.  Where all
@@ -202,7 +202,7 @@ class Reading(Quantified):
         return self._by_direction(ARRIVALS, projected=True, volumes=np.array([speeds.pop()]), per="m s^-1")
 
     @cached_property
-    def pressure(self) -> Estimate | EstimateArray:
+    def pressure(self) -> EstimateOrArray:
         """Momentum along the normal that arrives and leaves, per area and time [Pa]; of a wall, its pressure.
 
         Energy over speed for what is emitted in watts, mass times speed for particles.
@@ -210,32 +210,32 @@ class Reading(Quantified):
         return self._momentum(ARRIVALS) + self._momentum(DEPARTURES)
 
     @cached_property
-    def mean_speed_in(self) -> Estimate | EstimateArray:
+    def mean_speed_in(self) -> EstimateOrArray:
         """Mean speed of what arrived [m s^-1], each as often as it crossed."""
         return self._mean("speeds", ARRIVALS)
 
     @cached_property
-    def mean_speed_out(self) -> Estimate | EstimateArray:
+    def mean_speed_out(self) -> EstimateOrArray:
         """Mean speed of what left [m s^-1]."""
         return self._mean("speeds", DEPARTURES)
 
     @cached_property
-    def mean_square_speed_in(self) -> Estimate | EstimateArray:
+    def mean_square_speed_in(self) -> EstimateOrArray:
         """Mean square of the speed of what arrived [m^2 s^-2]."""
         return self._mean("squares", ARRIVALS)
 
     @cached_property
-    def mean_square_speed_out(self) -> Estimate | EstimateArray:
+    def mean_square_speed_out(self) -> EstimateOrArray:
         """Mean square of the speed of what left [m^2 s^-2]."""
         return self._mean("squares", DEPARTURES)
 
     @cached_property
-    def mean_energy_in(self) -> Estimate | EstimateArray:
+    def mean_energy_in(self) -> EstimateOrArray:
         """Mean kinetic energy of what arrived [J]: m v²/2 of particles whose mass is known."""
         return self._kinetic("mean_energy_in", self.mean_square_speed_in)
 
     @cached_property
-    def mean_energy_out(self) -> Estimate | EstimateArray:
+    def mean_energy_out(self) -> EstimateOrArray:
         """Mean kinetic energy of what left [J]."""
         return self._kinetic("mean_energy_out", self.mean_square_speed_out)
 
@@ -252,14 +252,14 @@ class Reading(Quantified):
     def _unit(self, per_second: bool) -> Unit:
         return self._rate if per_second else self._rate * Unit.parse("s")
 
-    def _whole(self, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+    def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.whole(kind, side) for kind in ("weights", "counts"))
         exact = self._is_exact_out and side == DEPARTURES
         return self.sums.estimate(
             values * self._scale(per_second, 3), self._unit(per_second), {}, counts, exact
         )
 
-    def _per_area(self, kind: str, side: int, per_second: bool = True) -> Estimate | EstimateArray:
+    def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.by_place(k, side) for k in (kind, "counts"))
         exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self.sums.place_axes
         values = values * self._scale(per_second, values.ndim) / self._areas
@@ -273,7 +273,7 @@ class Reading(Quantified):
         per_area: bool = True,
         volumes: np.ndarray | None = None,
         per: str = "1",
-    ) -> Estimate | EstimateArray:
+    ) -> EstimateOrArray:
         """Flux over solid angle, plain or projected, over area, and over `volumes` of the bins of speed."""
         if self.detector.directions is None:
             wanted = "radiance" if projected else "a quantity by direction"
@@ -293,7 +293,7 @@ class Reading(Quantified):
             unit = unit / Unit.parse(per)
         return sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts)
 
-    def _momentum(self, side: int) -> Estimate | EstimateArray:
+    def _momentum(self, side: int) -> EstimateOrArray:
         self._need_moments("pressure")
         values, counts = (self.sums.by_place(kind, side) for kind in ("momentum", "counts"))
         if self._is_light:
@@ -303,7 +303,7 @@ class Reading(Quantified):
         values = values * (self._scale(True, values.ndim) * one) / self._areas
         return self.sums.estimate(values, Unit.parse("Pa"), self.sums.place_axes, counts)
 
-    def _mean(self, kind: str, side: int) -> Estimate | EstimateArray:
+    def _mean(self, kind: str, side: int) -> EstimateOrArray:
         self._need_moments("a mean speed")
         power = {"speeds": 1, "squares": 2}[kind]
         counts = self.sums.whole("counts", side)
@@ -313,7 +313,7 @@ class Reading(Quantified):
         mean = total / self.sums.estimate(weight, Unit(), {}, counts)
         return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < FEW)
 
-    def _kinetic(self, quantity: str, square: Estimate | EstimateArray) -> Estimate | EstimateArray:
+    def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:
         mass = self._mass(quantity)
         joules = Estimate(np.full(len(self.sums.run), mass / 2), self.sums.run, "J m^-2 s^2", exact=True)
         return square * joules

@@ -10,7 +10,7 @@ import numpy as np
 from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
-from transport.results.estimates import Estimate, EstimateArray
+from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.quantified import Quantified
 from transport.results.scores import Scores
 from transport.results.sizes import possible_of, scores_alike
@@ -49,29 +49,29 @@ class VolumeReading(Quantified):
         return self.detector.volumes(self._volume.shape)
 
     @cached_property
-    def fluence_rate(self) -> Estimate | EstimateArray:
+    def fluence_rate(self) -> EstimateOrArray:
         """Mean of ∫ L dω over each cell, φ [W m^-2 or s^-1 m^-2]; with a clock over its duration as well."""
         return self._per_volume(self._plan.tempo, self._rate)
 
     @cached_property
-    def fluence(self) -> Estimate | EstimateArray:
+    def fluence(self) -> EstimateOrArray:
         """Fluence rate over the duration, H [J m^-2 or m^-2]; mean over each cell."""
         self._need_clock("fluence")
         return self._per_volume(1.0, self._rate * Unit.parse("s"))
 
     @cached_property
-    def absorbed_power(self) -> Estimate | EstimateArray:
+    def absorbed_power(self) -> EstimateOrArray:
         """What the media absorb in each cell [W or s^-1]: absorption coefficient times fluence rate, over its volume."""
         return self._absorbed(self._kept / self._plan.tempo, self._rate)
 
     @cached_property
-    def absorbed_energy(self) -> Estimate | EstimateArray:
+    def absorbed_energy(self) -> EstimateOrArray:
         """What the media absorb in each cell within the duration [J], or particles."""
         self._need_clock("absorbed_energy")
         return self._absorbed(self._kept, self._rate * Unit.parse("s"))
 
     @cached_property
-    def absorbed_density(self) -> Estimate | EstimateArray:
+    def absorbed_density(self) -> EstimateOrArray:
         """Absorbed power per volume [W m^-3 or s^-1 m^-3]."""
         values = self._kept / self._plan.tempo / self.volumes
         return self._absorbed(values, self._rate / Unit.parse("m^3"))
@@ -91,7 +91,7 @@ class VolumeReading(Quantified):
         return self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
 
     @cached_property
-    def counts(self) -> Estimate | EstimateArray:
+    def counts(self) -> EstimateOrArray:
         """Number of scores in the whole run: of ways through each cell, or of collisions there."""
         counts = self._counts.sum(axis=-1)
         return self._estimate(counts * float(self._run.sizes.sum()), Unit.parse("1"), counts)
@@ -210,11 +210,11 @@ class VolumeReading(Quantified):
             return Stacked(shape, tuple(range(len(bins))), lambda box: in_box(rows, box, bins))
         return rows(0, math.prod(bins)).reshape(shape)
 
-    def _per_volume(self, seconds: float, unit: Unit) -> Estimate | EstimateArray:
+    def _per_volume(self, seconds: float, unit: Unit) -> EstimateOrArray:
         values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes
         return self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
 
-    def _absorbed(self, values: np.ndarray, unit: Unit) -> Estimate | EstimateArray:
+    def _absorbed(self, values: np.ndarray, unit: Unit) -> EstimateOrArray:
         return self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
 
     def _estimate(
@@ -224,7 +224,7 @@ class VolumeReading(Quantified):
         counts: np.ndarray,
         axes: dict[str, np.ndarray] | None = None,
         is_sure: bool = False,
-    ) -> Estimate | EstimateArray:
+    ) -> EstimateOrArray:
         """Sums (B, *axes) of a run's batches as means over its histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
