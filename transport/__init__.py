@@ -1,5 +1,7 @@
 """Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
 
+from typing import TYPE_CHECKING
+
 from transport import namesakes  # noqa: F401  first of all
 from transport.cameras import Camera, EnvironmentMap
 from transport.counting import solid_angle
@@ -84,9 +86,11 @@ __all__ = [
 ]  # fmt: skip
 
 
-def __getattr__(name: str):
-    """Say which name was meant."""
-    from transport.validation import suggestion
+if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
 
-    cure = "" if name.startswith("_") else f"; {suggestion(name, __all__)}"
-    raise AttributeError(f"module 'transport' has no attribute {name!r}{cure}")
+    def __getattr__(name: str):
+        """Say which name was meant."""
+        from transport.validation import suggestion
+
+        cure = "" if name.startswith("_") else f"; {suggestion(name, __all__)}"
+        raise AttributeError(f"module 'transport' has no attribute {name!r}{cure}")

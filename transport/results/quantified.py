@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from transport.results.estimates import Estimate, EstimateArray
+from typing import TYPE_CHECKING
+
+from transport.results.estimates import EstimateOrArray
 from transport.validation import SceneError, suggestion
 
 
@@ -15,7 +17,7 @@ class Quantified:
     note: str | None = None  # what a result's warnings say of it beside its `warning`
 
     @property
-    def quantities(self) -> dict[str, Estimate | EstimateArray]:
+    def quantities(self) -> dict[str, EstimateOrArray]:
         """All quantities that it was set up for."""
         found = {}
         for name in self.known:
@@ -30,10 +32,12 @@ class Quantified:
 
         return reading_html(self)
 
-    def __getattr__(self, name: str):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
+    if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
+
+        def __getattr__(self, name: str):
+            if name.startswith("_"):
+                raise AttributeError(name)
+            raise AttributeError(f"{self.title}{self.name!r} has no quantity {name!r}; {self._cure(name)}")
 
     def _cure(self, name: str) -> str:
         return suggestion(name, self.known)

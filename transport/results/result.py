@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from transport.estimators.choosing import Choice
+    from transport.results.any_reading import AnyReading
+    from transport.results.estimates import EstimateOrArray
     from transport.runs.outlook import Forecast
     from transport.runs.state import State
 
@@ -73,6 +75,8 @@ class Cost:
 class Result:
     """A finished run: `result["meter"]` is a detector's reading, `ledger` where all that was emitted went."""
 
+    cost: Cost | Any  # None of a Result that no run has made
+
     def __init__(
         self,
         plan: Plan,
@@ -101,7 +105,7 @@ class Result:
         self._readings: dict[str, Reading] = {}
         self._warnings = list(warnings)
 
-    def __getitem__(self, name: str) -> Reading:
+    def __getitem__(self, name: str) -> "AnyReading":
         names = [detector.name for detector in self.scene.detectors]
         if name not in names:
             raise SceneError(f"result has no detector {name!r}; {suggestion(str(name), names)}")
@@ -122,13 +126,15 @@ class Result:
             return PointReading(self, detector)
         return Reading(self, detector)
 
-    def __getattr__(self, name: str):
-        """Say how a detector is read."""
-        if hasattr(type(self), name):  # a property that failed: its own words
-            return object.__getattribute__(self, name)
-        is_detector = "scene" in vars(self) and name in self
-        cure = f"; a detector is read as result[{name!r}]" if is_detector else ""
-        raise AttributeError(f"Result has no attribute {name!r}{cure}")
+    if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
+
+        def __getattr__(self, name: str):
+            """Say how a detector is read."""
+            if hasattr(type(self), name):  # a property that failed: its own words
+                return object.__getattribute__(self, name)
+            is_detector = "scene" in vars(self) and name in self
+            cure = f"; a detector is read as result[{name!r}]" if is_detector else ""
+            raise AttributeError(f"Result has no attribute {name!r}{cure}")
 
     def __contains__(self, name: object) -> bool:
         return name in [detector.name for detector in self.scene.detectors]
@@ -137,7 +143,7 @@ class Result:
         """The names of the detectors."""
         return iter([detector.name for detector in self.scene.detectors])
 
-    def quantity(self, name: str):
+    def quantity(self, name: str) -> "EstimateOrArray":
         """The Estimate or EstimateArray called "detector.quantity"."""
         detector, _, quantity = name.partition(".")
         known = self[detector].known
@@ -264,7 +270,7 @@ def _may_kill(plan: Plan) -> bool:
     return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
 
 
-class Ledger(Mapping):
+class Ledger(Mapping[str, Estimate]):
     """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
 
     In watts or particles per second; with a clock in joules, or particles; of a run backwards shares of its histories.  `roulette` is what was killed less what was gained, of expectation
