@@ -79,6 +79,137 @@ def test_a_batch_of_too_many_crossings_says_what_keeps_it_going():
         assert isinstance(error, tp.SceneError) and isinstance(error, OverflowError)
 
 
+# ---- light that can neither be absorbed nor escape ----
+
+WHITE, MIRROR, GREY = tp.Diffuse(1.0), tp.Mirror(), tp.Diffuse(0.999)
+INNER = tp.Source(tp.Point(position=(0.1, 0, 0)), tp.Isotropic(power=1.0))
+LID = tp.Disk(center=(0, 0, -1), radius=0.2)
+
+
+def planes(*normals, material=WHITE):
+    """Planes that face away from the origin, each a unit away from it or more."""
+    return [tp.Surface(tp.Plane(center=n, normal=n), material) for n in normals]
+
+
+def walls(*shapes, material=WHITE):
+    return [tp.Surface(shape, material) for shape in shapes]
+
+
+def ball(height, material):
+    return tp.Surface(tp.Sphere(center=(5, 0, height), radius=0.5), material)
+
+
+def lamp(shape, side="front"):
+    return tp.Source(shape, tp.Lambertian(power=1.0), side=side)
+
+
+UP, DOWNWARDS = (0, 0, 1), (0, 0, -1)
+FACES = list(tp.Box(center=(0.1, 0.2, 0.3), size=(0.7, 1.3, 1.9)).faces().values())
+CYLINDER = tp.Cylinder(radius=1.0, height=2.0)
+LIDS = [tp.Disk(center=(0, 0, z), radius=1.0) for z in (-1, 1)]
+ENDLESS = {
+    "two mirrors": (INNER, planes(UP, DOWNWARDS, material=MIRROR)),
+    "two mirrors that face one another": (
+        INNER, [tp.Surface(tp.Plane(center=(0, 0, z), normal=(0, 0, -z)), MIRROR) for z in (1, -1)]),
+    "three planes round an axis": (INNER, planes((1, 0, 0), (-1, 1, 0), (-1, -1, 0))),
+    "four planes": (INNER, planes((1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1))),
+    "a white ball between planes": (INNER, [*planes(UP, DOWNWARDS), ball(0, WHITE)]),
+    "a black ball beyond planes": (INNER, [*planes(UP, DOWNWARDS), ball(3, tp.Black())]),
+    "planes that are black outside": (
+        INNER, planes(UP, DOWNWARDS, material=tp.TwoSided(front=tp.Black(), back=WHITE))),
+    "a lamp on a plane": (lamp(LID), planes(UP, DOWNWARDS)),
+    "a ball of a lamp between planes": (lamp(tp.Sphere(radius=0.3)), planes(UP, DOWNWARDS)),
+    "a lamp on the ceiling of a box": (
+        lamp(tp.Disk(center=UP, normal=DOWNWARDS, radius=0.2)), walls(tp.Box(size=2.0))),
+    "the faces of a box": (INNER, walls(*FACES, material=MIRROR)),
+    "a cylinder with its lids": (INNER, walls(CYLINDER, *LIDS)),
+    "two halves of a sphere": (INNER, walls(tp.Sphere(radius=1.0, mu_max=0), tp.Sphere(radius=1.0, mu_min=0))),
+    "a dome on its floor": (
+        INNER, walls(tp.Sphere(radius=1.0, mu_min=-0.6), tp.Disk(center=(0, 0, -0.6), radius=0.8))),
+}  # fmt: skip
+ENDING = {
+    "a wedge": (INNER, planes(UP, (0, 0.1, -1))),
+    "three planes of a corner": (INNER, planes((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+    "a lamp beyond both planes": (DOWN, planes(UP, DOWNWARDS)),
+    "a lamp on a plane that faces out": (lamp(LID, "back"), planes(UP, DOWNWARDS)),
+    "a black ball between planes": (INNER, [*planes(UP, DOWNWARDS), ball(0, tp.Black())]),
+    "planes that are black inside": (
+        INNER, planes(UP, DOWNWARDS, material=tp.TwoSided(front=WHITE, back=tp.Black()))),
+    "planes that absorb a little": (INNER, planes(UP, DOWNWARDS, material=GREY)),
+    "fog between planes": (INNER, [
+        tp.Surface(tp.Plane(center=UP), WHITE, back=tp.Medium(absorption=0.1)),
+        tp.Surface(tp.Plane(center=DOWNWARDS), WHITE, front=tp.Medium(absorption=0.1), back=tp.Vacuum()),
+    ]),
+    "five faces of a box": (INNER, walls(*FACES[:5])),
+    "a face that absorbs": (INNER, [*walls(*FACES[:5]), tp.Surface(FACES[5], GREY)]),
+    "a lid that is too small": (INNER, walls(CYLINDER, LIDS[0], tp.Disk(center=UP, radius=0.999))),
+    "a lamp outside of the faces": (DOWN, walls(*FACES)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_light_that_can_never_end_is_refused_as_the_scene_is_made(name):
+    source, surfaces = ENDLESS[name]
+    begun = time.process_time()
+    with pytest.raises(tp.SceneError) as caught:
+        tp.Scene(source, surfaces)
+    words_of(
+        caught,
+        "nothing absorbs",
+        "surfaces[0]",
+        "nothing escapes",
+        "albedo or reflectance below 1",
+        "duration",
+    )
+    assert time.process_time() - begun < 1
+
+
+@pytest.mark.parametrize("name", ENDING)
+def test_light_that_ends_is_not_refused(name):
+    source, surfaces = ENDING[name]
+    tp.Scene(source, surfaces)
+
+
+def test_a_clock_ends_all():
+    pulse = tp.Source(tp.Point(), tp.Isotropic(energy=1.0), pulse=tp.Instant())
+    tp.Scene(pulse, planes(UP, DOWNWARDS, material=MIRROR), duration=1e-8)
+
+
+SLABS = [
+    tp.Surface(tp.Slab(center=(0, 0, z), thickness=1.0), MIRROR, name)
+    for z, name in ((2, "upper"), (-2, "lower"))
+]
+
+
+@pytest.mark.parametrize(("particles", "batches"), [(3, 2), (1000, 32), (30_000, 32)])
+def test_a_run_in_which_no_history_ends_stops_and_names_the_surfaces(particles, batches):
+    """Between two slabs, which no check looks at: a history or two, a part of a bundle, and whole ones."""
+    begun = time.process_time()
+    with pytest.raises(OverrunError) as caught:
+        tp.simulate(tp.Scene(INNER, SLABS), particles, batches=batches, threads=1, progress=False)
+    words_of(
+        caught, "no history ends", "crossings", "Surface 'upper'", "none was absorbed or escaped", "duration"
+    )
+    assert "'lower'" in str(caught.value) or particles == 3
+    assert time.process_time() - begun < 60
+
+
+def test_milk_that_is_shut_in_stops_as_well():
+    """Next to no crossings: collisions count."""
+    scene = tp.Scene(INNER, SLABS, medium=tp.Medium(scattering=1e4))
+    with pytest.raises(OverrunError, match=r"no history ends.* collisions"):
+        tp.simulate(scene, 4, batches=2, threads=1, progress=False)
+
+
+@pytest.mark.parametrize(("histories", "batches"), [(64, 2), pytest.param(1000, 32, marks=pytest.mark.bench)])
+def test_a_white_cavity_with_a_hole_of_a_millionth_still_runs(histories, batches):
+    """A million reflections each, in the mean, as by Poincare's theorem: 1/share of the wall."""
+    cavity = tp.Surface(tp.Sphere(radius=1.0, mu_max=1 - 2e-6), WHITE, "cavity")
+    result = tp.simulate(tp.Scene(INNER, cavity), histories, batches=batches, seed=1, progress=False)
+    assert result.ledger["escaped"].value == 1.0 and result.ledger["lost"].value == 0
+    assert result.cost.crossings == pytest.approx(1e6 * histories, rel=4.5 / math.sqrt(histories))
+
+
 # ---- light that is guided for ever ----
 
 

@@ -62,15 +62,15 @@ def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError
     )
 
 
-def endless(plan: Plan, surfaces: list[int], started: int) -> OverrunError:
+def endless(plan: Plan, surfaces: list[int], started: int, crossings: int, collisions: int) -> OverrunError:
     """Of a batch in which no history ends; surfaces: the numbers of those that its lanes met last."""
     names = [titled(plan.scene.surfaces[number], number) for number in surfaces[:NAMED]]
-    if len(surfaces) > NAMED:
-        names.append(f"{len(surfaces) - NAMED} more")
-    where = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+    names += [f"{len(surfaces) - NAMED} more"] if len(surfaces) > NAMED else []
+    where = f", last at {' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))}," if names else ""
+    events = f"{crossings:.3g} crossings" + (f" and {collisions:.3g} collisions" if collisions else "")
     return OverrunError(
-        f"simulate: no history ends: {started} particles were followed, last seen at {where or 'no surface'}, and none was"
-        " absorbed or escaped. Let a surface or a medium there absorb a little, or give the scene a duration"
+        f"simulate: no history ends: {started} particles made {events}{where} and none was absorbed or escaped. Let a surface"
+        " or a medium there absorb a little, or give the scene a duration"
     )
 
 

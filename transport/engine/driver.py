@@ -296,7 +296,8 @@ def run_batch(
     counted = ("crossings", "started", "overfull", "trapped", "given_up")
     crossings, started, copies, trapped, given_up = (int(bundle[name][0]) for name in counted)
     if trapped or 0 < given_up == histories:
-        raise endless(plan, _surfaces_met(plan, bundle, trapped or 1), started)
+        surfaces = _surfaces_met(plan, bundle, trapped or 1)
+        raise endless(plan, surfaces, started, crossings, int(bundle["collisions"][0]))
     if copies > 1:
         raise too_many_copies(plan, copies, started)
     if copies:

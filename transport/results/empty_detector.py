@@ -17,12 +17,12 @@ from transport.bodies.solids import holds, is_within
 from transport.compile.media import glowing_sources
 from transport.materials import Black, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import titled
-from transport.shapes import Box, FlatShape, Mesh, Plane, Shape, Slab, Sphere
-from transport.shapes.distances import least_distance
+from transport.shapes import Box, FlatShape, Mesh, Shape, Sphere
+from transport.shapes.distances import is_behind, least_distance
 from transport.shapes.supports import are_on_one_support, rounding_of
 from transport.sheets import pieces
 from transport.sides import IS_BACK
-from transport.vectors import Vector, dot
+from transport.vectors import Vector
 
 if TYPE_CHECKING:
     from transport.detectors import Detector
@@ -172,7 +172,7 @@ def _is_out(shell: Shape, place: Place, side: str | None) -> bool:
         return least_distance(shell, place, filled=True) > 0
     if side is not None and are_on_one_support(shell, place):
         return not IS_BACK[side]
-    if side is not None and isinstance(place, FlatShape) and _is_behind(shell, place, side):
+    if side is not None and isinstance(place, FlatShape) and is_behind(shell, place, side):
         return True
     if place.is_infinite:
         return False
@@ -190,7 +190,7 @@ def _behind_sources(scene: Scene, shape: Shape) -> str | None:
         return None
     for origin, side in emitting:
         is_flat = side is not None and isinstance(origin, FlatShape)
-        if not is_flat or are_on_one_support(shape, origin) or not _is_behind(shape, origin, side):
+        if not is_flat or are_on_one_support(shape, origin) or not is_behind(shape, origin, side):
             return None
     return (
         "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources, or write"
@@ -202,32 +202,13 @@ def _faces_away(scene: Scene, shape: Shape, side: str) -> str | None:
     """The detector is flat, and everything that emits or redirects light lies behind its plane."""
     shapes = [*(origin for _, origin in _sources(scene)), *_redirecting(scene)]
     if not isinstance(shape, FlatShape) or not all(
-        other is not None and _is_behind(other, shape, side) for other in shapes
+        other is not None and is_behind(other, shape, side) for other in shapes
     ):
         return None
     return (
         f"its {side} faces away from every source, and nothing in front of it reflects or scatters light. Reverse its"
         f" normal, or write side={OTHER_SIDE[side]!r}"
     )
-
-
-def _is_behind(other: Shape, flat: FlatShape, side: str) -> bool:
-    """Whether no point of a shape lies in front of that side of a flat one."""
-    if are_on_one_support(other, flat):
-        return True
-    normal = tuple(-x if IS_BACK[side] else x for x in flat.normal)
-
-    def height(point: Vector) -> float:
-        return dot(tuple(p - q for p, q in zip(point, flat.middle, strict=True)), normal)
-
-    if isinstance(other, Plane | Slab):
-        is_parallel = abs(dot(other.normal, normal)) == 1
-        return is_parallel and height(other.middle) + getattr(other, "thickness", 0.0) / 2 <= 0
-    if other.is_infinite:
-        return False
-    reach = other.radius if isinstance(other, Sphere) and other.is_closed else other.extent
-    highest = max(map(height, product(*zip(*other.bounds, strict=True))))
-    return min(highest, height(other.middle) + reach) <= rounding_of(other, flat)
 
 
 # ---- what emits light, and what redirects it ----

@@ -5,13 +5,13 @@ from itertools import product
 
 import numpy as np
 
-from transport.shapes.base import Shape
+from transport.shapes.base import ROUNDING, Shape
 from transport.shapes.flat import Disk, FlatShape, Rectangle, Triangle
 from transport.shapes.infinite import Plane, Slab
 from transport.shapes.mesh import Mesh
 from transport.shapes.revolved import Paraboloid, Profile, Revolved
 from transport.shapes.solid import Box, Sphere
-from transport.shapes.supports import place_about_axis
+from transport.shapes.supports import are_on_one_support, place_about_axis, rounding_of
 from transport.shapes.triangles import distance_beside
 from transport.vectors import Vector, dot
 
@@ -51,6 +51,26 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     ways = ([p - q for p, q in zip(corner, plane.middle, strict=True)] for corner in corners)
     heights = [dot(way, plane.normal) for way in ways]
     return max(0.0, min(heights), -max(heights))
+
+
+def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
+    """Whether no point of a shape lies in front of that side, "front" or "back", of a flat one."""
+    if are_on_one_support(shape, flat):
+        return True
+    sign = 1.0 if side == "front" else -1.0
+
+    def height(point: Vector) -> float:
+        return sign * dot(tuple(p - q for p, q in zip(point, flat.middle, strict=True)), flat.normal)
+
+    if isinstance(shape, Plane | Slab):
+        turned = tuple(-x for x in flat.normal)
+        is_parallel = min(math.dist(shape.normal, n) for n in (flat.normal, turned)) <= ROUNDING
+        return is_parallel and height(shape.middle) + getattr(shape, "thickness", 0.0) / 2 <= 0
+    if shape.is_infinite:
+        return False
+    reach = shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
+    highest = max(map(height, product(*zip(*shape.bounds, strict=True))))
+    return min(highest, height(shape.middle) + reach) <= rounding_of(shape, flat)
 
 
 def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tuple[float, float]:
