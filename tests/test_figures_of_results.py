@@ -334,6 +334,62 @@ def test_a_picture_stands_beside_its_relative_errors_in_percent(tmp_path, figure
         viz.seen(sight(dark=True), tmp_path / "dark.png")
 
 
+def test_a_lamp_is_on_the_same_side_of_a_map_as_of_the_cameras_picture(tmp_path, figures):
+    """At (2, 2, 0), seen from the origin along +y: to the right of the middle, and of the azimuth of +y."""
+    lamp = tp.Source(tp.Sphere(center=(2, 2, 0), radius=0.4), tp.Lambertian(radiance=3.0))
+    here = {"position": (0, 0, 0)}
+    camera = tp.Camera(name="view", direction=(0, 1, 0), field_of_view=2.0, pixels=(24, 16), **here)
+    around = tp.EnvironmentMap(name="around", theta=18, phi=32, **here)
+    for instrument, ahead in ((camera, 11.5), (around, 90.0)):
+        result = tp.simulate(tp.Scene([lamp], (), [instrument]), 50_000, seed=2, progress=False)
+        viz.seen(result[instrument.name], tmp_path / f"{instrument.name}.png")
+        axes = figures[-1].axes[0]
+        if instrument is camera:
+            (drawn,) = axes.images
+            place = np.argwhere(drawn.get_array() == drawn.get_array().max())[:, 1].mean()
+        else:
+            (drawn,) = axes.findobj(QuadMesh)
+            lit = drawn.get_array() == drawn.get_array().max()
+            corners = drawn.get_coordinates()
+            place = ((corners[:-1, :-1] + corners[1:, 1:]) / 2)[lit.reshape(18, 32)][:, 0].mean()
+        x, middle = axes.transData.transform([(place, 0), (ahead, 0)])[:, 0]
+        assert x > middle + 1, f"{instrument.name}: {x:.0f} against {middle:.0f}"
+
+
+def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_by_direction(
+    tmp_path, figures
+):
+    """Both are seen from in front, so that they can stand side by side."""
+    lamp = tp.Source(tp.Sphere(center=(1, 0, 1), radius=0.2), tp.Lambertian(radiance=3.0))
+    floor = tp.Rectangle(width=2.0, height=2.0)
+    meters = [
+        tp.Detector(floor, "places", positions=tp.Positions(u=8, v=8)),
+        tp.Detector(tp.Disk(radius=0.2), "directions", directions=tp.Directions(theta=9, phi=16)),
+    ]
+    result = tp.simulate(tp.Scene([lamp], (), meters), 50_000, seed=3, progress=False)
+    viz.irradiance_map(result["places"], tmp_path / "places.png")
+    viz.radiance_map(result["directions"].radiance, tmp_path / "directions.png")
+    by_place = figures[0].axes[0].images[0].get_array().mean(axis=0)
+    assert by_place.argmax() > 5
+    (mesh,) = figures[1].axes[0].findobj(QuadMesh)
+    corners = mesh.get_coordinates()
+    middles = (corners[:-1, :-1, 0] + corners[1:, 1:, 0]) / 2
+    assert middles[np.unravel_index(np.argmax(mesh.get_array()), mesh.get_array().shape)] > 20
+    assert "seen from\nin front" in words(figures[1])
+
+
+def test_a_lamp_above_a_ball_lights_the_top_of_its_map(tmp_path, figures):
+    """The ball is seen from outside: the pole is on top and azimuth grows to the right."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))
+    ball = tp.Detector(tp.Sphere(radius=1.0), "ball", positions=tp.Positions(u=6, v=8))
+    result = tp.simulate(tp.Scene([lamp], (), [ball]), 50_000, seed=4, progress=False)
+    viz.irradiance_map(result["ball"], tmp_path / "ball.png")
+    axes = figures[0].axes[0]
+    pole, floor = axes.transData.transform([(0, 0), (0, 180)])[:, 1]
+    assert pole > floor
+    assert axes.get_xlim()[0] < axes.get_xlim()[1]
+
+
 def test_names_with_dollar_signs_are_no_formulas(tmp_path, figures, result):
     emitted, name = result.ledger["emitted"], r"a $\bad{$ b"
     crowded = crowd(result)

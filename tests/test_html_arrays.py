@@ -94,20 +94,39 @@ def _shades(url):
 
 @pytest.mark.parametrize(
     ("names", "brightest"),
-    [(("v", "u"), "top right"), (("theta", "phi"), "bottom right"), (("x", "vx"), "top right")],
+    [
+        (("v", "u"), "top right"),
+        (("theta", "phi"), "bottom left"),
+        (("mu", "phi"), "top left"),
+        (("x", "vx"), "top right"),
+    ],
     ids=lambda value: str(value),
 )
 def test_maps_lie_as_one_expects(names, brightest):
-    """Up and to the right, but for the polar angle, whose zenith is on top; places go across."""
+    """Up and to the right; places go across.  Of directions, seen from inside, the zenith is on top and azimuth grows to the left."""
     values = np.arange(1.0, 7.0).reshape(2, 3) * (1 + 0.01 * np.tile([-1.0, 1.0], 16)[:, None, None])
-    edges = {names[0]: [0, 1, 2], names[1]: [0, 1, 2, 3]}
+    edges = {names[0]: [0, 0.5, 1], names[1]: [0, 1, 2, 3]}
     seen = page(EstimateArray(values, EVEN_RUN, "W", names, edges))
     maps = [a["href"] for tag, a in zip(seen.tags, seen.attributes, strict=True) if tag == "image"]
     columns = 2 if names[0] == "x" else 3
     rows = _shades(maps[0]).reshape(-1, columns + 1)[:, 1:]
     place = np.unravel_index(np.argmax(rows), rows.shape)
-    assert place == (0 if "top" in brightest else len(rows) - 1, columns - 1)
+    assert place == (0 if "top" in brightest else len(rows) - 1, columns - 1 if "right" in brightest else 0)
     assert len(maps) == 4 and "relative standard error [%]" in seen.text
+
+
+def test_a_lamp_in_the_notebooks_map_is_on_the_side_on_which_a_camera_sees_it():
+    """At (2, 2, 0), from the origin: right of +y.  The ends of the axis are labelled where they are."""
+    (shades, _), words = _maps_of(_map_of_a_lamp().radiance)
+    lamp, ahead = np.argwhere(shades == shades.max())[:, 1].mean(), shades.shape[1] * 3 / 4  # +y is at 90°
+    assert lamp > ahead
+    assert words[words.index("φ [°]") - 1 :][:3] == ["360", "φ [°]", "0"]
+
+
+def _map_of_a_lamp():
+    lamp = tp.Source(tp.Sphere(center=(2, 2, 0), radius=0.2), tp.Lambertian(radiance=3.0))
+    around = tp.EnvironmentMap(name="map", position=(0, 0, 0), theta=9, phi=16)
+    return tp.simulate(tp.Scene([lamp], (), [around]), 50_000, progress=False)["map"]
 
 
 def _maps_of(array):

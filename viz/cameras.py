@@ -24,10 +24,38 @@ def seen(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw `result["view"]` of a Camera or EnvironmentMap: radiance from its greatest down by so many decades, and errors.
+    """Draw the picture of a Camera or EnvironmentMap: the radiance, and beside it its relative standard error [%].
 
-    Pixels that are darker have the darkest colour; where no error is known, as nothing came or every batch gave the same, it is
-    hatched.  Returns the path; raises ValueError for an image that is dark everywhere.
+    Parameters
+    ----------
+    reading : ViewReading
+        `result["view"]` of a Camera or of an EnvironmentMap.
+    path : str or os.PathLike
+        File to write; its folder is made.
+    decades : float
+        Range of the logarithmic scale, below the greatest radiance [decades]; darker pixels have the darkest colour.
+    title, note : str, optional
+        Headline, and provenance in small type, such as particles and seed.
+
+    Returns
+    -------
+    str or os.PathLike
+        `path`.
+
+    Raises
+    ------
+    ValueError
+        For an image that is dark everywhere.
+
+    Notes
+    -----
+    Both pictures are seen from the instrument's place: what is to the right of a camera's picture is to the right in
+    a map.  The azimuth of a map, which turns from +x towards +y, therefore grows to the left, as in a map of the sky.
+    Pixels without a known error (no score, or the same in every batch) are hatched.
+
+    Examples
+    --------
+    >>> viz.seen(result["around"], "around.png", decades=3)  # doctest: +SKIP
     """
     image, errors = reading.image(), reading.errors()
     top = float(np.max(image))
@@ -83,11 +111,13 @@ def _picture(figure, axes, reading, values, norm, colours: str, words: str, exte
     if is_map:
         theta, phi = (np.degrees(edges) for edges in reading.radiance.coords.values())
         shown = axes.pcolormesh(phi, theta, known, rasterized=True, **look)  # bins may be unlike
-        axes.set(aspect="equal", xlim=phi[[0, -1]], ylim=theta[[-1, 0]])  # the zenith is on top
-        axes.set_xlabel(r"azimuth $\varphi$")
+        # Seen from inside: the zenith is on top, and azimuth grows to the left.
+        axes.set(aspect="equal", xlim=phi[[-1, 0]], ylim=theta[[-1, 0]])
+        axes.set_xlabel(r"azimuth $\varphi$, seen from inside")
         axes.set_ylabel(r"polar angle $\theta$")
         axes.set_xticks([angle for angle in DIRECTIONS if phi[0] <= angle <= phi[-1]])
         axes.set_yticks([angle for angle in (0, 45, 90, 135, 180) if theta[0] <= angle <= theta[-1]])
+        axes.tick_params(axis="x", pad=9)  # clear of the polar angle's lowest label
         axes.xaxis.set_major_formatter(FuncFormatter(_degrees))
         axes.yaxis.set_major_formatter(FuncFormatter(_degrees))
     else:

@@ -66,7 +66,9 @@ def _map(name: str, title: str, **how: object) -> Draw:
 
 def _sky(result: Result, tracks: Tracks | None, path: Path, note: str) -> object:
     radiance = result["sky"].radiance
-    return radiance_map(radiance, path, title="What the floor sees", azimuth=TO_GLASS, note=note, decades=3)
+    return radiance_map(
+        radiance, path, title="Where light on the floor comes from", azimuth=TO_GLASS, note=note, decades=3
+    )
 
 
 def _phase(name: str, title: str, decades: float | None = None) -> Draw:
@@ -140,7 +142,7 @@ EXHIBITS = (
     ),
     Exhibit(
         "radiance_map",
-        "What a patch of the floor sees by direction, over three decades: the lamp, through the glass ball and past it, and"
+        "What comes to a patch of the floor by direction, seen from above, over three decades: the lamp, through the glass ball and past it, and"
         " the walls; dim directions have few counts, as the map of errors tells, and what nothing came from is hatched.",
         _sky,
     ),
@@ -175,8 +177,8 @@ EXHIBITS = (
     ),
     Exhibit(
         "environment_map",
-        "Radiance from all directions at a place in the room, with its relative standard error: polar angle from above,"
-        " azimuth across; where the room is open nothing comes, and no error is known (hatched).",
+        "Radiance from all directions at a place in the room, seen from there, with its relative standard error: polar angle"
+        " from above, azimuth growing to the left; where the room is open nothing comes, and no error is known (hatched).",
         _seen("around", "All directions at a place in the room"),
         particles=12_000_000,
         looks=EYES,

@@ -1,4 +1,8 @@
-"""A hemisphere of directions as a round map: the radius is polar angle, azimuth runs from e_u towards e_v."""
+"""A hemisphere of directions as a round plan: the radius is polar angle, azimuth runs from e_u towards e_v.
+
+A plan is seen from in front of the surface, against its normal, as is the map of the same surface by place: what
+shines from the side of +u is on the right in both.  An eye in the surface would see it mirrored, as in a map of the sky.
+"""
 
 from __future__ import annotations
 
@@ -71,6 +75,8 @@ def _furnish(axes: Axes, rim: float, spokes: bool) -> None:
     axes.add_patch(Circle((0, 0), rim, fill=False, ec=INK, lw=1.8))
     x, y = 1.03 * rim * math.cos(LABELLED), 1.03 * rim * math.sin(LABELLED)
     axes.text(x, y, f"θ = {rim:.3g}°", ha="left", va="bottom")
+    if spokes:
+        axes.text(-1.2 * rim, y, "seen from\nin front", color=MUTED, fontsize=15, ha="left", va="bottom")
 
 
 def _rings(rim: float) -> list[float]:

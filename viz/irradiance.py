@@ -120,6 +120,7 @@ def _draw(axes: Axes, places: Places, field: np.ndarray, norm: Normalize, colour
     axes.set_ylabel(f"{places.axes[1].words}  [{places.axes[1].unit}]")
     for axis, coordinate in zip((axes.xaxis, axes.yaxis), places.axes, strict=True):
         axis.set_major_locator(_ticks(coordinate))
+    axes.yaxis.set_inverted(places.axes[1].is_downwards)
     return drawn
 
 

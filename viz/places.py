@@ -27,6 +27,11 @@ class Coordinate(NamedTuple):
     def is_length(self) -> bool:
         return self.unit != "deg"
 
+    @property
+    def is_downwards(self) -> bool:
+        """Whether its zero is on top: the pole of a ball, which is seen from outside."""
+        return self.words == "polar angle"
+
 
 METRES = {name: Coordinate(name, "m") for name in PLACES}
 TURN = Coordinate("azimuth", "deg", 180 / math.pi)

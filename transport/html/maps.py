@@ -14,6 +14,10 @@ MOST_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
 UPWARDS = ("mu", "theta", "v")  # axes that go up the page if they come first; all others go across
 DOWNWARDS = ("theta",)  # axes of which the small end is on top: the zenith
+POLAR = (
+    "mu",
+    "theta",
+)  # axes that make a map of directions with an azimuth; it grows to the left, seen from inside
 ALIKE_TO = 1e-6  # widths of bins, for them to be drawn as bins of one width
 ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # axes of one measure, drawn to scale
 
@@ -80,15 +84,18 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
     """One map with its title, the ends of the axis below it, and the scale of its colours."""
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _turned(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
+    left, right = edges[1][0], edges[1][-1]
+    if _is_seen_from_inside(names):
+        left, right = right, left
     ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
     return "".join(
         [
             _text(x, 12, "start", plain_typeset(title + note)),
             picture,
             f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor" opacity=".35"/>',
-            _text(x, y + 13, "start", place_text(names[1], edges[1][0])),
+            _text(x, y + 13, "start", place_text(names[1], left)),
             _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1])),
-            _text(x + WIDTH, y + 13, "end", place_text(names[1], edges[1][-1])),
+            _text(x + WIDTH, y + 13, "end", place_text(names[1], right)),
             f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none" href="{ramp}"/>',
             _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
             _text(x + WIDTH, y + 43, "end", plain_typeset(f"{high:.3g}")),
@@ -119,8 +126,14 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
 
 
 def _turned(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
-    """Rows from the top."""
-    return numbers if names[0] in DOWNWARDS else numbers[::-1]
+    """Rows from the top, columns from the left."""
+    upright = numbers if names[0] in DOWNWARDS else numbers[::-1]
+    return upright[:, ::-1] if _is_seen_from_inside(names) else upright
+
+
+def _is_seen_from_inside(names: tuple[str, str]) -> bool:
+    """Whether it is a map of directions, by polar angle and azimuth."""
+    return names[0] in POLAR and names[1] == "phi"
 
 
 def _upwards(name: str, edges: np.ndarray, tall: float) -> str:

@@ -222,7 +222,18 @@ class ViewReading(Quantified):
         return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
     def image(self) -> np.ndarray:
-        """The radiance [W m^-2 sr^-1] as rows of an image, the upper one first."""
+        """Return the radiance [W m^-2 sr^-1] as rows of an image, the upper one first.
+
+        Returns
+        -------
+        numpy.ndarray
+            (height, width) of a Camera; (theta, phi) of an EnvironmentMap.
+
+        Notes
+        -----
+        Columns of an EnvironmentMap are in the order of `radiance`, by growing azimuth.  Seen from inside azimuth grows
+        to the left: draw the columns in reverse order, as `viz.seen` does.
+        """
         return self._upright(self.radiance.value)
 
     def errors(self) -> np.ndarray:
