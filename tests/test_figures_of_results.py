@@ -126,6 +126,50 @@ def test_a_disk_is_drawn_round_and_cut_from_rim_to_rim(tmp_path, figures, result
     np.testing.assert_allclose(opposite, result["round"].irradiance.value[:, 6])
 
 
+def spots(bright, shape=None, error=0.02):
+    """A reading of 4 by 5 bins that are 1 ± 0.02, but for bright ones: {(u, v): (value, relative standard error)}."""
+    values, errors = np.ones((4, 5)), np.full((4, 5), error)
+    for place, (value, relative) in bright.items():
+        values[place], errors[place] = value, relative
+    coords = {"u": np.arange(5.0), "v": np.arange(6.0) if shape is None else np.linspace(0, 2 * math.pi, 6)}
+    signs = math.sqrt(31) * np.tile([-1.0, 1.0], 16)[:, None, None]
+    estimate = EstimateArray(values * (1 + errors * signs), EVEN_RUN, "W m^-2", ("u", "v"), coords)
+    sums = SimpleNamespace(shape=shape or tp.Rectangle(width=4, height=5))
+    return SimpleNamespace(name="meter", irradiance=estimate, sums=sums)
+
+
+SPOTS = {
+    "above": ({(2, 4): (9.0, 0.02)}, 4),
+    "below": ({(2, 0): (9.0, 0.02)}, 0),
+    "beside one that is not known": ({(2, 4): (math.nan, 0.02), (1, 3): (2.0, 0.02)}, 3),
+    "of two alike the one nearer the middle": ({(2, 0): (2.0, 0.02), (1, 3): (2.0, 0.02)}, 3),
+    "nowhere": ({}, 2),
+    "small beside a bright row": ({(0, 1): (9.0, 0.02)} | {(u, 3): (2.0, 0.02) for u in range(4)}, 1),
+    "beside a single large score": ({(0, 4): (9.0, 0.95), (1, 1): (2.0, 0.02)}, 1),
+}
+
+
+@pytest.mark.parametrize(("bright", "row"), SPOTS.values(), ids=SPOTS)
+def test_a_cut_runs_through_the_brightest_spot(tmp_path, figures, bright, row):
+    viz.irradiance_map(spots(bright), tmp_path / "map.png")
+    np.testing.assert_allclose(figures[0].axes[0].lines[0].get_ydata(), row + 0.5)
+
+
+def test_a_cut_without_any_known_error_runs_through_the_greatest_value(tmp_path, figures):
+    viz.irradiance_map(spots({(2, 4): (9.0, 0.0)}, error=0.0), tmp_path / "map.png")
+    np.testing.assert_allclose(figures[0].axes[0].lines[0].get_ydata(), 4.5)
+
+
+@pytest.mark.parametrize(
+    ("bright", "sector"),
+    [({(2, 3): (9.0, 0.02)}, 3), ({}, 0), ({(0, 2): (9.0, 0.95), (3, 1): (2.0, 0.02)}, 1)],
+)
+def test_a_cut_of_a_disk_starts_in_the_brightest_sector(tmp_path, figures, bright, sector):
+    viz.irradiance_map(spots(bright, tp.Disk(radius=4.0)), tmp_path / "map.png")
+    (x, y) = figures[0].axes[0].lines[0].get_data()
+    assert math.degrees(math.atan2(y[-1], x[-1])) % 360 == pytest.approx(72 * sector + 36)
+
+
 def test_a_tube_is_unrolled_with_its_azimuth_across_in_degrees(result):
     places = places_of(result["tube"], "irradiance")
     assert [axis.unit for axis in places.axes] == ["deg", "m"]

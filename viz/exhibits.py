@@ -23,7 +23,6 @@ from viz.power_flow import power_flow
 from viz.radiance import radiance_map
 from viz.showroom import EYES, METERS, glossy_plate, showroom
 
-THROUGH_GLASS = 14  # row of the floor's bins below the glass ball
 TO_GLASS = -1.7  # rad, azimuth at which the floor's meter sees the glass ball
 
 GLOSS = "gloss"
@@ -132,7 +131,7 @@ EXHIBITS = (
         "irradiance_map",
         "Light on the floor: shadows of a mirror ball and of fog, and the light that a glass ball gathers; beside it the"
         " relative standard error of every bin, and a cut through the focus with bars of two standard errors.",
-        _map("floor", "Light on the floor", decades=2, row=THROUGH_GLASS),
+        _map("floor", "Light on the floor", decades=2),
     ),
     Exhibit(
         "fluence_map",

@@ -47,13 +47,48 @@ def irradiance_map(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw a quantity by place with its relative standard error [%] and a cut; returns the path.
+    """Draw a quantity by place, its relative standard error [%] and a cut.
 
-    reading: `result["meter"]` of a Detector with positions, or of a VolumeDetector with cells and another `quantity`, such as
-    "fluence_rate" or "absorbed_density"; with bins along one coordinate alone only the cut is drawn.
-    exact: means over the bins, shaped as the quantity; drawn as steps in the cut.
-    row: of the cut, which runs across the map (round a disk: its azimuth, and on at the opposite one); the middle one if not told.
-    at: which bin to take along other axes, such as {"time": 3};  decades: a logarithmic scale so far down.  Raises ValueError where there are no bins of place.
+    Parameters
+    ----------
+    reading : Reading
+        `result["meter"]` of a Detector with positions, or of a VolumeDetector with cells.  Of bins along one coordinate
+        only the cut is drawn.
+    path : str or os.PathLike
+        File to write; its folder is made.
+    quantity : str
+        Such as "fluence_rate" or "absorbed_density" of a VolumeDetector.
+    exact : numpy.ndarray, optional
+        Means over the bins, shaped as the quantity; drawn as steps in the cut.
+    row : int, optional
+        Row of bins along which the cut runs across the map; on a disk a sector of azimuth, from which the cut goes on
+        through the centre into the opposite one [default: the brightest].
+    at : Mapping[str, int], optional
+        Bin to take along other axes, such as {"time": 3}.
+    decades : float, optional
+        Range of a logarithmic scale, below the greatest value [default: a linear scale].
+    title, note : str, optional
+        Headline, and provenance in small type, such as particles and seed.
+
+    Returns
+    -------
+    str or os.PathLike
+        `path`.
+
+    Raises
+    ------
+    ValueError
+        If there are no bins of place, or `exact` has another shape.
+
+    Notes
+    -----
+    The brightest row, or sector, is that of the brightest bin: the greatest value less its standard error, so that one
+    large score of a rare particle does not decide.  Bins that are nan or have no known error are left out, unless no
+    error is known at all.  Of equal rows the one nearest the middle is taken, of equal sectors the first.
+
+    Examples
+    --------
+    >>> viz.irradiance_map(result["floor"], "floor.png", decades=2)  # doctest: +SKIP
     """
     places = places_of(reading, quantity, at)
     means = (
@@ -66,7 +101,7 @@ def irradiance_map(
         with figure_at(path, (13, 8.4), title, note) as figure:
             _draw_cut(figure.subplots(), places, None, means, label, decades)
         return path
-    row = (0 if places.is_round else places.value.shape[1] // 2) if row is None else row
+    row = _brightest_row(places) if row is None else row
     across, up = _panel(places)
     size = 2 * across + CUT[0] + 5.2, max(up + BELOW, CUT[1] + 2.5) + (1.5 if title else 0.8)
     with figure_at(path, size, title, note, "none") as figure:
@@ -79,6 +114,17 @@ def irradiance_map(
         _mark_row(values, places, row)
         _draw_cut(cut, places, row, means, label, decades)
     return path
+
+
+def _brightest_row(places: Places) -> int:
+    """The row, or sector of a disk, of the brightest bin; of equal ones that nearest the middle, or the first."""
+    # Take one standard error off, so that a bin with a single large score does not win.
+    sure = places.value - places.error
+    if not np.isfinite(sure).any():
+        sure = places.value
+    peaks = np.where(np.isfinite(sure), sure, -np.inf).max(axis=0)
+    start = 0 if places.is_round else len(peaks) // 2
+    return min(np.flatnonzero(peaks == peaks.max()).tolist(), key=lambda row: abs(row - start))
 
 
 def _panel(places: Places) -> tuple[float, float]:
