@@ -164,6 +164,7 @@ def test_a_function_of_a_result_and_arrays_are_priced_too():
         bins, lambda result: result["meter"].irradiance, methods={"mine": {"estimator": "aimed"}}, seconds=0.5
     )
     assert len(told.truth) == 4 and told["mine"].points[-1].claimed > 0
+    assert told["mine"].estimator == "aimed"
     assert told.truth_is.startswith("best estimate")
 
 

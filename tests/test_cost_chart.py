@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.pricing.cost import CostOfAccuracy
 from transport.pricing.discretisation import BinsAgainstNoise
 from transport.pricing.slopes import Pace, line_through
 from transport.pricing.ways import Point, Way
 from viz.costs import _apart, cost_diagram
+from viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
 
 pytestmark = pytest.mark.filterwarnings("error")
 NAMES = [f"{e}{s}" for e in ("analog", "aimed", "expected") for s in ("", ", stratified", ", sobol")] + [
@@ -86,3 +90,55 @@ def test_ways_of_unknown_error_are_left_out_and_bins_have_a_panel_of_their_own(t
     assert "bins along u" in figure.axes[1].get_xlabel()
     with pytest.raises(ValueError, match="at least one way"):
         cost_diagram(stand_in_cost([], blind=["analog"]), tmp_path / "none.png")
+
+
+def looks_of(figure):
+    """{name of a way: (colour, marker of its true errors, line)} of a diagram."""
+    (axes,) = figure.axes
+    named = {text.get_text().split("  ")[0]: text for text in axes.texts if text.arrow_patch is not None}
+    lines = {}
+    for container in axes.containers:
+        points = container.lines[0]
+        place = (points.get_xdata()[-1], points.get_ydata()[-1])
+        (name,) = (name for name, text in named.items() if np.allclose(text.xy, place, rtol=1e-12, atol=0))
+        # The fitted line follows the points that it belongs to.
+        after = axes.lines[axes.lines.index(points) + 1 :]
+        fit = next(line for line in after if len(line.get_xdata()) == 100)
+        lines[name] = points.get_color(), points.get_marker(), fit.get_linestyle(), named[name].get_color()
+    return lines
+
+
+TRACKINGS = ["analog absorption", "roulette 0.0001", "forced collisions"]
+
+
+def test_every_way_has_its_look_whatever_is_drawn_beside_it(tmp_path, figures):
+    """The colour is the estimator's; alone, in another order and among all others."""
+    names = [*NAMES, *TRACKINGS]
+    cost_diagram(stand_in_cost(names), tmp_path / "all.png")
+    among_all = looks_of(figures[-1])
+    assert set(among_all) == set(names) and len(set(among_all.values())) == len(names)
+    for name in names:
+        estimator = name.partition(", ")[0]
+        colour, *_, words = among_all[name]
+        assert colour == words == ESTIMATOR_COLOURS[estimator if estimator in ESTIMATORS else "analog"]
+    for few in (["backward"], ["expected, sobol", "analog"], ["forced collisions", "aimed"]):
+        cost_diagram(stand_in_cost(few), tmp_path / "few.png")
+        assert looks_of(figures[-1]) == {name: among_all[name] for name in few}
+
+
+def test_a_way_with_a_name_of_its_own_has_the_colour_of_its_estimator(tmp_path, figures):
+    cost = stand_in_cost(["mine", "aimed", "yours"])
+    ways = [replace(way, estimator="aimed" if way.name == "aimed" else "expected") for way in cost.ways]
+    cost_diagram(replace(cost, ways=tuple(ways)), tmp_path / "own.png")
+    looks = looks_of(figures[-1])
+    assert [looks[name][0] for name in ("mine", "aimed", "yours")] == [
+        ESTIMATOR_COLOURS[name] for name in ("expected", "aimed", "expected")
+    ]
+    assert looks["mine"] != looks["yours"]
+
+
+def test_all_estimators_have_colours_and_all_samplings_and_trackings_have_marks():
+    assert tuple(ESTIMATOR_COLOURS) == ESTIMATORS and tuple(SAMPLING_MARKS) == SAMPLINGS
+    assert len(set(ESTIMATOR_COLOURS.values())) == len(ESTIMATORS)
+    marks = [*SAMPLING_MARKS.values(), *TRACKING_MARKS.values()]
+    assert all(len(set(column)) == len(marks) for column in zip(*marks, strict=True))

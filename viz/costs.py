@@ -13,11 +13,22 @@ from transport.pricing.cost import CostOfAccuracy
 from transport.pricing.discretisation import BinsAgainstNoise
 from transport.pricing.price_table import duration, percent, price_text
 from transport.pricing.ways import Way
-from viz.style import INK, MUTED, PALETTE, figure_at
+from viz.style import (
+    ESTIMATOR_COLOURS,
+    INK,
+    MUTED,
+    ORANGE,
+    SAMPLING_MARKS,
+    SKY,
+    TRACKING_MARKS,
+    Mark,
+    figure_at,
+)
 
-MARKS = {"random": ("o", "-"), "stratified": ("s", "--"), "sobol": ("^", "-.")}
-SHAPES = {"random": "●", "stratified": "■", "sobol": "▲"}
+SHAPES = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "P": "✚"}
+OWN = ("X", "p", "h", "<")  # markers of ways with names of their own, in turn
 APART = 0.062  # of the height, between labels
+Look = tuple[str, str, str | tuple]  # colour, marker, line
 
 
 def cost_diagram(
@@ -27,11 +38,38 @@ def cost_diagram(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw true errors (filled) and claimed ones (open) against seconds, a line a way, both axes logarithmic.
+    """Draw the error of each way to estimate against seconds, true (filled) and claimed (open), on logarithmic axes.
 
-    Each line is labelled with its slope beside the last point; horizontal lines are the errors asked for with the least
-    price, a dashed one the slope of independent histories.  bins: a second panel, noise and blur against the number of
-    bins.  Returns the path.  Raises ValueError where no way has a known error.
+    Parameters
+    ----------
+    cost : CostOfAccuracy
+        What `transport.cost_of_accuracy` measured.
+    path : str or os.PathLike
+        File to write; its folder is made.
+    bins : BinsAgainstNoise, optional
+        For a second panel, noise and blur against the number of bins.
+    title, note : str, optional
+        Headline, and provenance in small type; machine, threads and date are added to it.
+
+    Returns
+    -------
+    str or os.PathLike
+        `path`.
+
+    Raises
+    ------
+    ValueError
+        If no way has a known error.
+
+    Notes
+    -----
+    Each line is labelled with its slope beside the last point.  Horizontal lines are the target errors with the least
+    price, a dashed one is the slope of independent histories.  The colour is the estimator's; marker and line are
+    those of the sampling or of the tracking.  They are the same in all figures (`viz.style`), whatever is drawn beside.
+
+    Examples
+    --------
+    >>> cost_diagram(tp.cost_of_accuracy(scene, "meter.flux_in"), "cost.png")  # doctest: +SKIP
     """
     shown = [way for way in cost.ways if any(_is_seen(point.true) for point in way.points)]
     if not shown:
@@ -71,29 +109,37 @@ def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
 
 
 def _legend(shown: list[Way]) -> str:
-    """What marks mean: a shape a sampling, filled where true."""
-    samplings = [name for name in MARKS if any(_sampling(way) == name for way in shown)]
-    shapes = "   ".join(f"{SHAPES[name]} {name}" for name in samplings)
-    return f"{shapes};   filled: true error, open: claimed;   * extrapolated"
+    """What marks mean: a shape per sampling and per tracking, filled where true; on two lines where there are trackings."""
+    found = {_kind(way) for way in shown}
+    marks = SAMPLING_MARKS | TRACKING_MARKS
+    shapes = "   ".join(f"{SHAPES[marker]} {name}" for name, (marker, _) in marks.items() if name in found)
+    between = "\n" if found & TRACKING_MARKS.keys() else ";   "
+    return f"{shapes}{between if shapes else ''}filled: true error, open: claimed;   * extrapolated"
 
 
-def _looks(shown: list[Way]) -> dict[str, tuple[str, str, str]]:
-    """Colour, marker and line of each way: a colour an estimator or tracking, a marker a sampling."""
-    families = dict.fromkeys(_family(way) for way in shown)
-    colours = {family: PALETTE[place % len(PALETTE)] for place, family in enumerate(families)}
-    return {way.name: (colours[_family(way)], *MARKS[_sampling(way)]) for way in shown}
+def _looks(shown: list[Way]) -> dict[str, Look]:
+    """Colour, marker and line of each way: a colour per estimator, a marker and line per sampling or tracking."""
+    marks: dict[str, Mark] = SAMPLING_MARKS | TRACKING_MARKS
+    own = [way.name for way in shown if _kind(way) not in marks]
+    marks |= {name: (OWN[place % len(OWN)], "-") for place, name in enumerate(own)}
+    return {way.name: (ESTIMATOR_COLOURS.get(_estimator(way), INK), *marks[_kind(way)]) for way in shown}
 
 
-def _sampling(way: Way) -> str:
-    last = way.name.rpartition(", ")[2]
-    return last if last in MARKS else "random"
+def _kind(way: Way) -> str:
+    """The sampling of a way that is named by its estimator, the tracking of another one, or the name of the user's own."""
+    family, _, sampling = way.name.partition(", ")
+    if family in ESTIMATOR_COLOURS and (sampling or "random") in SAMPLING_MARKS:
+        return sampling or "random"
+    return next((name for name in TRACKING_MARKS if way.name.startswith(name)), way.name)
 
 
-def _family(way: Way) -> str:
-    return way.name.removesuffix(f", {_sampling(way)}")
+def _estimator(way: Way) -> str:
+    """The estimator of a way; where it is not known the one in its name, or the usual one for a choice of tracking."""
+    named = way.name.partition(", ")[0]
+    return way.estimator or (named if named in ESTIMATOR_COLOURS else "analog")
 
 
-def _draw_way(axes: Axes, way: Way, colour: str, marker: str, line: str) -> None:
+def _draw_way(axes: Axes, way: Way, colour: str, marker: str, line: str | tuple) -> None:
     points = [point for point in way.points if _is_seen(point.true)]
     seconds, true = np.array([(p.seconds, p.true) for p in points]).T
     bars = np.array([min(2 * p.true_error, 0.9 * p.true) for p in points])
@@ -140,7 +186,7 @@ def _draw_guide(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def _label(axes: Axes, shown: list[Way], looks: dict[str, tuple[str, str, str]]) -> None:
+def _label(axes: Axes, shown: list[Way], looks: dict[str, Look]) -> None:
     """Names and slopes to the right of the axes, in the lines' order, apart from one another, joined to last points."""
     ends = []
     for way in shown:
@@ -194,15 +240,15 @@ def _draw_bins(axes: Axes, bins: BinsAgainstNoise) -> None:
     numbers = np.array(bins.bins)
     axes.plot(numbers, bins.blur, "--", color=INK, lw=2.2)
     seen = [(n, b) for n, b in zip(bins.bins, bins.blur, strict=True) if b > 0]
-    _name(axes, seen[0] if seen else (numbers[0], bins.noise[0]), "blur of the bins", INK, (6, 6))
-    for times, colour in ((1, PALETTE[0]), (100, PALETTE[1])):
+    _name(axes, seen[0] if seen else (numbers[0], bins.noise[0]), "blur of the bins", (6, 6))
+    for times, colour in ((1, SKY), (100, ORANGE)):  # no estimator's
         noise, total = np.array(bins.noise) / times**0.5, np.array(bins.total(times))
         axes.plot(numbers, noise, ":", color=colour, lw=2.0)
         axes.plot(numbers, total, "o-", color=colour, lw=2.2, mec="white")
         best = bins.best(times)
         axes.plot(best, total[bins.bins.index(best)], "*", color=INK, mec="white", ms=26, zorder=5)
         words = f"noise, {bins.particles * times:.2g} particles"
-        _name(axes, (numbers[len(numbers) // 3], noise[len(numbers) // 3]), words, colour, (0, -20))
+        _name(axes, (numbers[len(numbers) // 3], noise[len(numbers) // 3]), words, (0, -20))
     axes.set_xscale("log", base=2)
     axes.set_yscale("log")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -213,8 +259,8 @@ def _draw_bins(axes: Axes, bins: BinsAgainstNoise) -> None:
     axes.set_title("★ best number of bins", loc="left", fontsize=17, color=MUTED, pad=10)
 
 
-def _name(axes: Axes, place: tuple[float, float], words: str, colour: str, shift: tuple[int, int]) -> None:
-    axes.annotate(words, place, shift, textcoords="offset points", color=colour, fontsize=16)
+def _name(axes: Axes, place: tuple[float, float], words: str, shift: tuple[int, int]) -> None:
+    axes.annotate(words, place, shift, textcoords="offset points", fontsize=16)
 
 
 def _is_seen(error: float) -> bool:

@@ -17,11 +17,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+Mark = tuple[str, str | tuple]  # marker, line style
+
 # Okabe and Ito 2008, "Color universal design": colour-blind eyes tell them apart.  Their yellow is too pale.
 BLUE, VERMILLION, GREEN = "#0072B2", "#D55E00", "#009E73"
 PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 PALETTE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = ("o", "s", "^", "D", "v", "P")  # beside the colour, for prints in grey
+# The same in all figures: the colour of an estimator, marker and line of a sampling or of a tracking.
+ESTIMATOR_COLOURS = {"analog": BLUE, "aimed": VERMILLION, "expected": GREEN, "backward": PURPLE}
+SAMPLING_MARKS: dict[str, Mark] = {"random": ("o", "-"), "stratified": ("s", "--"), "sobol": ("^", "-.")}
+TRACKING_MARKS: dict[str, Mark] = {
+    "analog absorption": ("D", ":"),
+    "roulette": ("v", (0, (6, 2, 2, 2, 2, 2))),
+    "forced collisions": ("P", (0, (9, 3))),
+}
 INK, MUTED, PALE = "#1a1a1a", "#6b6b6b", "#d9d9d9"
 WITHIN_TWO = "#dcebf5"  # the band of two standard errors
 HATCHING = "////"

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from transport.compile import compile_scene
-from transport.estimators.methods import Method, methods_for
+from transport.estimators.methods import Method, checked_method, methods_for
 from transport.pricing.machine import machine_name
 from transport.pricing.trials import KEYS, Trials, trials_of
 from transport.pricing.ways import Way, best_estimate, way_of
@@ -136,7 +136,7 @@ def cost_of_accuracy(
         units[0],
         truth.value[0].item() if truth.value.size == 1 else tuple(truth.value.tolist()),
         truth.words,
-        tuple(way_of(name, trials, truth) for name, trials in found.items()),
+        tuple(way_of(name, trials, truth, _estimator(scene, ways[name])) for name, trials in found.items()),
         tuple(sorted(map(float, targets), reverse=True)),
         refused,
         machine_name(),
@@ -185,6 +185,11 @@ def _reader(scene: Scene, quantity: Quantity) -> Callable[[Result], Estimate | E
         must = "quantity must be a name such as 'meter.flux_in' or a function of a result"
         raise SceneError(f"cost_of_accuracy: {must}, got {shown(quantity)}")
     return quantity
+
+
+def _estimator(scene: Scene, keywords: Mapping[str, object]) -> str:
+    """What simulate(**keywords) takes; "auto" for one that it chooses."""
+    return checked_method(scene, keywords.get("estimator"), keywords.get("sampling", "random")).estimator
 
 
 def _run(scene, read, keywords, threads: int, units: list[str], particles: int, seed: int) -> tuple:

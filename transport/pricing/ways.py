@@ -68,7 +68,7 @@ class Way:
     """One way to estimate.  line: through the true errors, None where they are not known;  claimed_line: through the others.
 
     pace: how long runs take;  z: how many standard errors the mean of all its runs lies off the truth;  preparation: [s]
-    of compiling or loading its passes.
+    of compiling or loading its passes.  estimator: of its runs, None where the name tells it.
     """
 
     name: str
@@ -78,6 +78,7 @@ class Way:
     pace: Pace
     preparation: float
     z: float
+    estimator: str | None = None
 
     @property
     def known_points(self) -> tuple[Point, ...]:
@@ -105,7 +106,7 @@ def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) 
     return Truth(value, math.fsum(share**2 * known[name][1] for name, share in shares.items()), shares)
 
 
-def way_of(name: str, trials: Trials, truth: Truth) -> Way:
+def way_of(name: str, trials: Trials, truth: Truth, estimator: str | None = None) -> Way:
     """A way's points, lines and z."""
     particles = sum(trial.particles for trial in trials.all)
     share = truth.shares.get(name, 0.0) / particles
@@ -116,7 +117,8 @@ def way_of(name: str, trials: Trials, truth: Truth) -> Way:
     runs = [p.runs for p in fitted]
     line = line_through(seconds, [p.true for p in fitted], runs)
     claimed = line_through(seconds, [p.claimed for p in fitted], runs)
-    return Way(name, points, line, claimed, pace, trials.preparation, _z(trials, truth, name))
+    z = _z(trials, truth, name)
+    return Way(name, points, line, claimed, pace, trials.preparation, z, estimator)
 
 
 def _known(points: tuple[Point, ...]) -> tuple[Point, ...]:
