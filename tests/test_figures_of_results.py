@@ -127,7 +127,7 @@ def test_a_disk_is_drawn_round_and_cut_from_rim_to_rim(tmp_path, figures, result
 
 
 def spots(bright, shape=None, error=0.02):
-    """A reading of 4 by 5 bins that are 1 ± 0.02, but for bright ones: {(u, v): (value, relative standard error)}."""
+    """A reading of 4 by 5 bins that are 1 ± 0.02, but for some: {(u, v): (value, relative error)}."""
     values, errors = np.ones((4, 5)), np.full((4, 5), error)
     for place, (value, relative) in bright.items():
         values[place], errors[place] = value, relative

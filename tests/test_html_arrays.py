@@ -103,7 +103,10 @@ def _shades(url):
     ids=lambda value: str(value),
 )
 def test_maps_lie_as_one_expects(names, brightest):
-    """Up and to the right; places go across.  Of directions, seen from inside, the zenith is on top and azimuth grows to the left."""
+    """Up and to the right; places go across.
+
+    Of directions, seen from inside, the zenith is on top and azimuth grows to the left.
+    """
     values = np.arange(1.0, 7.0).reshape(2, 3) * (1 + 0.01 * np.tile([-1.0, 1.0], 16)[:, None, None])
     edges = {names[0]: [0, 0.5, 1], names[1]: [0, 1, 2, 3]}
     seen = page(EstimateArray(values, EVEN_RUN, "W", names, edges))

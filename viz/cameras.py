@@ -24,7 +24,7 @@ def seen(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw the picture of a Camera or EnvironmentMap: the radiance, and beside it its relative standard error [%].
+    """Draw what a Camera or EnvironmentMap saw: the radiance, and beside it its relative standard error [%].
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def seen(
     path : str or os.PathLike
         File to write; its folder is made.
     decades : float
-        Range of the logarithmic scale, below the greatest radiance [decades]; darker pixels have the darkest colour.
+        Range of the logarithmic scale, below the greatest radiance [decades]; darker pixels have the darkest
+        colour.
     title, note : str, optional
         Headline, and provenance in small type, such as particles and seed.
 
@@ -49,9 +50,9 @@ def seen(
 
     Notes
     -----
-    Both pictures are seen from the instrument's place: what is to the right of a camera's picture is to the right in
-    a map.  The azimuth of a map, which turns from +x towards +y, therefore grows to the left, as in a map of the sky.
-    Pixels without a known error (no score, or the same in every batch) are hatched.
+    Both pictures are seen from the instrument's place: what is on the right of a camera's picture is on the
+    right in a map.  The azimuth of a map, which turns from +x towards +y, therefore grows to the left, as
+    in a map of the sky.  Pixels without a known error (no score, or the same in every batch) are hatched.
 
     Examples
     --------

@@ -38,7 +38,7 @@ def cost_diagram(
     title: str | None = None,
     note: str | None = None,
 ) -> str | os.PathLike:
-    """Draw the error of each way to estimate against seconds, true (filled) and claimed (open), on logarithmic axes.
+    """Draw the error of each way to estimate against seconds: true (filled) and claimed (open).
 
     Parameters
     ----------
@@ -63,9 +63,10 @@ def cost_diagram(
 
     Notes
     -----
-    Each line is labelled with its slope beside the last point.  Horizontal lines are the target errors with the least
-    price, a dashed one is the slope of independent histories.  The colour is the estimator's; marker and line are
-    those of the sampling or of the tracking.  They are the same in all figures (`viz.style`), whatever is drawn beside.
+    Both axes are logarithmic.  Each line is labelled with its slope beside the last point.  Horizontal
+    lines are the target errors with the least price, a dashed one is the slope of independent histories.
+    The colour is the estimator's; marker and line are those of the sampling or of the tracking.  They are
+    the same in all figures (`viz.style`), whatever is drawn beside.
 
     Examples
     --------
@@ -109,7 +110,7 @@ def _draw_ways(axes: Axes, cost: CostOfAccuracy, shown: list[Way]) -> None:
 
 
 def _legend(shown: list[Way]) -> str:
-    """What marks mean: a shape per sampling and per tracking, filled where true; on two lines where there are trackings."""
+    """What marks mean: a shape per sampling and per tracking, filled where true."""
     found = {_kind(way) for way in shown}
     marks = SAMPLING_MARKS | TRACKING_MARKS
     shapes = "   ".join(f"{SHAPES[marker]} {name}" for name, (marker, _) in marks.items() if name in found)
@@ -118,7 +119,7 @@ def _legend(shown: list[Way]) -> str:
 
 
 def _looks(shown: list[Way]) -> dict[str, Look]:
-    """Colour, marker and line of each way: a colour per estimator, a marker and line per sampling or tracking."""
+    """Colour, marker and line of each way: a colour per estimator, the rest per sampling or tracking."""
     marks: dict[str, Mark] = SAMPLING_MARKS | TRACKING_MARKS
     own = [way.name for way in shown if _kind(way) not in marks]
     marks |= {name: (OWN[place % len(OWN)], "-") for place, name in enumerate(own)}
@@ -126,7 +127,7 @@ def _looks(shown: list[Way]) -> dict[str, Look]:
 
 
 def _kind(way: Way) -> str:
-    """The sampling of a way that is named by its estimator, the tracking of another one, or the name of the user's own."""
+    """The sampling of a way that is named by its estimator, the tracking of another, or a name of its own."""
     family, _, sampling = way.name.partition(", ")
     if family in ESTIMATOR_COLOURS and (sampling or "random") in SAMPLING_MARKS:
         return sampling or "random"
@@ -134,7 +135,7 @@ def _kind(way: Way) -> str:
 
 
 def _estimator(way: Way) -> str:
-    """The estimator of a way; where it is not known the one in its name, or the usual one for a choice of tracking."""
+    """The estimator of a way; where it is not known the one in its name, or the usual one."""
     named = way.name.partition(", ")[0]
     return way.estimator or (named if named in ESTIMATOR_COLOURS else "analog")
 

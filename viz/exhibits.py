@@ -141,7 +141,8 @@ EXHIBITS = (
     ),
     Exhibit(
         "radiance_map",
-        "What comes to a patch of the floor by direction, seen from above, over three decades: the lamp, through the glass ball and past it, and"
+        "What comes to a patch of the floor by direction, drawn from above, over three decades: the lamp,"
+        " through the glass ball and past it, and"
         " the walls; dim directions have few counts, as the map of errors tells, and what nothing came from is hatched.",
         _sky,
     ),
@@ -176,8 +177,9 @@ EXHIBITS = (
     ),
     Exhibit(
         "environment_map",
-        "Radiance from all directions at a place in the room, seen from there, with its relative standard error: polar angle"
-        " from above, azimuth growing to the left; where the room is open nothing comes, and no error is known (hatched).",
+        "Radiance from all directions at a place in the room, seen from there, with its relative standard"
+        " error: polar angle from above, azimuth growing to the left; where the room is open nothing comes,"
+        " and no error is known (hatched).",
         _seen("around", "All directions at a place in the room"),
         particles=12_000_000,
         looks=EYES,

@@ -1,7 +1,8 @@
 """A hemisphere of directions as a round plan: the radius is polar angle, azimuth runs from e_u towards e_v.
 
-A plan is seen from in front of the surface, against its normal, as is the map of the same surface by place: what
-shines from the side of +u is on the right in both.  An eye in the surface would see it mirrored, as in a map of the sky.
+A plan is seen from in front of the surface, against its normal, as is the map of the same surface by place:
+what shines from the side of +u is on the right in both.  An eye in the surface would see it mirrored, as in
+a map of the sky.
 """
 
 from __future__ import annotations

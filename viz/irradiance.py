@@ -52,8 +52,8 @@ def irradiance_map(
     Parameters
     ----------
     reading : Reading
-        `result["meter"]` of a Detector with positions, or of a VolumeDetector with cells.  Of bins along one coordinate
-        only the cut is drawn.
+        `result["meter"]` of a Detector with positions, or of a VolumeDetector with cells.  Of bins along one
+        coordinate only the cut is drawn.
     path : str or os.PathLike
         File to write; its folder is made.
     quantity : str
@@ -61,8 +61,8 @@ def irradiance_map(
     exact : numpy.ndarray, optional
         Means over the bins, shaped as the quantity; drawn as steps in the cut.
     row : int, optional
-        Row of bins along which the cut runs across the map; on a disk a sector of azimuth, from which the cut goes on
-        through the centre into the opposite one [default: the brightest].
+        Row of bins along which the cut runs across the map; on a disk a sector of azimuth, from which the cut
+        goes on through the centre into the opposite one [default: the brightest].
     at : Mapping[str, int], optional
         Bin to take along other axes, such as {"time": 3}.
     decades : float, optional
@@ -82,9 +82,10 @@ def irradiance_map(
 
     Notes
     -----
-    The brightest row, or sector, is that of the brightest bin: the greatest value less its standard error, so that one
-    large score of a rare particle does not decide.  Bins that are nan or have no known error are left out, unless no
-    error is known at all.  Of equal rows the one nearest the middle is taken, of equal sectors the first.
+    The brightest row, or sector, is that of the brightest bin: the greatest value less its standard error,
+    so that one large score of a rare particle does not decide.  Bins that are nan or have no known error
+    are left out, unless no error is known at all.  Of equal rows the one nearest the middle is taken, of
+    equal sectors the first.
 
     Examples
     --------
@@ -117,7 +118,7 @@ def irradiance_map(
 
 
 def _brightest_row(places: Places) -> int:
-    """The row, or sector of a disk, of the brightest bin; of equal ones that nearest the middle, or the first."""
+    """The row, or sector of a disk, of the brightest bin; of equal ones that nearest the middle, or first."""
     # Take one standard error off, so that a bin with a single large score does not win.
     sure = places.value - places.error
     if not np.isfinite(sure).any():

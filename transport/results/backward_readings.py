@@ -231,8 +231,8 @@ class ViewReading(Quantified):
 
         Notes
         -----
-        Columns of an EnvironmentMap are in the order of `radiance`, by growing azimuth.  Seen from inside azimuth grows
-        to the left: draw the columns in reverse order, as `viz.seen` does.
+        Columns of an EnvironmentMap are in the order of `radiance`, by growing azimuth.  Seen from inside
+        azimuth grows to the left: draw the columns in reverse order, as `viz.seen` does.
         """
         return self._upright(self.radiance.value)
 
