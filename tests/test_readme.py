@@ -102,7 +102,11 @@ def commands():
         text = page.read_text(encoding="utf-8")
         spans = [
             *re.findall(r"`(transport [^`]+)`", text),
-            *re.findall(r"^(?:\.venv/bin/)?(transport .+)$", text, re.M),
+            *(
+                command
+                for _, block in fences(page)
+                for command in re.findall(r"^(?:\.venv/bin/)?(transport .+)$", block, re.M)
+            ),
         ]
         found.update(span for span in spans if re.match(r"transport [a-z]+( |$)", span) and "..." not in span)
     return sorted(found)
