@@ -103,12 +103,17 @@ def lamp(shape, side="front"):
     return tp.Source(shape, tp.Lambertian(power=1.0), side=side)
 
 
+def beam(direction):
+    return tp.Source(tp.Point(), tp.Beam(direction, power=1.0))
+
+
 UP, DOWNWARDS = (0, 0, 1), (0, 0, -1)
 FACES = list(tp.Box(center=(0.1, 0.2, 0.3), size=(0.7, 1.3, 1.9)).faces().values())
 CYLINDER = tp.Cylinder(radius=1.0, height=2.0)
 LIDS = [tp.Disk(center=(0, 0, z), radius=1.0) for z in (-1, 1)]
 ENDLESS = {
     "two mirrors": (INNER, planes(UP, DOWNWARDS, material=MIRROR)),
+    "a beam between mirrors": (beam((1, 0, 0.1)), planes(UP, DOWNWARDS, material=MIRROR)),
     "two mirrors that face one another": (
         INNER, [tp.Surface(tp.Plane(center=(0, 0, z), normal=(0, 0, -z)), MIRROR) for z in (1, -1)]),
     "three planes round an axis": (INNER, planes((1, 0, 0), (-1, 1, 0), (-1, -1, 0))),
@@ -128,6 +133,9 @@ ENDLESS = {
         INNER, walls(tp.Sphere(radius=1.0, mu_min=-0.6), tp.Disk(center=(0, 0, -0.6), radius=0.8))),
 }  # fmt: skip
 ENDING = {
+    "a beam along the planes": (beam((1, 0, 0)), planes(UP, DOWNWARDS, material=MIRROR)),
+    "a beam by a mirror along the planes": (beam((0, 0, 1)), [
+        *planes(UP, DOWNWARDS, material=MIRROR), tp.Surface(tp.Disk(center=(0, 0, 0.5), normal=(1, 0, 1), radius=0.1), MIRROR)]),
     "a wedge": (INNER, planes(UP, (0, 0.1, -1))),
     "three planes of a corner": (INNER, planes((1, 0, 0), (0, 1, 0), (0, 0, 1))),
     "a lamp beyond both planes": (DOWN, planes(UP, DOWNWARDS)),

@@ -22,6 +22,7 @@ from transport.materials import (
     Material,
     Mirror,
     Surface,
+    Transparent,
     TwoSided,
     lets_through,
     simple_parts,
@@ -77,7 +78,8 @@ def check_endless(scene: Scene) -> None:
     for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
         origin = scene.shape_of(source)
         start = _start(source, origin)
-        for enclosure in (*fixed, *_cell_of_planes(walls, start)):
+        cells = _cell_of_planes(walls, start) if _spreads(scene, source) else ()
+        for enclosure in (*fixed, *cells):
             if _starts_in(enclosure, source, origin, start) and not _has_absorber(scene, enclosure):
                 raise SceneError(
                     f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there; give a surface there"
@@ -140,6 +142,19 @@ def _start(source: Source, origin: Shape) -> Vector:
         return origin.middle
     step = STEP * origin.extent * (-1 if source.is_back else 1)
     return tuple(p + step * n for p, n in zip(origin.middle, origin.normal, strict=True))
+
+
+def _spreads(scene: Scene, source: Source) -> bool:
+    """Whether almost all of a source's particles come to planes again and again.
+
+    A beam may run along them for ever, at once or after a mirror: only between two planes alone is it known to meet them.
+    """
+    direction = getattr(source.emission, "direction", None)
+    if direction is None:
+        return True
+    acting = [s for s in scene.surfaces if s.material != Transparent()]
+    is_alone = len(acting) == 2 and all(isinstance(s.shape, Plane) for s in acting)
+    return is_alone and all(abs(dot(s.shape.normal, direction)) > ROUNDING for s in acting)
 
 
 def _starts_in(enclosure: Enclosure, source: Source, origin: Shape, start: Vector) -> bool:
