@@ -10,6 +10,7 @@ import pytest
 
 import transport as tp
 from tests.own_experiments import ROOT
+from transport.results.empty_detector import why_dark
 
 METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
 LAMP = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))
@@ -133,29 +134,37 @@ def test_a_meter_that_only_missed_is_not_told_a_reason():
 
 
 def test_a_detector_that_faces_away_from_all_light_is_warned_of():
-    """One that light crosses from behind, an opaque one, and one that nothing has crossed yet; not one that reads its departures."""
+    """One that light crosses from behind, one that nothing has crossed yet, and an opaque one; by every estimator."""
     away = tp.Disk(center=(0, 0, 2), radius=0.5)
-    warning = (
-        "nothing arrives at the front of detector 'meter', so its flux_in and irradiance are 0: all light comes from its"
-        " back. Write side='back', reverse its normal, or read flux_out and exitance"
+    faces = "its front faces away from every source, and nothing in front of it reflects or scatters light"
+    note = (
+        f"no light can arrive at detector 'meter': {faces}. Reverse its normal, write side='back', or read flux_out and"
+        " exitance, which count light from its back"
     )
     floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9.0, height=9.0), tp.Diffuse(0.5), "floor")
     for surfaces in ((), floor):
-        assert run(meter=away, surfaces=surfaces).warnings == [warning]
+        assert run(meter=away, surfaces=surfaces).warnings == [note]
         assert not run(surfaces=surfaces).warnings
     assert not run(meter=away, side="back").warnings
-    proof = (
-        "detector 'meter' counted nothing: its front faces away from every source, and nothing in front of it reflects or"
-        " scatters light. Reverse its normal, or write side='back'"
-    )
-    plate = tp.Surface(away, tp.Black(), "plate")
-    speck = tp.Disk(center=(0, 0, 2), radius=1e-6)
-    for estimator in ("analog", "backward"):
-        scene = tp.Scene(LAMP, plate, tp.Detector("plate", "meter"))
-        result = tp.simulate(scene, particles=400, seed=1, threads=1, estimator=estimator)
-        assert result.warnings == [proof] and not result.quality("meter.flux_in").is_sound
-    assert run(meter=speck).warnings == [proof]
+    assert run(meter=tp.Disk(center=(0, 0, 2), radius=1e-6)).warnings == [note]
     assert not run(meter=tp.Disk(radius=0.5)).warnings  # on the lamp: its exitance
+    plate = tp.Surface(away, tp.Black(), "plate")
+    proof = f"detector 'meter' counted nothing: {faces}. Reverse its normal, or write side='back'"
+    for estimator in ("analog", "expected", "backward"):
+        for surfaces, shape, words in (((), away, note), (plate, "plate", proof)):
+            scene = tp.Scene(LAMP, surfaces, tp.Detector(shape, "meter"))
+            result = tp.simulate(scene, particles=400, seed=1, threads=1, estimator=estimator, progress=False)
+            assert result.warnings == [words] and not result.quality("meter.flux_in").is_sound
+
+
+def test_what_may_still_arrive_is_not_said_to_be_nothing():
+    """An albedometer above dark asphalt: a few reflections of a thousand come, or none; none is no proof."""
+    asphalt = tp.Surface(tp.Rectangle(width=20.0, height=20.0), tp.Diffuse(0.07), "asphalt")
+    high = tp.Source(tp.Disk(center=(0, 0, 8), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=100.0))
+    down = tp.Disk(center=(0, 0, 1.5), normal=(0, 0, -1), radius=0.05)
+    result = run(high, down, asphalt)
+    assert result["meter"].flux_in.reason == "no score"
+    assert not any("no light can" in warning or "faces away" in warning for warning in result.warnings)
 
 
 def test_what_may_send_light_back_is_no_proof():
@@ -184,30 +193,64 @@ LAMPS_IN_A_BOX = {
 }
 
 
+ROOMS = {
+    "box": [
+        tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box", inside=tp.Medium(absorption=0.5, scattering=0.5))
+    ],
+    "faces": [
+        tp.Surface(face, tp.Diffuse(0.5), name, inside=tp.Medium(absorption=0.5, scattering=0.5))
+        for name, face in tp.Box(size=2.0).faces().items()
+    ],
+}
+
+
+@pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("lamp", LAMPS_IN_A_BOX)
-def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp):
+def test_a_detector_outside_a_closed_opaque_box_is_told_so_and_not_of_the_roulette(lamp, room):
     """On the box, on its lid, round it, beside it, a volume and a point, with fog in the box: the cure is a side or a place."""
-    fog = tp.Medium(absorption=0.5, scattering=0.5)
-    box = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box", inside=fog)
+    wall = {"box": "box", "faces": "+z"}[room]
+    source = LAMPS_IN_A_BOX[lamp]
+    if lamp == "the walls":
+        source = tp.Source(wall, tp.Lambertian(power=1.0), side="back")
     detectors = [
-        tp.Detector("box", "walls"),
+        tp.Detector(wall, "wall"),
         tp.Detector(tp.Disk(center=(0, 0, 1), radius=0.2), "lid"),
         tp.Detector(tp.Sphere(radius=3.0), "round"),
         tp.Detector(tp.Sphere(radius=3.0), "round, inwards", side="inside"),
-        tp.Detector(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.2), "beside"),
-        tp.VolumeDetector(tp.Box(center=(0, 0, 2), size=0.5), "volume"),
+        tp.Detector(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.2), "beside"),
+        tp.VolumeDetector(tp.Box(center=(0, 0, 3), size=0.5), "volume"),
     ]
-    scene = tp.Scene(LAMPS_IN_A_BOX[lamp], box, detectors)
+    scene = tp.Scene(source, ROOMS[room], detectors)
     warnings = tp.simulate(scene, particles=2000, seed=1, threads=1, progress=False).warnings
     assert len(warnings) == len(detectors)
-    for warning, detector in zip(sorted(warnings), sorted(d.name for d in detectors), strict=False):
-        assert "roulette" not in warning and "Splitting" not in warning, detector
-    named = [d.name for d in detectors if d.name != "lid"]
-    for name in named:
-        assert any(f"{name!r} counted nothing: Surface 'box' encloses every source" in w for w in warnings), (
-            name
-        )
-    assert any("'lid' counted nothing: " in w for w in warnings)
+    for warning, detector in zip(warnings, detectors, strict=True):
+        assert f"{detector.name!r} counted nothing: Surface " in warning
+        assert "every source and lets no light through. " in warning
+    assert f"Write side={'inside' if room == 'box' else 'back'!r}" in warnings[0]
+
+
+def test_a_detector_between_two_opaque_balls_with_a_lamp_in_one_and_beyond_the_other():
+    """Neither ball parts it from both lamps, both together do."""
+    balls = [
+        tp.Surface(tp.Sphere(radius=r), tp.Black(), name) for r, name in ((1.0, "inner"), (3.0, "outer"))
+    ]
+    lamps = [tp.Source(tp.Point(position=(x, 0, 0)), tp.Isotropic(power=1.0)) for x in (0.0, 5.0)]
+    scene = tp.Scene(lamps, balls, tp.Detector(tp.Sphere(radius=2.0), "meter"))
+    (warning,) = tp.simulate(scene, particles=400, seed=1, threads=1, progress=False).warnings
+    assert "'meter' counted nothing: Surface 'inner' and Surface 'outer' part it from every source" in warning
+
+
+def test_a_lamp_that_fills_a_room_and_more_is_neither_in_nor_out():
+    """A glowing ball about an opaque one, and a volume about a closed box: births, and light, are within as well."""
+    glow = tp.Source(tp.Sphere(radius=10.0), tp.Isotropic(power=1.0))
+    speck = tp.Detector(tp.Disk(radius=1e-3), "speck")
+    scene = tp.Scene(glow, tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "ball"), speck)
+    warnings = tp.simulate(scene, particles=64, seed=1, threads=1, progress=False).warnings
+    assert len(warnings) == 1 and "has no score in 64 particles" in warnings[0]
+    box = tp.Surface(tp.Box(size=2.0), tp.Diffuse(0.5), "box")
+    scene = tp.Scene(LAMPS_IN_A_BOX["a point"], box)
+    assert why_dark(scene, "volume", tp.Sphere(radius=9.0)) is None
+    assert why_dark(scene, "volume", tp.Sphere(center=(20, 0, 0), radius=9.0)) is not None
 
 
 def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
@@ -216,7 +259,8 @@ def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
     speck = tp.Disk(center=(5, 0, 2), normal=(-1, 0, 0), radius=1e-6)
     assert not warnings_of(lamp=lamp, surfaces=box, meter=speck)
     inner = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.1)
-    assert "Surface 'box' encloses it" in warnings_of(lamp=lamp, surfaces=box, meter=inner)[0]
+    (warning,) = warnings_of(lamp=lamp, surfaces=box, meter=inner)
+    assert "every source emits from the outside of Surface 'box'. Write side='back' in the source" in warning
 
 
 @pytest.mark.parametrize(

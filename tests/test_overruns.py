@@ -9,6 +9,7 @@ import pytest
 
 import transport as tp
 from transport.compile import compile_scene
+from transport.engine import driver
 from transport.engine.surfaces import MOST_EVENTS
 from transport.overruns import OverrunError, too_many_crossings, too_many_waiting
 from transport.trapping import LIFETIMES
@@ -129,6 +130,9 @@ ENDLESS = {
     "the faces of a box": (INNER, walls(*FACES, material=MIRROR)),
     "a cylinder with its lids": (INNER, walls(CYLINDER, *LIDS)),
     "two halves of a sphere": (INNER, walls(tp.Sphere(radius=1.0, mu_max=0), tp.Sphere(radius=1.0, mu_min=0))),
+    "the faces of a box that are black outside": (
+        INNER, walls(*FACES, material=tp.TwoSided(front=tp.Black(), back=WHITE))),
+    "fog that glows in white walls": ((), [tp.Surface(tp.Box(size=2.0), WHITE, inside=tp.Medium(emission=1.0))]),
     "a dome on its floor": (
         INNER, walls(tp.Sphere(radius=1.0, mu_min=-0.6), tp.Disk(center=(0, 0, -0.6), radius=0.8))),
 }  # fmt: skip
@@ -136,6 +140,18 @@ ENDING = {
     "a beam along the planes": (beam((1, 0, 0)), planes(UP, DOWNWARDS, material=MIRROR)),
     "a beam by a mirror along the planes": (beam((0, 0, 1)), [
         *planes(UP, DOWNWARDS, material=MIRROR), tp.Surface(tp.Disk(center=(0, 0, 0.5), normal=(1, 0, 1), radius=0.1), MIRROR)]),
+    "a beam along the axis of a prism": (beam((0, 0, 1)), planes((1, 0, 0), (-1, 1, 0), (-1, -1, 0))),
+    "a beam along the faces of a slab": (beam((1, 0, 0)), walls(tp.Slab(thickness=2.0), material=MIRROR)),
+    "two tubes and a collar at one rim": (INNER, walls(
+        tp.Cylinder(center=(0, 0, 2.5), radius=1.0, height=5.0), tp.Cylinder(center=(0, 0, -2.5), radius=1.0, height=5.0),
+        tp.Cone(center=(0, 0, 0.25), radius=1.0, top_radius=1.5, height=0.5))),
+    "a bead close above a wide lamp": (
+        lamp(tp.Disk(radius=1.0)), walls(tp.Sphere(center=(0, 0, 1.2e-6), radius=1e-6))),
+    "a plane close above a wide lamp": (
+        lamp(tp.Disk(radius=1.0)), [tp.Surface(tp.Plane(center=(0, 0, 1e-7)), tp.Black()), *planes(UP)]),
+    "the upper half of a ball as a lamp": (lamp(tp.Sphere(radius=1.0, mu_min=0)), walls(tp.Sphere(radius=1.0))),
+    "a ball turned about as a lamp": (
+        lamp(tp.Sphere(radius=1.0, axis=(1, 0, 0))), walls(tp.Sphere(radius=1.0))),
     "a wedge": (INNER, planes(UP, (0, 0.1, -1))),
     "three planes of a corner": (INNER, planes((1, 0, 0), (0, 1, 0), (0, 0, 1))),
     "a lamp beyond both planes": (DOWN, planes(UP, DOWNWARDS)),
@@ -196,7 +212,7 @@ def test_a_run_in_which_no_history_ends_stops_and_names_the_surfaces(particles, 
     with pytest.raises(OverrunError) as caught:
         tp.simulate(tp.Scene(INNER, SLABS), particles, batches=batches, threads=1, progress=False)
     words_of(
-        caught, "no history ends", "crossings", "none was absorbed or escaped", "give the scene a duration"
+        caught, "not end", "millions of crossings", "none was absorbed or has escaped", "the scene a duration"
     )
     named = [name in str(caught.value) for name in ("Surface 'upper'", "Surface 'lower'")]
     assert all(named) or (any(named) and particles == 3)
@@ -206,8 +222,47 @@ def test_a_run_in_which_no_history_ends_stops_and_names_the_surfaces(particles, 
 def test_milk_that_is_shut_in_stops_as_well():
     """Next to no crossings: collisions count."""
     scene = tp.Scene(INNER, SLABS, medium=tp.Medium(scattering=1e4))
-    with pytest.raises(OverrunError, match=r"no history ends.* collisions"):
+    with pytest.raises(OverrunError, match=r"2 particles do not end: .* collisions none was absorbed"):
         tp.simulate(scene, 4, batches=2, threads=1, progress=False)
+
+
+@pytest.fixture
+def little_patience(monkeypatch):
+    """Two hundred crossings of each of 64 lanes, instead of a million of 256."""
+    assert (driver.PATIENCE, driver.PATIENCE_IN_MEDIA) == (256 * 10**6, 1 << 30)
+    monkeypatch.setattr(driver, "PATIENCE", 64 * 200)
+    monkeypatch.setattr(driver, "PATIENCE_IN_MEDIA", 64 * 200)
+
+
+BOX = tp.Surface(tp.Box(size=2.0), MIRROR, "box")
+FAINT = tp.Surface(tp.Box(size=2.0), MIRROR, "box", inside=tp.Medium(absorption=1e-4))
+
+
+def test_patience_is_measured_in_crossings(little_patience):
+    with pytest.raises(OverrunError, match="64 particles do not end"):
+        tp.simulate(tp.Scene(INNER, SLABS), 128, batches=2, threads=1, progress=False)
+
+
+def test_a_clock_or_weight_that_is_lost_ends_a_run_however_long_it_takes(little_patience):
+    """A thousand crossings until the clock stops; some ten thousand until fog has taken nearly all by and by."""
+    pulse = tp.Source(tp.Point(position=(0.1, 0, 0)), tp.Isotropic(energy=1.0), pulse=tp.Instant())
+    clock = tp.Scene(pulse, BOX, duration=1000 * 1.4 / 299792458.0)
+    result = tp.simulate(clock, 128, batches=2, threads=1, progress=False)
+    assert result.ledger["in_flight"].value == 1.0 and result.cost.crossings > 128 * 500
+    result = tp.simulate(
+        tp.Scene(INNER, FAINT), 128, batches=2, tracking="weighted", threads=1, progress=False
+    )
+    assert (
+        result.ledger["absorbed"].value == pytest.approx(1.0, abs=0.05) and result.cost.crossings > 128 * 5000
+    )
+
+
+def test_a_few_that_do_not_end_among_many_that_do_are_lost_and_counted():
+    """Not refused: what ended is right, and the ledger says how much is lost."""
+    outside = tp.Source(tp.Point(position=(0, 0, 9)), tp.Isotropic(power=1.0))
+    glass = [tp.Surface(s.shape, tp.TwoSided(front=MIRROR, back=tp.Black()), s.name) for s in SLABS]
+    result = tp.simulate(tp.Scene([INNER, outside], glass), 8, batches=2, threads=1, progress=False)
+    assert result.ledger["lost"].value == 1.0 and "histories were lost" in result.warnings[0]
 
 
 @pytest.mark.parametrize(("histories", "batches"), [(64, 2), pytest.param(1000, 32, marks=pytest.mark.bench)])

@@ -13,7 +13,7 @@ from transport.bins import (
     edges_of,
     settle_bins,
 )
-from transport.fields import Converted, OptionalBins, OptionalNumbers
+from transport.fields import ConvertedAs, OptionalBins, OptionalNumbers
 from transport.horizon import is_in_sight
 from transport.shapes import Box, Cloud, FlatShape, Point, Shape, Slab, Sphere
 from transport.sides import AnyDetector, Sided
@@ -45,13 +45,13 @@ class Detector(Sided, AnyDetector):
     """
 
     shape: Shape | str
-    name: Converted[str | None, str, str | None] = None
+    name: ConvertedAs[str | None, str, str | None] = None
     side: str = "front"
     directions: Directions | DirectionCone | None = None
     positions: Positions | None = None
     times: OptionalBins = None
     speeds: OptionalNumbers = None
-    via: Converted[str | Sequence[str] | None, tuple[str, ...] | None, tuple[str, ...] | str | None] = None
+    via: ConvertedAs[str | Sequence[str] | None, tuple[str, ...] | None, tuple[str, ...] | str | None] = None
     events: tuple[int, float] | int | None = None
     moments: bool = False
 

@@ -7,7 +7,7 @@ box, a cylinder with its lids).  What is not proven here is stopped while it run
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from transport.bodies.filling import absorbs, glowing_sources
 from transport.bodies.regions import WAYS
+from transport.bodies.solids import contains, magnitude
 from transport.materials import (
     Black,
     Diffuse,
@@ -28,39 +29,111 @@ from transport.materials import (
     simple_parts,
 )
 from transport.materials.surface import titled
-from transport.shapes import Disk, FlatShape, Mesh, Plane, Rectangle, Revolved, Shape, Slab, Sphere, Triangle
+from transport.shapes import Disk, FlatShape, Plane, Rectangle, Revolved, Shape, Slab, Triangle
 from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
-from transport.shapes.distances import is_behind, least_distance
-from transport.shapes.supports import rounding_of
-from transport.validation import SceneError
+from transport.shapes.distances import is_behind, least_distance, point_beside
+from transport.shapes.supports import are_on_one_support
+from transport.sides import OTHER_SIDE
+from transport.validation import SceneError, listed
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.scene import Scene
     from transport.sources import Source
 
-STEP = 1e-6  # of a flat source's extent: how far in front of it its light is looked for
-MOST_RIMS = 512  # that are compared with one another
-NAMED = 6  # surfaces that a message names
+Place = Shape | Vector
 
 
-class Enclosure(NamedTuple):
-    """Surfaces, by their numbers, that let nothing out of a region; planes: the sides that face the region."""
+class ClosedShape(NamedTuple):
+    """The inside of a closed shape."""
 
-    kind: str  # "shape", "planes" or "patches"
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
-    sides: tuple[str, ...] = ()
+    word = "inside"
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether the region has no end in some direction."""
+        return self.shapes[0].is_infinite
+
+    def holds(self, place: Place) -> bool:
+        """Whether all of a shape, or a point, surely lies in the region."""
+        return contains(self.shapes[0], place)
+
+    def clears(self, place: Shape) -> bool:
+        """Whether all of a shape surely lies outside of the region."""
+        distance = least_distance(self.shapes[0], place.middle, filled=True)
+        return not place.is_infinite and distance > place.extent
 
     def may_reach(self, shape: Shape) -> bool:
         """Whether a shape may have a part in the region."""
-        if self.kind == "planes":
-            beyond = zip(self.shapes, self.sides, strict=True)
-            return not any(is_behind(shape, plane, side) for plane, side in beyond)
-        low, high = (np.array(corner) for corner in shape.bounds)
-        bounds = np.array([each.bounds for each in self.shapes])
-        return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
+        return _boxes_meet(shape, self.shapes)
+
+
+class Patches(NamedTuple):
+    """The region that open surfaces close together."""
+
+    numbers: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    word, is_endless = "in the room of", False
+
+    def holds(self, place: Place) -> bool:
+        """Whether all of a shape, or a point, surely lies in the region."""
+        if not isinstance(place, Shape):
+            return _is_between(self.shapes, place)
+        if self._is_apart(place):
+            return _is_between(self.shapes, place.middle)
+        return self._are_behind((*self.shapes, place))  # in a convex room, at its walls
+
+    def clears(self, place: Shape) -> bool:
+        """Whether all of a shape surely lies outside of the region."""
+        return self._is_apart(place) and not _is_between(self.shapes, place.middle)
+
+    def _are_behind(self, shapes: tuple[Shape, ...]) -> bool:
+        """Whether the walls are flat, and no shape has a part beyond one of them."""
+        if not all(isinstance(wall, FlatShape) for wall in self.shapes):
+            return False
+        outer = [
+            "back" if self.holds(point_beside(wall, False, self.shapes)) else "front" for wall in self.shapes
+        ]
+        sided = list(zip(self.shapes, outer, strict=True))
+        return all(is_behind(shape, wall, side) for wall, side in sided for shape in shapes)
+
+    def _is_apart(self, place: Shape) -> bool:
+        """Whether the ball about a shape touches no patch."""
+        if place.is_infinite:
+            return False
+        return all(least_distance(shape, place.middle) > place.extent for shape in self.shapes)
+
+    def may_reach(self, shape: Shape) -> bool:
+        """Whether a shape may have a part in the region."""
+        return _boxes_meet(shape, self.shapes)
+
+
+class Cell(NamedTuple):
+    """What lies between planes; sides: those that face the region, which is made about a point of it."""
+
+    numbers: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    sides: tuple[str, ...]
+    word, is_endless = "between", True
+
+    def holds(self, place: Place) -> bool:
+        """Whether all of a shape surely lies in the region; of a point it is known."""
+        faces = zip(self.shapes, self.sides, strict=True)
+        return not isinstance(place, Shape) or all(
+            is_behind(place, plane, OTHER_SIDE[side]) for plane, side in faces
+        )
+
+    def may_reach(self, shape: Shape) -> bool:
+        """Whether a shape may have a part in the region."""
+        return not any(
+            is_behind(shape, plane, side) for plane, side in zip(self.shapes, self.sides, strict=True)
+        )
+
+
+Enclosure = ClosedShape | Patches | Cell
 
 
 def check_endless(scene: Scene) -> None:
@@ -74,13 +147,12 @@ def check_endless(scene: Scene) -> None:
     }
     if not walls:
         return
-    fixed = [*_closed_shapes(walls), *_joined_patches(walls)]
+    fixed = [room for room in rooms_of(walls) if _is_white_inside(room, walls)]
     for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
         origin = scene.shape_of(source)
-        start = _start(source, origin)
-        cells = _cell_of_planes(walls, start) if _spreads(scene, source) else ()
-        for enclosure in (*fixed, *cells):
-            if _starts_in(enclosure, source, origin, start) and not _has_absorber(scene, enclosure):
+        for enclosure in (*fixed, *_cell_of_planes(walls, _start(source, origin, walls.values()))):
+            is_sure = not enclosure.is_endless or _spreads(scene, source)
+            if is_sure and _starts_in(enclosure, source, origin) and not _has_absorber(scene, enclosure):
                 raise SceneError(
                     f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there; give a surface there"
                     " an albedo or reflectance below 1, or the scene a duration"
@@ -88,11 +160,9 @@ def check_endless(scene: Scene) -> None:
 
 
 def _place(scene: Scene, enclosure: Enclosure) -> str:
-    """Where the light is kept, in words."""
-    names = [titled(scene.surfaces[number], number) for number in enclosure.numbers[:NAMED]]
-    names += ["others"] * (len(enclosure.numbers) > NAMED)
-    word = "between" if enclosure.kind == "planes" else "inside"
-    return f"{word} {' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))}"
+    """The region in words."""
+    names = [titled(scene.surfaces[number], number) for number in enclosure.numbers]
+    return f"{enclosure.word} {listed(names)}"
 
 
 # ---- what ends light ----
@@ -136,12 +206,17 @@ def _kept(material: Material) -> float:
 # ---- where light starts ----
 
 
-def _start(source: Source, origin: Shape) -> Vector:
-    """A place of a source, or just in front of it: its middle."""
-    if not (source.emission.has_side and isinstance(origin, FlatShape)):
-        return origin.middle
-    step = STEP * origin.extent * (-1 if source.is_back else 1)
-    return tuple(p + step * n for p, n in zip(origin.middle, origin.normal, strict=True))
+def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
+    """Whether the box about a shape and that about others overlap."""
+    low, high = (np.array(corner) for corner in shape.bounds)
+    bounds = np.array([other.bounds for other in others])
+    return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
+
+
+def _start(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
+    """The middle of a source; of a flat one, which may lie on a wall, a place just in front of it."""
+    is_sided = source.emission.has_side and isinstance(origin, FlatShape)
+    return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
 
 
 def _spreads(scene: Scene, source: Source) -> bool:
@@ -153,38 +228,19 @@ def _spreads(scene: Scene, source: Source) -> bool:
     if direction is None:
         return True
     acting = [s for s in scene.surfaces if s.material != Transparent()]
-    is_alone = len(acting) == 2 and all(isinstance(s.shape, Plane) for s in acting)
+    is_alone = len(acting) <= 2 and all(isinstance(s.shape, Plane | Slab) for s in acting)
     return is_alone and all(abs(dot(s.shape.normal, direction)) > ROUNDING for s in acting)
 
 
-def _starts_in(enclosure: Enclosure, source: Source, origin: Shape, start: Vector) -> bool:
+def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
     """Whether some of a source's particles surely start in the region: in its middle, or all of them."""
-    if enclosure.kind == "shape" and origin == enclosure.shapes[0] and source.emission.has_side:
+    is_sided = source.emission.has_side
+    if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
-    if not _holds(enclosure, start):
-        return False
-    is_volume = not source.emission.has_side
-    if least_distance(origin, origin.middle, filled=is_volume) == 0:
-        return True
-    return all(least_distance(shape, origin.middle) >= origin.extent for shape in enclosure.shapes)
-
-
-def _holds(enclosure: Enclosure, point: Vector) -> bool:
-    """Whether a point lies in the region."""
-    if enclosure.kind == "planes":
-        return True  # of which it is made
-    if enclosure.kind == "patches":
-        return _is_between(enclosure.shapes, point)
-    shape = enclosure.shapes[0]
-    match shape:
-        case Sphere():
-            return math.dist(point, shape.center) < shape.radius
-        case Slab():
-            offset = tuple(p - c for p, c in zip(point, shape.center, strict=True))
-            return abs(dot(offset, shape.normal)) < shape.thickness / 2
-        case Mesh():
-            return shape.holds(point)
-    return all(low < x < high for low, x, high in zip(shape.bounds[0], point, shape.bounds[1], strict=True))
+    is_there = least_distance(origin, origin.middle, filled=not is_sided) == 0
+    if not (is_sided and isinstance(origin, FlatShape)):
+        return enclosure.holds(origin.middle if is_there else origin)
+    return is_there and enclosure.holds(point_beside(origin, source.is_back, enclosure.shapes))
 
 
 def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
@@ -198,10 +254,25 @@ def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
 # ---- enclosures ----
 
 
-def _closed_shapes(walls: dict[int, Surface]) -> Iterator[Enclosure]:
-    for number, surface in walls.items():
-        if surface.shape.is_closed and not _is_lossy(surface.material, is_back=True):
-            yield Enclosure("shape", (number,), (surface.shape,))
+def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
+    """The regions of finite size that surfaces, by their numbers, enclose: one by itself, or several without a gap."""
+    closed = [
+        ClosedShape((number,), (surface.shape,))
+        for number, surface in surfaces.items()
+        if surface.shape.is_closed
+    ]
+    return closed + list(_closed_patches(surfaces))
+
+
+def _is_white_inside(room: ClosedShape | Patches, walls: dict[int, Surface]) -> bool:
+    """Whether all that arrives at the walls of a room from within is sent back."""
+    for number, shape in zip(room.numbers, room.shapes, strict=True):
+        sides = (True,) if isinstance(room, ClosedShape) else (False, True)
+        if isinstance(shape, FlatShape):
+            sides = (not room.holds(point_beside(shape, False, room.shapes)),)
+        if any(_is_lossy(walls[number].material, is_back) for is_back in sides):
+            return False
+    return True
 
 
 def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclosure]:
@@ -219,7 +290,7 @@ def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclos
     signs = [1.0 if side == "front" else -1.0 for side in sides]
     normals = np.array([plane.normal for plane in planes]).reshape(-1, 3) * np.array(signs)[:, None]
     if _leave_no_way(normals):
-        yield Enclosure("planes", tuple(numbers), planes, tuple(sides))
+        yield Cell(tuple(numbers), planes, tuple(sides))
 
 
 def _leave_no_way(normals: np.ndarray) -> bool:
@@ -235,49 +306,48 @@ def _leave_no_way(normals: np.ndarray) -> bool:
 
     must = np.append(np.zeros(3), 1.0)
     _, distance = nnls(np.vstack([normals.T, np.ones(len(normals))]), must)
-    return bool(distance <= len(normals) * ROUNDING)
+    return bool(distance <= 8 * ROUNDING)
 
 
-def _joined_patches(walls: dict[int, Surface]) -> Iterator[Enclosure]:
-    """Sets of open surfaces whose every rim is the rim of one other surface of the set, so that no gap is left."""
-    rims: dict[int, list[Rim]] = {}
-    for number, surface in walls.items():
-        is_white = not any(_is_lossy(surface.material, is_back) for is_back in (True, False))
-        if is_white and (found := rims_of(surface.shape)):
-            rims[number] = found
-    every = [(number, rim) for number, found in rims.items() for rim in found]
-    if len(every) > MOST_RIMS:
+def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
+    """Sets of open surfaces of which every rim is the rim of exactly one other surface, so that no gap is left."""
+    shapes = {number: surface.shape for number, surface in surfaces.items() if rims_of(surface.shape)}
+    if not shapes:
         return
-    partners: dict[int, list[int]] = {number: [] for number in rims}
-    for (one, rim), (other, its) in combinations(every, 2):
-        if rim.is_same(its, 4 * rounding_of(walls[one].shape, walls[other].shape)):
-            partners[one].append(other)
-            partners[other].append(one)
-    left = set(rims)
+    owners = np.array([number for number, shape in shapes.items() for _ in rims_of(shape)], int)
+    rims = [rim for shape in shapes.values() for rim in rims_of(shape)]
+    centers, spans = (
+        np.array([getattr(rim, name) for rim in rims]).reshape(-1, 3) for name in ("center", "span")
+    )
+    is_circle = np.array([rim.is_circle for rim in rims], bool)
+    slack = 4 * ROUNDING * np.array([magnitude(shapes[number]) for number in owners.tolist()])
+    partners: list[list[int]] = []
+    for k in range(len(rims)):
+        tolerance = slack + slack[k]
+        near = (is_circle == is_circle[k]) & (np.abs(centers - centers[k]).max(axis=1) <= tolerance)
+        ways = np.minimum(*(np.abs(spans - sign * spans[k]).max(axis=1) for sign in (1, -1)))
+        partners.append(
+            [int(n) for n in np.flatnonzero(near & (ways <= tolerance)) if owners[n] != owners[k]]
+        )
+    left = set(shapes)
     while left:
         joined, new = set(), {min(left)}
         while new:
             joined |= new
-            new = {other for number in new for other in partners[number]} - joined
+            rows = [k for k in range(len(rims)) if owners[k] in new]
+            new = {int(owners[n]) for k in rows for n in partners[k]} - joined
         left -= joined
-        if all(len(partners[number]) == len(rims[number]) for number in joined):
+        if all(len(partners[k]) == 1 for k in range(len(rims)) if owners[k] in joined):
             numbers = tuple(sorted(joined))
-            yield Enclosure("patches", numbers, tuple(walls[number].shape for number in numbers))
+            yield Patches(numbers, tuple(shapes[number] for number in numbers))
 
 
 class Rim(NamedTuple):
     """An edge of an open surface: a segment, with half its way, or a circle, with its radius along the axis [m]."""
 
-    kind: str
+    is_circle: bool
     center: Vector
     span: Vector
-
-    def is_same(self, other: Rim, tolerance: float) -> bool:
-        """Whether two rims are one, either way round, up to a distance [m]."""
-        if self.kind != other.kind or math.dist(self.center, other.center) > tolerance:
-            return False
-        turned = tuple(-x for x in other.span)
-        return min(math.dist(self.span, other.span), math.dist(self.span, turned)) <= tolerance
 
 
 def rims_of(shape: Shape) -> list[Rim]:
@@ -295,13 +365,13 @@ def rims_of(shape: Shape) -> list[Rim]:
         case Triangle(vertices=corners):
             return _segments(list(corners))
         case Disk(inner_radius=0):
-            return [Rim("circle", shape.center, tuple(shape.radius * x for x in shape.normal))]
+            return [Rim(True, shape.center, tuple(shape.radius * x for x in shape.normal))]
         case Revolved(is_closed=False, profile=profile, frame=(_, _, axis)):
             found = []
             for height in (profile.low, profile.high):
                 radius = profile.radius_at(height)
                 center = tuple(p + height * n for p, n in zip(profile.origin, axis, strict=True))
-                found += [Rim("circle", center, tuple(radius * x for x in axis))] if radius > 0 else []
+                found += [Rim(True, center, tuple(radius * x for x in axis))] if radius > 0 else []
             return found
     return []
 
@@ -311,7 +381,7 @@ def _segments(corners: list[Vector]) -> list[Rim]:
     pairs = zip(corners, corners[1:] + corners[:1], strict=True)
     return [
         Rim(
-            "segment",
+            False,
             tuple((a + b) / 2 for a, b in zip(p, q, strict=True)),
             tuple((b - a) / 2 for a, b in zip(p, q, strict=True)),
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from transport.bodies.solids import holds, is_within
+from transport.bodies.solids import contains
 from transport.detectors import Detector
 from transport.emissions import Lambertian
 from transport.materials import Black, Surface
@@ -153,20 +153,11 @@ def _check_shape(caller: str, name: str, shape: object) -> None:
 
 def _check_sight(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
     """Refuse the outside of a ball or box about the other shape: what they exchange is nothing, and surely not meant."""
-    if not IS_BACK[side] and shell != other and _surrounds(shell, other):
+    is_round = isinstance(shell, Sphere | Box) and shell.is_closed and shell != other
+    if not IS_BACK[side] and is_round and contains(shell, other):
         raise SceneError(
             f"{caller}: {name} must be 'back' where {why}, got {shown(side)}, its outside; write {name}='back'"
         )
-
-
-def _surrounds(shell: Shape, other: Shape) -> bool:
-    """Whether all of a shape surely lies inside a ball or a box."""
-    if not (isinstance(shell, Sphere | Box) and shell.is_closed) or other.is_infinite:
-        return False
-    if isinstance(other, Sphere | Box):
-        return is_within(other, shell)
-    corners = np.array(np.meshgrid(*zip(*other.bounds, strict=True))).reshape(3, -1).T
-    return bool(holds(shell, corners).all())
 
 
 def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:

@@ -21,30 +21,33 @@ Bins = int | tuple[float, ...]  # a number of equal bins, or edges
 if TYPE_CHECKING:
     from typing import Generic
 
-    from typing_extensions import TypeVar as TypeVarWithDefault
-
     Given = TypeVar("Given", contravariant=True)
     Kept = TypeVar("Kept", covariant=True)
-    Written = TypeVarWithDefault("Written", default=Any)
+    Written = TypeVar("Written")
 
-    class Converted(Generic[Given, Kept, Written]):
+    class Converted(Generic[Given, Kept]):
         """A field that takes what is Given and keeps it as Kept."""
 
         def __get__(self, instance: object, owner: Any = None) -> Kept: ...
         def __set__(self, instance: object, value: Given) -> None: ...
 
+    class ConvertedAs(Converted[Given, Kept], Generic[Given, Kept, Written]):
+        """The same, where a file of a scene holds what is Written."""
+
 else:
 
     class Converted:
-        """A field that takes what is Given and keeps it as Kept."""
+        """A field whose type at run time is the last one named."""
 
         def __class_getitem__(cls, types: tuple[object, ...]) -> object:
             return types[-1]
 
+    ConvertedAs = Converted
+
 
 VectorField = Converted[Iterable[float], Vector]
 OptionalVector = Converted[Iterable[float] | None, Vector | None]
-Lengths = Converted[Iterable[float] | float, Vector, Vector | float]  # one for all axes, or three
+Lengths = ConvertedAs[Iterable[float] | float, Vector, Vector | float]  # one for all axes, or three
 Numbers = Converted[Iterable[float], tuple[float, ...]]
 OptionalNumbers = Converted[Iterable[float] | None, tuple[float, ...] | None]
 BinsField = Converted[int | Iterable[float], Bins]

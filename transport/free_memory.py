@@ -46,5 +46,7 @@ def _fields(path: Path) -> dict[str, int]:
 
 
 def size_text(number: float) -> str:
-    """A number of bytes in GB or MB."""
+    """A number of bytes in MB, GB or TB."""
+    if number >= 1e12:
+        return f"{number / 1e12:.3g} TB"
     return f"{number / 1e9:.3g} GB" if number >= 1e9 else f"{number / 1e6:.3g} MB"

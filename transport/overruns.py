@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from transport.materials.surface import titled
-from transport.validation import SceneError
+from transport.validation import SceneError, listed
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-NAMED = 6  # surfaces that a message names one by one
 LONG = 10_000  # crossings of a history in the mean, beyond which smaller batches are no cure
 
 
@@ -62,15 +61,13 @@ def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError
     )
 
 
-def endless(plan: Plan, surfaces: list[int], started: int, crossings: int, collisions: int) -> OverrunError:
-    """Of a batch in which no history ends; surfaces: the numbers of those that its lanes met last."""
-    names = [titled(plan.scene.surfaces[number], number) for number in surfaces[:NAMED]]
-    names += [f"{len(surfaces) - NAMED} more"] if len(surfaces) > NAMED else []
-    where = f", last at {' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))}," if names else ""
-    events = f"{crossings:.3g} crossings" + (f" and {collisions:.3g} collisions" if collisions else "")
+def endless(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
+    """Of a batch in which particles go on for ever; surfaces: the numbers of those that they met last."""
+    where = listed([titled(plan.scene.surfaces[number], number) for number in surfaces])
+    these = f"{particles} particles do" if particles > 1 else "1 particle does"
     return OverrunError(
-        f"simulate: no history ends: {started} particles made {events}{where} and none was absorbed or escaped. Let a surface"
-        " or a medium there absorb a little, or give the scene a duration"
+        f"simulate: {these} not end: after millions of crossings or collisions{f', the last at {where},' * bool(where)} none"
+        " was absorbed or has escaped. Let a surface or a medium there absorb a little, or give the scene a duration"
     )
 
 

@@ -4,6 +4,7 @@ from transport.shapes import Shape
 from transport.validation import check_one_of, refuse
 
 IS_BACK = {"front": False, "back": True, "outside": False, "inside": True}
+OTHER_SIDE = {"front": "back", "back": "front", "outside": "inside", "inside": "outside"}
 
 
 class AnyDetector:

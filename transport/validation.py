@@ -126,6 +126,13 @@ def is_masked(value: object) -> bool:
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
 
 
+def listed(names: list[str], most: int = 6) -> str:
+    """The names as "a, b and c"; of more than `most` the others are counted."""
+    if len(names) > most:
+        names = [*names[:most], f"{len(names) - most} more"]
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
 def suggestion(word: object, names: Iterable[str]) -> str:
     """The cure for an unknown name: the nearest valid one, or all of them where none is near."""
     names = list(names)

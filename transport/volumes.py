@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from transport.bins import DirectionSphere, check_total
-from transport.fields import Converted
+from transport.fields import ConvertedAs
 from transport.shapes import Box, Shape, Slab, Sphere
 from transport.sides import AnyDetector
 from transport.validation import (
@@ -41,8 +41,8 @@ class VolumeDetector(AnyDetector):
     """
 
     shape: Shape | str
-    name: Converted[str | None, str, str | None] = None
-    cells: Converted[
+    name: ConvertedAs[str | None, str, str | None] = None
+    cells: ConvertedAs[
         int | Iterable[float] | None, tuple[float, ...] | None, int | tuple[float, ...] | None
     ] = None
     directions: DirectionSphere | None = None

@@ -79,4 +79,5 @@ def test_a_detector_in_the_dark_of_a_thin_fog_or_of_none_is_not_said_to_lie_deep
     screen = tp.Surface(tp.Disk(center=(0, 0, 1), radius=0.5), tp.Black())
     for medium in (None, tp.Medium(absorption=0.5)):
         result = tp.simulate(tp.Scene(LAMP, screen, METER, medium=medium), particles=1000, progress=False)
-        assert result["meter"].flux_in.value == 0 and not result.warnings
+        assert result["meter"].flux_in.value == 0
+        assert not any("mean free paths" in warning for warning in result.warnings)

@@ -24,7 +24,7 @@ from transport.media import Grid
 from transport.shapes import Box, Plane, Sphere
 from transport.shapes.base import ROUNDING
 from transport.sources import Source
-from transport.validation import SceneError, shown
+from transport.validation import SceneError, listed, shown
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -72,8 +72,7 @@ def glowing_sources(scene: Scene) -> list[tuple[int, Source]]:
 
 def _bounds_of(scene: Scene, body: Body) -> str:
     """The surfaces of a body, in words."""
-    titles = [title_of(scene, number) for number in body.surfaces]
-    return " and ".join([", ".join(titles[:-1]), titles[-1]]) if len(titles) > 1 else titles[0]
+    return listed([title_of(scene, number) for number in body.surfaces], most=len(body.surfaces))
 
 
 # ---- bodies ----

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from transport.shapes import Box, Plane, Shape, Slab, Sphere
+from transport.shapes import Box, Mesh, Plane, Shape, Slab, Sphere
 from transport.shapes.base import ROUNDING
+from transport.shapes.distances import least_distance
 from transport.vectors import Vector, dot
 
 
@@ -66,6 +68,21 @@ def is_within(a: Solid, b: Solid) -> bool:
     if isinstance(b, Sphere):
         return _farthest(a, b.center) <= b.radius + tolerance
     return all(_reach(a, normal) <= level + tolerance for normal, level in _walls(b))
+
+
+def contains(shell: Shape, place: Shape | Vector) -> bool:
+    """Whether all of a shape, or a point [m], surely lies in a closed Box, Sphere, Slab or Mesh, its surface included."""
+    if not isinstance(place, Shape):
+        return shell.holds(place) if isinstance(shell, Mesh) else bool(holds(shell, np.array([place]))[0])
+    if place.is_infinite:
+        return False
+    if isinstance(shell, Mesh):
+        return shell.holds(place.middle) and least_distance(shell, place.middle) >= place.extent
+    if isinstance(place, Box | Sphere) and place.is_closed:
+        return is_within(place, shell)
+    corners, middle = np.array(list(product(*zip(*place.bounds, strict=True)))), np.array(place.middle)
+    margin = ROUNDING * (magnitude(shell) + magnitude(place))  # a shape in the wall counts as inside
+    return bool(holds(shell, corners + np.clip(middle - corners, -margin, margin)).all())
 
 
 def do_meet(a: Solid, b: Solid) -> bool:

@@ -48,7 +48,9 @@ HEADER = (
     "cast",  # ... how many of them lanes cast in the last pass ...
     "taken",  # ... and how many of these are under way
     "given_up",  # histories of too many events (surfaces.give_up)
-    "trapped",  # lanes of which none has ended for so long that none will, else 0 (driver.TRAPPED)
+    "patience",  # crossings in which some history must end, or some weight be lost (driver.PATIENCE) ...
+    "patience_in_media",  # ... and collisions
+    "trapped",  # lanes of which none has ended or lost weight for so long, else 0
     "stop",  # set by another thread: end before the batch is complete
 )
 HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one

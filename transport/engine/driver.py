@@ -25,9 +25,9 @@ REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which se
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
 MOST_COPIES_EACH = 20_000  # of a history in the mean, and as many for each lane
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
-# Crossings and collisions of a bundle while no history ends, after which none is expected to: 1e6 crossings per lane of a
-# full bundle, or as many as 15 histories make before each is given up (surfaces.MOST_EVENTS).
-TRAPPED, TRAPPED_IN_MEDIA = 256 * 10**6, 1 << 30
+# Crossings and collisions of a full bundle, or of a batch of which no history has ended, in which some history must end or some
+# weight be lost: else none ever will.  1e6 crossings per lane of a full bundle.
+PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
@@ -95,7 +95,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter, end = 0, 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
-    quiet, quiet_in_media = 0, 0  # crossings and collisions when a history last began or ended
+    calm = (int64(0), int64(0), -1.0, False)
     while True:
         before, begun, given_up = live, history + copied, b.given_up
         live = _fill_line(b, live)
@@ -130,10 +130,8 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
             _trace(b, handle, sight)
             if live == 0:
                 break
-        if history + copied != begun or live != before - (b.given_up - given_up):
-            quiet, quiet_in_media = b.crossings, b.collisions
-        elif b.crossings - quiet >= TRAPPED or b.collisions - quiet_in_media >= TRAPPED_IN_MEDIA:
-            b.trapped = live
+        new = history + copied - begun
+        calm = _watch(b, calm, live, before + new - live - (b.given_up - given_up), new)
         if (
             b.stop != 0
             or b.trapped != 0
@@ -184,6 +182,36 @@ def _trace_last(b, handle, sight):
     while len(entries) > 0 and call_pass(entries[0], handle, tables[0], 0, LANES) > 0:
         for p in range(1, len(entries)):
             call_pass(entries[p], shadow, tables[p], 0, LANES)
+
+
+@njit(inline="always")
+def _watch(b, calm, live, ended, new):
+    """Tell the bundle where no history ends any more: none has, and no weight was lost, for as long as its patience.
+
+    calm: crossings and collisions since which none has ended or begun, what the lanes carried halfway from there (-1:
+    not yet there), and whether any history has ended before;  ended, new: histories of this turn.
+    """
+    since, since_in_media, weight, has_ended = calm
+    if ended != 0 or new != 0:
+        return b.crossings, b.collisions, -1.0, has_ended or ended != 0
+    if has_ended and live < LANES:  # the few that are left are given up in the end (surfaces.give_up)
+        return calm
+    crossed, collided = b.crossings - since, b.collisions - since_in_media
+    if weight < 0.0 and (2 * crossed >= b.patience or 2 * collided >= b.patience_in_media):
+        return since, since_in_media, _weight(b, live), has_ended
+    if crossed >= b.patience or collided >= b.patience_in_media:
+        b.trapped = live if _weight(b, live) == weight else 0
+        return b.crossings, b.collisions, -1.0, has_ended
+    return calm
+
+
+@njit(inline="always")
+def _weight(b, live):
+    """What the lanes carry, in all."""
+    total = 0.0
+    for k in range(live):
+        total += b.weight[k]
+    return total
 
 
 @njit(inline="always")
@@ -279,6 +307,8 @@ def run_batch(
         "bank_room": ROOM,
         "overfull": 0,
         "given_up": 0,
+        "patience": FOR_EVER if plan.has_clock else PATIENCE,
+        "patience_in_media": FOR_EVER if plan.has_clock else PATIENCE_IN_MEDIA,
         "trapped": 0,
     }
     for name, value in header.items():
@@ -295,9 +325,10 @@ def run_batch(
         raise Stopped
     counted = ("crossings", "started", "overfull", "trapped", "given_up")
     crossings, started, copies, trapped, given_up = (int(bundle[name][0]) for name in counted)
-    if trapped or 0 < given_up == histories:
-        surfaces = _surfaces_met(plan, bundle, trapped or 1)
-        raise endless(plan, surfaces, started, crossings, int(bundle["collisions"][0]))
+    is_all_given_up = 0 < given_up == histories and not sums.ledger[ABSORBED:, :2].any()
+    if trapped or is_all_given_up:
+        particles = trapped or given_up
+        raise endless(plan, _surfaces_met(plan, bundle, particles), particles)
     if copies > 1:
         raise too_many_copies(plan, copies, started)
     if copies:
@@ -324,7 +355,7 @@ def run_batch(
 
 
 def _surfaces_met(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
-    """The numbers of the surfaces that lanes met last; of a batch whose histories were all given up, of one of these."""
+    """The numbers of the surfaces that lanes met last."""
     rows = (bundle["hit"][0][:lanes] >> SURFACE_SHIFT) & SURFACE_MASK
     return sorted({plan.owners[row - 1] for row in rows.tolist() if row > 0})
 

@@ -49,13 +49,15 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
         refuse(subject, f"{name} must have all its values, got {got}; {UNMASK}")
     try:
         given = np.asarray(value)
-        if given.dtype.kind not in "iuf":
-            raise ValueError
-        array = np.array(given, dtype=np.float64, order="C")
     except (ValueError, TypeError):
+        given = None
+    if given is None or given.dtype.kind not in "iuf":
         refuse(subject, f"{name} must be an array of numbers, got {shown(value)}")
-    if array.ndim != dims or array.size == 0:
-        refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {array.shape}")
+    if given.ndim != dims:
+        refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {given.shape}")
+    if given.size == 0:
+        refuse(subject, f"{name} must not be empty, got shape {given.shape}")
+    array = np.array(given, dtype=np.float64, order="C")
     wrong = ~((array >= 0) & (array < math.inf))
     if wrong.any():
         place = tuple(int(k) for k in np.argwhere(wrong)[0])

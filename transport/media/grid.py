@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from transport.fields import Converted
+from transport.fields import ConvertedAs
 from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.media.base import Phase, digest_of, settled_array, settled_phase
 from transport.media.medium import _isotropic, told
@@ -25,8 +25,8 @@ from transport.validation import (
     store,
 )
 
-# Making a grid and compiling its scene take 34 bytes per voxel beside the array given, measured at 150^3 to 400^3.
-BYTES_PER_VOXEL = 40
+# Making a grid and compiling its scene take 34 bytes per voxel beside an array given, 42 beside two: measured at 200^3.
+BYTES_PER_VOXEL = 48
 
 
 @scene_object(kw_only=True)
@@ -35,15 +35,15 @@ class Grid:
 
     absorption, scattering: (nx, ny, nz) coefficients [m^-1], constant within each voxel, the first at the lower
     corner; one of both may be left out or be a number, which takes no memory.  The arrays are copied and kept
-    read-only: a run takes up to 40 bytes per voxel, and more voxels than fit into memory are refused.  phase, index
+    read-only: a run takes up to 48 bytes per voxel, and more voxels than fit into memory are refused.  phase, index
     and emission [W m^-3 sr^-1] are the same in all voxels.
     """
 
     box: Box
-    absorption: Converted[ArrayLike, np.ndarray, np.ndarray | float] = field(
+    absorption: ConvertedAs[ArrayLike, np.ndarray, np.ndarray | float] = field(
         default=0.0, compare=False, repr=False
     )
-    scattering: Converted[ArrayLike, np.ndarray, np.ndarray | float] = field(
+    scattering: ConvertedAs[ArrayLike, np.ndarray, np.ndarray | float] = field(
         default=0.0, compare=False, repr=False
     )
     phase: Phase = field(default_factory=_isotropic)
@@ -54,8 +54,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         check_type(self, "box", Box, "a Box, as Box(size=(1, 1, 1))")
-        for name in ("absorption", "scattering"):
-            self._check_memory(name, getattr(getattr(self, name), "shape", ()))
+        self._check_memory()
         given = {name: self._settled(name) for name in ("absorption", "scattering")}
         shapes = [array.shape for array in given.values() if array.ndim == 3]
         if not shapes:
@@ -92,14 +91,19 @@ class Grid:
         extinction = self.extinction
         return np.divide(self.scattering, extinction, out=np.zeros(self.shape), where=extinction > 0)
 
-    def _check_memory(self, name: str, shape: object) -> None:
-        """Refuse an array of more voxels than there is memory for, before it is copied."""
-        need = BYTES_PER_VOXEL * math.prod(shape) if isinstance(shape, tuple) else 0
+    def _check_memory(self) -> None:
+        """Refuse arrays of more voxels than there is memory for, before they are copied."""
+        shapes = [getattr(value, "shape", ()) for value in (self.absorption, self.scattering)]
+        shapes = [
+            s for s in shapes if isinstance(s, tuple) and len(s) == 3 and all(isinstance(n, int) for n in s)
+        ]
+        shape = max(shapes, key=math.prod, default=())
+        need = BYTES_PER_VOXEL * math.prod(shape) if shapes else 0
         left = memory_left() if need > ALWAYS else None
         if left is not None and need > left:
             figures = f"{size_text(need)}, and {size_text(left)} of memory are left"
             cure = "use fewer voxels, or Medium(...) where all are alike"
-            refuse(self, f"{name} must fit into memory, got shape {shape}, which takes {figures}; {cure}")
+            refuse(self, f"voxels must fit into memory, got shape {shape}, which takes {figures}; {cure}")
 
     def _settled(self, name: str) -> np.ndarray:
         value = getattr(self, name)

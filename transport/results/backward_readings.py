@@ -18,7 +18,7 @@ from transport.compile.adjoint import Part
 from transport.detectors import Detector
 from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
-from transport.results.empty_detector import why_dark
+from transport.results.empty_detector import why_dark, why_no_arrivals
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
@@ -75,8 +75,13 @@ class BackwardReading(Reading):
     def warning(self) -> str | None:
         """What to know before trusting it."""
         scene, title = self._plan.turned.scene, f"detector {self.name!r}"
-        why = why_dark(scene, title, self.sums.shape, self.detector) if self.is_blind else None
-        return why or warning_of(self._cell_sums, self.name)
+        if self.is_blind:
+            shape, detector = self.sums.shape, self.detector
+            why = why_dark(scene, title, shape, detector) or why_no_arrivals(
+                scene, shape, detector, is_blind=True
+            )
+            return why or self._cell_sums.doubt(self.name)
+        return warning_of(self._cell_sums, self.name)
 
     def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, "weights")
@@ -255,8 +260,9 @@ class ViewReading(Quantified):
     def warning(self) -> str | None:
         """What to know before trusting it."""
         scene, title = self._result.scene, f"detector {self.name!r}"
-        why = why_dark(scene, title, self.detector.position) if self.is_blind else None
-        return why or warning_of(self._sums, self.name)
+        if self.is_blind:
+            return why_dark(scene, title, self.detector.position) or self._sums.doubt(self.name)
+        return warning_of(self._sums, self.name)
 
     def __repr__(self) -> str:
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"

@@ -90,6 +90,11 @@ class CellSums:
             weight = sum(sum_of(self._weights(part, lamp)) for part in self.parts) / met if met else 1.0
             histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
             change = max(part.gains[lamp] for part in self.parts) * weight / histories
+            if met < FEW and np.isnan(error):
+                return (
+                    f"{name!r} has no score in {int(histories)} histories, so its values are unknown, not 0. If it can see"
+                    f" {self.turned.lamps[lamp].name!r}, use more particles"
+                )
             if met < FEW and not change <= error:
                 times = "never met" if met == 0 else f"met {met} times"
                 source = self.turned.lamps[lamp].name

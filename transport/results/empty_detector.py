@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.bodies.listing import surrounding_of
-from transport.bodies.solids import holds, is_within
 from transport.compile.media import glowing_sources
+from transport.enclosures import ClosedShape, Patches, rooms_of
 from transport.materials import Black, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import titled
-from transport.shapes import Box, FlatShape, Mesh, Shape, Sphere
-from transport.shapes.distances import is_behind, least_distance
-from transport.shapes.supports import are_on_one_support, rounding_of
+from transport.shapes import FlatShape, Point, Shape
+from transport.shapes.distances import is_behind, least_distance, point_beside
+from transport.shapes.supports import are_on_one_support
 from transport.sheets import pieces
-from transport.sides import IS_BACK
+from transport.sides import IS_BACK, OTHER_SIDE
+from transport.validation import listed
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
     from transport.scene import Scene
     from transport.sources import Source
 
-Place = Shape | Vector
-STEP = 1e-6  # of a flat shape's extent, by which its side is followed off the wall on which it may lie
-OTHER_SIDE = {"front": "back", "back": "front", "outside": "inside", "inside": "outside"}
+Room = ClosedShape | Patches
+Sided = tuple[
+    Shape, str | None
+]  # a shape, and the side at which it counts or emits; None for a volume or a point
 
 
-def why_dark(scene: Scene, title: str, place: Place, detector: Detector | None = None) -> str | None:
+def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None) -> str | None:
     """Return why no light can reach a detector, and the cure; None where geometry does not prove it.
 
     Parameters
@@ -48,33 +50,27 @@ def why_dark(scene: Scene, title: str, place: Place, detector: Detector | None =
     detector : Detector, optional
         The detector, if it counts at one side of a surface.
     """
-    side = None if detector is None else detector.side
-    why = _emitted_outwards(scene, place, side)
-    why = why or _enclosed(scene, place, side) or _sources_enclosed(scene, place, side)
-    if detector is not None:
-        why = why or _behind_sources(scene, place)
-        why = why or (_faces_away(scene, place, side) if _is_opaque(scene, detector) else None)
+    shape = place if isinstance(place, Shape) else Point(position=place)
+    looks = (shape, None if detector is None else detector.side)
+    why = _walled_off(scene, looks) or _behind_sources(scene, shape)
+    if why is None and detector is not None and _is_opaque(scene, detector) and _faces_away(scene, looks):
+        why = f"{_facing_away(looks)}. Reverse its normal, or write side={_other_side(looks)!r}"
     return why and f"{title} counted nothing: {why}"
 
 
-def why_wrong_side(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> str | None:
-    """Return a note on a detector at which nothing arrived, where all light comes, or may come, to its other side.
+def why_no_arrivals(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> str | None:
+    """Return a note on a detector at which no light can arrive, though light may depart from it; None without a proof.
 
-    None where departures are what one reads: of a surface by its name, and of a source.
+    None as well where departures are what one reads: of a surface by its name, and of a source.
     """
-    title, side, other = f"detector {detector.name!r}", detector.side, OTHER_SIDE[detector.side]
-    if is_blind:
-        if shape.is_closed and not detector.is_back:
-            return (
-                f"{title} counted nothing on the outside of its shape. Write side='inside' to count inside it"
-            )
-        why = _faces_away(scene, shape, side)
-        return why and f"{title} counted nothing: {why}"
-    if isinstance(detector.shape, str) or _has_source_on(scene, shape):
+    if not is_blind and (isinstance(detector.shape, str) or _has_source_on(scene, shape)):
+        return None
+    looks = (shape, detector.side)
+    if not _faces_away(scene, looks):
         return None
     return (
-        f"nothing arrives at the {side} of {title}, so its flux_in and irradiance are 0: all light comes from its {other}."
-        f" Write side={other!r}, reverse its normal, or read flux_out and exitance"
+        f"no light can arrive at detector {detector.name!r}: {_facing_away(looks)}. Reverse its normal, write"
+        f" side={_other_side(looks)!r}, or read flux_out and exitance, which count light from its {_other_side(looks)}"
     )
 
 
@@ -92,92 +88,88 @@ def _has_source_on(scene: Scene, shape: Shape) -> bool:
     )
 
 
-# ---- opaque closed surfaces ----
+# ---- opaque rooms ----
 
 
-def _emitted_outwards(scene: Scene, place: Place, side: str | None) -> str | None:
-    """Every source emits from the outside of a room's walls, and the detector is in the room."""
-    for name, shell in _shells(scene):
-        if _is_in(shell, place, side) and all(
-            origin == shell and source.emission.has_side and not source.is_back
-            for source, origin in _sources(scene)
-        ):
-            return f"every source emits from the outside of {name}. Write side='inside' in the source"
-    return None
+def _walled_off(scene: Scene, looks: Sided) -> str | None:
+    """Opaque surfaces enclose the detector but not a source, or the source but not the detector, for every source."""
+    opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
+    rooms = [room for room in rooms_of(opaque) if _is_in(room, looks) or _is_out(room, looks)]
+    sources = list(_emitting(scene))
+    for room in rooms:
+        if all(_parts(room, looks, source) for source in sources):
+            return _in_words(scene, room, looks, sources)
+    parting = [next((room for room in rooms if _parts(room, looks, source)), None) for source in sources]
+    if None in parting:
+        return None
+    names = listed([_title(scene, room)[0] for room in dict.fromkeys(parting)])
+    return f"{names} part it from every source, and let no light through. Move the detector or a source"
 
 
-def _enclosed(scene: Scene, place: Place, side: str | None) -> str | None:
-    """An opaque surface encloses the detector and no source."""
-    for name, shell in _shells(scene):
-        if _is_in(shell, place, side) and all(_is_out(shell, *where) for where in _emitting(scene)):
-            return (
-                f"{name} encloses it, lets no light through, and no source is inside. Make the surface Transparent(), or"
-                " move the detector or a source"
-            )
-    return None
+def _parts(room: Room, looks: Sided, source: Sided) -> bool:
+    """Whether the walls of a room lie between the detector and a source."""
+    if _is_in(room, looks):
+        return _is_out(room, source)
+    return _is_in(room, source)
 
 
-def _sources_enclosed(scene: Scene, place: Place, side: str | None) -> str | None:
-    """An opaque surface encloses every source and not the detector."""
-    for name, shell in _shells(scene):
-        if _is_out(shell, place, side) and all(_is_in(shell, *where) for where in _emitting(scene)):
-            cure = "Write side='inside'" if place == shell and side else "Move the detector inside"
-            return f"{name} encloses every source and lets no light through. {cure}, or move a source outside"
-    return None
+def _in_words(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> str:
+    """What encloses what, and the cure: the other side of the detector or of the sources, or another place."""
+    (name, encloses), is_within = _title(scene, room), _is_in(room, looks)
+    if is_within and all(
+        side is not None and _is_in(room, (o, _other_side((o, side)))) for o, side in sources
+    ):
+        cure = f"Write side={_other_side(sources[0])!r} in the source"
+        return f"every source emits from the outside of {name}. {cure}"
+    if looks[1] is not None and (_is_out if is_within else _is_in)(room, (looks[0], _other_side(looks))):
+        cure = f"Write side={_other_side(looks)!r}"
+    else:
+        cure = (
+            "Make it Transparent(), or move the detector or a source"
+            if is_within
+            else "Move the detector inside"
+        )
+    if is_within:
+        return f"{name} {encloses} it, lets no light through, and no source is inside. {cure}"
+    return f"{name} {encloses} every source and lets no light through. {cure}, or move a source outside"
 
 
-def _emitting(scene: Scene) -> Iterator[tuple[Shape, str | None]]:
-    """The shape of every source, and the side that emits; None where all of a volume does."""
-    return ((origin, source.side if source.emission.has_side else None) for source, origin in _sources(scene))
+def _title(scene: Scene, room: Room) -> tuple[str, str]:
+    """The names of a room's walls, and their verb."""
+    names = [titled(scene.surfaces[number], number) for number in room.numbers]
+    return listed(names), "encloses" if len(names) == 1 else "together encloses"
 
 
-def _shells(scene: Scene) -> Iterator[tuple[str, Shape]]:
-    """Closed surfaces of finite size that let no light through: name and shape."""
-    for number, surface in enumerate(scene.surfaces):
-        shape = surface.shape
-        if shape.is_closed and not shape.is_infinite and not lets_through(surface.material):
-            yield titled(surface, number), shape
-
-
-def _is_in(shell: Shape, place: Place, side: str | None) -> bool:
-    """Whether a place surely lies in a closed shape, and its side, if it has one, faces the inside."""
-    if not isinstance(place, Shape) or side is None:
-        return _holds(shell, place)
-    if are_on_one_support(shell, place):
+def _is_in(room: Room, sided: Sided) -> bool:
+    """Whether a shape surely lies in a room, and its side, if it has one, faces the inside."""
+    shape, side = sided
+    if side is None:
+        return room.holds(shape)
+    if isinstance(room, ClosedShape) and are_on_one_support(room.shapes[0], shape):
         return IS_BACK[side]
-    if not _holds(shell, place) or not isinstance(place, FlatShape):
-        return _holds(shell, place)
-    step = STEP * place.extent * (-1 if IS_BACK[side] else 1)  # a flat shape on the wall may face outwards
-    return _holds(shell, tuple(p + step * n for p, n in zip(place.middle, place.normal, strict=True)))
+    if not isinstance(shape, FlatShape):
+        return room.holds(shape)
+    is_wall = isinstance(room, Patches) and shape in room.shapes
+    return (is_wall or room.holds(shape)) and room.holds(point_beside(shape, IS_BACK[side], room.shapes))
 
 
-def _holds(shell: Shape, place: Place) -> bool:
-    """Whether all of a place surely lies in a closed shape, its surface included."""
-    if not isinstance(place, Shape):
-        return shell.holds(place) if isinstance(shell, Mesh) else bool(holds(shell, np.array([place]))[0])
-    if place.is_infinite:
-        return False
-    if isinstance(shell, Mesh):
-        return shell.holds(place.middle) and least_distance(shell, place.middle) >= place.extent
-    if isinstance(place, Box | Sphere) and place.is_closed:
-        return is_within(place, shell)
-    corners = np.array(list(product(*zip(*place.bounds, strict=True))))
-    margin = rounding_of(shell, place)  # towards the middle, so that a shape in the wall counts as inside
-    return bool(holds(shell, corners + np.clip(np.array(place.middle) - corners, -margin, margin)).all())
-
-
-def _is_out(shell: Shape, place: Place, side: str | None) -> bool:
-    """Whether a place surely lies outside of a closed shape, or its side, if it has one, faces away from the shape."""
-    if not isinstance(place, Shape):
-        return least_distance(shell, place, filled=True) > 0
-    if side is not None and are_on_one_support(shell, place):
+def _is_out(room: Room, sided: Sided) -> bool:
+    """Whether a shape surely lies outside of a room, or its side, if it has one, faces away from the room."""
+    shape, side = sided
+    if side is None:
+        return room.clears(shape)
+    if isinstance(room, ClosedShape) and are_on_one_support(room.shapes[0], shape):
         return not IS_BACK[side]
-    if side is not None and isinstance(place, FlatShape) and is_behind(shell, place, side):
+    if isinstance(room, Patches) and shape in room.shapes:
+        return isinstance(shape, FlatShape) and not room.holds(
+            point_beside(shape, IS_BACK[side], room.shapes)
+        )
+    if isinstance(shape, FlatShape) and all(is_behind(wall, shape, side) for wall in room.shapes):
         return True
-    if place.is_infinite:
-        return False
-    is_round = place.is_closed and least_distance(place, shell.middle) > shell.extent
-    return is_round or least_distance(shell, place.middle, filled=True) > place.extent
+    is_round = shape.is_closed and not shape.is_infinite
+    if is_round and all(least_distance(shape, wall.middle) > wall.extent for wall in room.shapes):
+        return True  # a surface about the room, or beside it
+    return room.clears(shape)
 
 
 # ---- planes ----
@@ -190,7 +182,8 @@ def _behind_sources(scene: Scene, shape: Shape) -> str | None:
         return None
     for origin, side in emitting:
         is_flat = side is not None and isinstance(origin, FlatShape)
-        if not is_flat or are_on_one_support(shape, origin) or not is_behind(shape, origin, side):
+        is_on_it = any(are_on_one_support(piece, origin) for piece in pieces(shape))
+        if not is_flat or is_on_it or not is_behind(shape, origin, side):
             return None
     return (
         "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources, or write"
@@ -198,17 +191,25 @@ def _behind_sources(scene: Scene, shape: Shape) -> str | None:
     )
 
 
-def _faces_away(scene: Scene, shape: Shape, side: str) -> str | None:
-    """The detector is flat, and everything that emits or redirects light lies behind its plane."""
+def _faces_away(scene: Scene, looks: Sided) -> bool:
+    """Whether the detector is flat, and everything that emits or redirects light lies behind its plane."""
+    shape, side = looks
     shapes = [*(origin for _, origin in _sources(scene)), *_redirecting(scene)]
-    if not isinstance(shape, FlatShape) or not all(
+    return isinstance(shape, FlatShape) and all(
         other is not None and is_behind(other, shape, side) for other in shapes
-    ):
-        return None
-    return (
-        f"its {side} faces away from every source, and nothing in front of it reflects or scatters light. Reverse its"
-        f" normal, or write side={OTHER_SIDE[side]!r}"
     )
+
+
+def _facing_away(looks: Sided) -> str:
+    return (
+        f"its {looks[1]} faces away from every source, and nothing in front of it reflects or scatters light"
+    )
+
+
+def _other_side(sided: Sided) -> str:
+    """The other side, "inside" or "outside" of a closed shape."""
+    shape, side = sided
+    return OTHER_SIDE[side] if not shape.is_closed else "outside" if IS_BACK[side] else "inside"
 
 
 # ---- what emits light, and what redirects it ----
@@ -217,6 +218,11 @@ def _faces_away(scene: Scene, shape: Shape, side: str) -> str | None:
 def _sources(scene: Scene) -> Iterator[tuple[Source, Shape]]:
     """Every source, emitting media included, with its shape."""
     return ((source, scene.shape_of(source)) for source in (*scene.sources, *glowing_sources(scene)))
+
+
+def _emitting(scene: Scene) -> Iterator[Sided]:
+    """The shape of every source, and the side that emits; None where all of a volume does."""
+    return ((origin, source.side if source.emission.has_side else None) for source, origin in _sources(scene))
 
 
 def _redirecting(scene: Scene) -> Iterator[Shape | None]:

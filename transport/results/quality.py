@@ -28,7 +28,7 @@ class Quality:
     """The quality of one number's error bar; nan for what is not known.
 
     relative_error: one standard error over the value;  figure_of_merit: 1/(relative error^2 seconds) [s^-1], constant while a run
-    goes on;  scores: how many there are;  carriers: about how many independent ones carry the error, 1/VOV;  vov: variance of
+    goes on;  scores: how many there are, None where they are not counted;  carriers: about how many independent ones carry the error, 1/VOV;  vov: variance of
     the variance, 1/N for normal sums, below 0.1 wanted;  tail_slope: of the density of the largest scores, size^-slope, above 3
     wanted, at most 10, nan where all are alike or too few;  unseen: standard errors that larger scores than all that came would bring if
     the law of the largest goes on;  trend: probability that batches without a trend would look so;  doubts: what speaks against
@@ -37,7 +37,7 @@ class Quality:
 
     relative_error: float
     figure_of_merit: float
-    scores: int
+    scores: int | None
     carriers: float
     vov: float
     tail_slope: float
@@ -51,8 +51,9 @@ class Quality:
         return not self.doubts
 
     def __str__(self) -> str:
+        scores = "unknown" if self.scores is None else self.scores
         numbers = (
-            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1, {self.scores} scores,"
+            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1, scores {scores},"
             f" VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g} errors, trend p = {self.trend:.2g}"
         )
         return f"{numbers}: {'; '.join(self.doubts) or 'sound'}"
@@ -74,9 +75,10 @@ def quality_of(
         )
     values = _alike(estimate)
     trend, alone = trend_of(values), outlier_of(values)
-    number, vov, slope, unseen = 0, math.nan, math.nan, math.nan
+    number = None if scores is None else scores.number
+    vov, slope, unseen = math.nan, math.nan, math.nan
     if scores is not None and scores.number:
-        number, slope = scores.number, scores.slope
+        slope = scores.slope
         vov = _vov(scores, relative, particles)
         unseen = scores.unseen / relative
     carriers = 1 / vov if vov > 0 else math.nan

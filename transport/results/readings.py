@@ -14,7 +14,7 @@ import numpy as np
 
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
-from transport.results.empty_detector import why_dark, why_wrong_side
+from transport.results.empty_detector import why_dark, why_no_arrivals
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.peaked import doubt_of_forward_rays
@@ -88,10 +88,10 @@ class Reading(Quantified):
 
     @cached_property
     def note(self) -> str | None:
-        """That nothing arrived at this side, where geometry or departures say that it is the wrong one."""
+        """That no light can arrive at this side, where geometry proves it."""
         if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
             return None
-        return why_wrong_side(self._scene, self.sums.shape, self.detector, self.is_blind)
+        return why_no_arrivals(self._scene, self.sums.shape, self.detector, self.is_blind)
 
     @cached_property
     def _why_dark(self) -> str | None:

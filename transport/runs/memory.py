@@ -18,7 +18,7 @@ from transport.results.footprint import (
     rows_of,
 )
 from transport.runs.schedules import LARGEST_BATCH, Schedule
-from transport.validation import SceneError
+from transport.validation import SceneError, listed
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Need:
         parts += (
             [f"{size_text(self.on_the_way)} in those that come from the workers"] if self.on_the_way else []
         )
-        return f"{', '.join(parts[:-1])} and {parts[-1]}" if len(parts) > 1 else parts[0]
+        return listed(parts)
 
 
 def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> None:

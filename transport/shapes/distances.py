@@ -1,6 +1,7 @@
 """The least distance between a point and a shape, with no more than rounding lost: it bounds the weights of an aim."""
 
 import math
+from collections.abc import Iterable
 from itertools import product
 
 import numpy as np
@@ -14,6 +15,8 @@ from transport.shapes.solid import Box, Sphere
 from transport.shapes.supports import are_on_one_support, place_about_axis, rounding_of
 from transport.shapes.triangles import distance_beside
 from transport.vectors import Vector, dot
+
+BESIDE = 256  # times the rounding of coordinates
 
 
 def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
@@ -51,6 +54,13 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     ways = ([p - q for p, q in zip(corner, plane.middle, strict=True)] for corner in corners)
     heights = [dot(way, plane.normal) for way in ways]
     return max(0.0, min(heights), -max(heights))
+
+
+def point_beside(flat: FlatShape, is_back: bool, others: Iterable[Shape]) -> Vector:
+    """A point in front of the middle of a flat shape, or behind it, just so far that rounding cannot put it on another."""
+    step = BESIDE * max((rounding_of(flat, other) for other in others), default=rounding_of(flat, flat))
+    step = -step if is_back else step
+    return tuple(p + step * n for p, n in zip(flat.middle, flat.normal, strict=True))
 
 
 def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
