@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 def simulate(
     scene: Scene,
-    particles: int | None = None,
+    particles: float | None = None,
     error: Mapping[str, float] | None = None,
     seconds: float | None = None,
     seed: int | None = None,
@@ -46,7 +46,7 @@ def simulate(
 ) -> Result:
     """Run a scene and return what its detectors counted, every number with its standard error.
 
-    particles: histories to emit, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
+    particles: histories to emit, a whole number such as 1e6, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
     are powers of two: up to twice as many, result.particles says how many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
     seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
     done so far, labelled incomplete, and before the first one raises KeyboardInterrupt, which says how long a batch takes.  The same seed gives bitwise the same result for any number of threads.

@@ -18,7 +18,7 @@ from transport.compile.adjoint import Part
 from transport.detectors import Detector
 from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
-from transport.results.empty_detector import why_dark, why_no_arrivals
+from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
@@ -44,7 +44,7 @@ def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Q
 class BackwardReading(Reading):
     """A Detector's quantities of what arrives; see BACKWARD_QUANTITIES.  Raises SceneError for all others."""
 
-    known, note = BACKWARD_QUANTITIES, None
+    known = BACKWARD_QUANTITIES
 
     def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
         super().__init__(result, detector)
@@ -72,16 +72,23 @@ class BackwardReading(Reading):
         return not any(counts.any() for counts in self._cell_sums.counts)
 
     @cached_property
+    def cannot_arrive(self) -> bool:
+        """Whether geometry proves that no light arrives at this side."""
+        scene, shape = self._result.scene, self.sums.shape
+        return (
+            self.is_blind and not self._why_dark and cannot_arrive(scene, shape, self.detector, is_blind=True)
+        )
+
+    @cached_property
     def warning(self) -> str | None:
         """What to know before trusting it."""
-        scene, title = self._plan.turned.scene, f"detector {self.name!r}"
-        if self.is_blind:
-            shape, detector = self.sums.shape, self.detector
-            why = why_dark(scene, title, shape, detector) or why_no_arrivals(
-                scene, shape, detector, is_blind=True
-            )
-            return why or self._cell_sums.doubt(self.name)
-        return warning_of(self._cell_sums, self.name)
+        if not self.is_blind:
+            return warning_of(self._cell_sums, self.name)
+        return self._why_dark or (None if self.cannot_arrive else self._cell_sums.doubt(self.name))
+
+    @cached_property
+    def _why_dark(self) -> str | None:
+        return why_dark(self._result.scene, f"detector {self.name!r}", self.sums.shape, self.detector)
 
     def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         self._check(side, "weights")
@@ -260,9 +267,9 @@ class ViewReading(Quantified):
     def warning(self) -> str | None:
         """What to know before trusting it."""
         scene, title = self._result.scene, f"detector {self.name!r}"
-        if self.is_blind:
-            return why_dark(scene, title, self.detector.position) or self._sums.doubt(self.name)
-        return warning_of(self._sums, self.name)
+        if not self.is_blind:
+            return warning_of(self._sums, self.name)
+        return why_dark(scene, title, self.detector.position) or self._sums.doubt(self.name)
 
     def __repr__(self) -> str:
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"

@@ -58,20 +58,27 @@ def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector
     return why and f"{title} counted nothing: {why}"
 
 
-def why_no_arrivals(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> str | None:
-    """Return a note on a detector at which no light can arrive, though light may depart from it; None without a proof.
+def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> bool:
+    """Whether geometry proves that no light arrives at a detector, though light may depart from it.
 
-    None as well where departures are what one reads: of a surface by its name, and of a source.
+    False where departures are what one reads: of a surface by its name, and of a source.
     """
     if not is_blind and (isinstance(detector.shape, str) or _has_source_on(scene, shape)):
-        return None
-    looks = (shape, detector.side)
-    if not _faces_away(scene, looks):
-        return None
-    return (
-        f"no light can arrive at detector {detector.name!r}: {_facing_away(looks)}. Reverse its normal, write"
-        f" side={_other_side(looks)!r}, or read flux_out and exitance, which count light from its {_other_side(looks)}"
-    )
+        return False
+    return _faces_away(scene, (shape, detector.side))
+
+
+def none_can_arrive(detectors: list[Detector]) -> str:
+    """The warning of detectors at which no light can arrive."""
+    names = listed([repr(detector.name) for detector in detectors])
+    why = "every source, and nothing in front of {} reflects or scatters light. Reverse {}, write side={}, or read"
+    why += " flux_out and exitance, which count light from {}"
+    if len(detectors) > 1:
+        why = why.format("them", "their normals", "'back' or 'front'", "behind")
+        return f"no light can arrive at detectors {names}: they face away from {why}"
+    side = detectors[0].side
+    why = why.format("it", "its normal", repr(OTHER_SIDE[side]), f"its {OTHER_SIDE[side]}")
+    return f"no light can arrive at detector {names}: its {side} faces away from {why}"
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:

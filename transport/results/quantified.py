@@ -14,7 +14,7 @@ class Quantified:
     name: str
     known: tuple[str, ...] = ()
     title = ""  # in front of its name, in messages
-    note: str | None = None  # what a result's warnings say of it beside its `warning`
+    cannot_arrive = False  # whether geometry proves that no light arrives at its side
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:

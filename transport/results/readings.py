@@ -14,7 +14,7 @@ import numpy as np
 
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
-from transport.results.empty_detector import why_dark, why_no_arrivals
+from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.peaked import doubt_of_forward_rays
@@ -87,11 +87,11 @@ class Reading(Quantified):
         return doubt or doubt_of_forward_rays(sums, self.flux_in)
 
     @cached_property
-    def note(self) -> str | None:
-        """That no light can arrive at this side, where geometry proves it."""
+    def cannot_arrive(self) -> bool:
+        """Whether geometry proves that no light arrives at this side, while some may depart."""
         if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
-            return None
-        return why_no_arrivals(self._scene, self.sums.shape, self.detector, self.is_blind)
+            return False
+        return cannot_arrive(self._scene, self.sums.shape, self.detector, self.is_blind)
 
     @cached_property
     def _why_dark(self) -> str | None:

@@ -14,6 +14,7 @@ from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.backward_readings import backward_reading
 from transport.results.batches import Batch
+from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Batches, Estimate
 from transport.results.faint_sources import faint_sources
 from transport.results.grazing import doubts_of_fluence
@@ -151,8 +152,8 @@ class Result:
             raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
         return getattr(self[detector], quantity)
 
-    def quality(self, name: str) -> Quality:
-        """How far the error bar of the Estimate called "detector.quantity" is to be trusted."""
+    def quality(self, name: str | Estimate) -> Quality:
+        """How far the error bar of the Estimate called "detector.quantity" is to be trusted, or that of an Estimate, as of a bin."""
         return quality_in(self, name)
 
     @property
@@ -193,7 +194,8 @@ class Result:
         found += faint_sources(self.plan, self.particles)
         looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
         found += filter(None, (self[look.name].warning for look in looks))
-        found += filter(None, (self[look.name].note for look in looks))
+        if away := [meter for meter in self.scene.meters if self[meter.name].cannot_arrive]:
+            found.append(none_can_arrive(away))
         found += doubts_of(self)
         found += doubts_of_fluence(self)
         aims = [source for source in self.scene.sources if source.aim is not None and is_forward]

@@ -26,7 +26,7 @@ from transport.results.scores import Scores
 from transport.results.sizes import scores_of_meter
 from transport.results.volume_readings import VolumeReading
 from transport.units import Unit
-from transport.validation import SceneError
+from transport.validation import SceneError, listed
 
 if TYPE_CHECKING:
     from transport.results.result import Result
@@ -35,16 +35,20 @@ SIDES = {
     "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
     "flux_out": DEPARTURES, "exitance": DEPARTURES, "energy_out": DEPARTURES,
 }  # fmt: skip
-CURE = "use more particles, or a way to estimate whose scores are more alike (an aim, another estimator, a Splitting)"
+CURE = (
+    "use more particles, or aim the sources, another estimator or a Splitting, so that scores are more alike"
+)
 
 
-def quality_in(result: Result, name: str) -> Quality:
-    """The quality of the quantity called "detector.quantity".  Raises SceneError for an array of them."""
+def quality_in(result: Result, name: str | Estimate) -> Quality:
+    """The quality of the quantity called "detector.quantity", or of an Estimate.  Raises SceneError for an array of them."""
+    if isinstance(name, Estimate):
+        return quality_of(name, None, result.particles, result.cost.seconds if result.cost else math.nan)
     estimate = result.quantity(name)
     if not isinstance(estimate, Estimate):
         raise SceneError(
-            f"quality: {name!r} has bins, {estimate!r}; give quality_of one of its elements, or ask for a quantity of"
-            " the whole shape as flux_in"
+            f"quality: {name!r} has bins, {estimate!r}; pass one of its elements, or the name of a quantity of the"
+            " whole shape such as flux_in"
         )
     detector, _, quantity = name.partition(".")
     scores = _scores_behind(result[detector], quantity)
@@ -54,23 +58,23 @@ def quality_in(result: Result, name: str) -> Quality:
 
 def doubts_of(result: Result) -> list[str]:
     """A warning for each detector whose totals have an error that is not to be trusted, if it has none yet."""
-    found = []
+    found, unscored = [], []
     for look in (*result.scene.meters, *result.scene.volumes, *result.scene.points):
         reading = result[look.name]
         if not isinstance(reading, Reading | PointReading | VolumeReading) or reading.warning is not None:
             continue
         if reading.is_blind:
-            if reading.note is None:
-                found.append(
-                    f"{reading.title}{look.name!r} has no score in {result.particles} particles, so its value is unknown, not"
-                    f" 0. {CURE[0].upper()}{CURE[1:]}"
-                )
+            unscored += [] if reading.cannot_arrive else [f"{reading.title}{look.name!r}"]
             continue
         judged = ((title, q) for title, q in _totals(result, reading) if not math.isnan(q.relative_error))
         doubted = ((title, q.doubts[0]) for title, q in judged if not q.is_sound)
         title, doubt = next(doubted, (None, None))
         if doubt:
             found.append(f"the error of {title} is not to be trusted: {doubt}; {CURE}")
+    if unscored:
+        particles = f"{result.particles} particle{'s' * (result.particles > 1)}"
+        have = "has no score" if len(unscored) == 1 else "have no score"
+        found.append(f"{listed(unscored)} {have} in {particles}: unknown, not 0. {CURE[0].upper()}{CURE[1:]}")
     return found
 
 

@@ -7,7 +7,7 @@ import math
 
 from transport.shapes.base import ROUNDING, Shape
 from transport.shapes.flat import FlatShape, Triangle
-from transport.shapes.infinite import Plane
+from transport.shapes.infinite import Plane, Slab
 from transport.shapes.revolved import Revolved
 from transport.shapes.solid import Sphere
 from transport.vectors import Vector, dot
@@ -103,8 +103,8 @@ def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
 
 def _magnitude(shape: Shape) -> float:
     """How large the numbers are [m] that say where a shape is."""
-    if isinstance(shape, Plane):
-        return sum(map(abs, shape.center))
+    if isinstance(shape, Plane | Slab):
+        return sum(map(abs, shape.center)) + getattr(shape, "thickness", 0.0)
     if isinstance(shape, Sphere):
         return sum(map(abs, shape.center)) + shape.radius
     if isinstance(shape, Revolved):
