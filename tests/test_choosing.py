@@ -216,3 +216,12 @@ def test_aimed_is_refused_by_name_for_all_else_that_it_cannot_see():
         assert AIMED not in methods.methods_for(refused)
     black = tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Black())
     assert aimed.why_not(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
+
+
+def test_a_sampling_that_no_estimator_of_the_scene_takes_is_refused():
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.3), tp.Lambertian(power=1.0))
+    camera = tp.Camera(name="c", position=(0, 0, 0), look_at=(1, 0, 0), pixels=(8, 8), field_of_view=1.0)
+    with pytest.raises(tp.SceneError, match=r"sampling 'sobol' does not go with backward.*leave it out"):
+        tp.simulate(
+            tp.Scene(lamp, (), camera), particles=1000, estimator="auto", sampling="sobol", progress=False
+        )

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.estimators.methods import SAMPLINGS, Method, methods_for
-from transport.validation import SceneError, suggestion
+from transport.validation import SceneError, listed, suggestion
 
 if TYPE_CHECKING:
     from transport.results import Result
@@ -80,6 +80,11 @@ def choose(
         cure = suggestion(str(sampling), SAMPLINGS)
         raise SceneError(f"simulate: sampling must be one of {names}, got {sampling!r}; {cure}")
     methods = [method for method in methods_for(scene) if sampling in (None, method.sampling)]
+    if not methods:
+        names = listed(sorted({method.estimator for method in methods_for(scene)}))
+        raise SceneError(
+            f"simulate: sampling {sampling!r} does not go with {names}, which this scene needs; leave it out"
+        )
     if len(methods) == 1:
         return Choice(methods[0], (Pilot(methods[0]),))
     targets = dict(error) if error else dict.fromkeys(usual_quantities(scene), 1.0)

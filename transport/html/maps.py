@@ -17,7 +17,7 @@ DOWNWARDS = ("theta",)  # axes of which the small end is on top: the zenith
 POLAR = (
     "mu",
     "theta",
-)  # axes that make a map of directions with an azimuth; it grows to the left, seen from inside
+)  # axes of a map of directions beside an azimuth, which grows to the left: seen from inside
 ALIKE_TO = 1e-6  # widths of bins, for them to be drawn as bins of one width
 ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # axes of one measure, drawn to scale
 
@@ -84,9 +84,9 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
     """One map with its title, the ends of the axis below it, and the scale of its colours."""
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _turned(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
-    left, right = edges[1][0], edges[1][-1]
+    left, right, view = edges[1][0], edges[1][-1], ""
     if _is_seen_from_inside(names):
-        left, right = right, left
+        left, right, view = right, left, ", seen from inside"
     ramp = png_url(np.arange(255, dtype=np.uint8)[None, :], colours)
     return "".join(
         [
@@ -94,7 +94,7 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
             picture,
             f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor" opacity=".35"/>',
             _text(x, y + 13, "start", place_text(names[1], left)),
-            _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1])),
+            _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1]) + view),
             _text(x + WIDTH, y + 13, "end", place_text(names[1], right)),
             f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none" href="{ramp}"/>',
             _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
