@@ -123,7 +123,8 @@ def test_a_lamp_in_the_notebooks_map_is_on_the_side_on_which_a_camera_sees_it():
     (shades, _), words = _maps_of(_map_of_a_lamp().radiance)
     lamp, ahead = np.argwhere(shades == shades.max())[:, 1].mean(), shades.shape[1] * 3 / 4  # +y is at 90°
     assert lamp > ahead
-    assert words[words.index("φ [°]") - 1 :][:3] == ["360", "φ [°]", "0"]
+    axis = "φ [°], seen from inside"
+    assert words[words.index(axis) - 1 :][:3] == ["360", axis, "0"]
 
 
 def _map_of_a_lamp():
