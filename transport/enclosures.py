@@ -238,9 +238,10 @@ def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
     if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
     is_there = least_distance(origin, origin.middle, filled=not is_sided) == 0
-    if not (is_sided and isinstance(origin, FlatShape)):
-        return enclosure.holds(origin.middle if is_there else origin)
-    return is_there and enclosure.holds(point_beside(origin, source.is_back, enclosure.shapes))
+    if is_sided and isinstance(origin, FlatShape):
+        start = point_beside(origin, source.is_back, enclosure.shapes)
+        return enclosure.holds(start) and (is_there or enclosure.holds(origin))
+    return enclosure.holds(origin.middle if is_there else origin)
 
 
 def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:

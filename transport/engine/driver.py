@@ -25,8 +25,8 @@ REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which se
 MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
 MOST_COPIES_EACH = 20_000  # of a history in the mean, and as many for each lane
 MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
-# Crossings and collisions of a full bundle, or of a batch of which no history has ended, in which some history must end or some
-# weight be lost: else none ever will.  1e6 crossings per lane of a full bundle.
+# Crossings and collisions of a bundle in which some history must end or some weight be lost: else none ever will.  1e6 crossings
+# per lane of a full bundle; fewer than 16 histories are given up before (surfaces.MOST_EVENTS), and counted as lost.
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
@@ -95,7 +95,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter, end = 0, 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
-    calm = (int64(0), int64(0), -1.0, False)
+    calm = (int64(0), int64(0), -1.0)
     while True:
         before, begun, given_up = live, history + copied, b.given_up
         live = _fill_line(b, live)
@@ -188,20 +188,18 @@ def _trace_last(b, handle, sight):
 def _watch(b, calm, live, ended, new):
     """Tell the bundle where no history ends any more: none has, and no weight was lost, for as long as its patience.
 
-    calm: crossings and collisions since which none has ended or begun, what the lanes carried halfway from there (-1:
-    not yet there), and whether any history has ended before;  ended, new: histories of this turn.
+    calm: crossings and collisions since which none has ended or begun, and what the lanes carried halfway from there (-1:
+    not yet there);  ended, new: histories of this turn.
     """
-    since, since_in_media, weight, has_ended = calm
-    if ended != 0 or new != 0:
-        return b.crossings, b.collisions, -1.0, has_ended or ended != 0
-    if has_ended and live < LANES:  # the few that are left are given up in the end (surfaces.give_up)
-        return calm
+    since, since_in_media, weight = calm
     crossed, collided = b.crossings - since, b.collisions - since_in_media
+    if ended != 0 or new != 0:
+        return b.crossings, b.collisions, -1.0
     if weight < 0.0 and (2 * crossed >= b.patience or 2 * collided >= b.patience_in_media):
-        return since, since_in_media, _weight(b, live), has_ended
+        return since, since_in_media, _weight(b, live)
     if crossed >= b.patience or collided >= b.patience_in_media:
         b.trapped = live if _weight(b, live) == weight else 0
-        return b.crossings, b.collisions, -1.0, has_ended
+        return b.crossings, b.collisions, -1.0
     return calm
 
 
