@@ -312,33 +312,39 @@ def _leave_no_way(normals: np.ndarray) -> bool:
 
 def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
     """Sets of open surfaces of which every rim is the rim of exactly one other surface, so that no gap is left."""
-    shapes = {number: surface.shape for number, surface in surfaces.items() if rims_of(surface.shape)}
+    found = {number: rims_of(surface.shape) for number, surface in surfaces.items()}
+    shapes = {number: surfaces[number].shape for number, its in found.items() if its}
     if not shapes:
         return
-    owners = np.array([number for number, shape in shapes.items() for _ in rims_of(shape)], int)
-    rims = [rim for shape in shapes.values() for rim in rims_of(shape)]
+    owners = np.array([number for number, its in found.items() for _ in its], int)
+    rims = [rim for its in found.values() for rim in its]
     centers, spans = (
         np.array([getattr(rim, name) for rim in rims]).reshape(-1, 3) for name in ("center", "span")
     )
     is_circle = np.array([rim.is_circle for rim in rims], bool)
     slack = 4 * ROUNDING * np.array([magnitude(shapes[number]) for number in owners.tolist()])
+    order = np.argsort(centers[:, 0])  # only rims at nearly one x are compared
+    reach = (slack + slack.max())[:, None] * (-1, 1)
+    ends = np.searchsorted(centers[order, 0], centers[:, :1] + reach, side="left") + (0, 1)
     partners: list[list[int]] = []
-    for k in range(len(rims)):
-        tolerance = slack + slack[k]
-        near = (is_circle == is_circle[k]) & (np.abs(centers - centers[k]).max(axis=1) <= tolerance)
-        ways = np.minimum(*(np.abs(spans - sign * spans[k]).max(axis=1) for sign in (1, -1)))
-        partners.append(
-            [int(n) for n in np.flatnonzero(near & (ways <= tolerance)) if owners[n] != owners[k]]
-        )
+    for k, (low, past) in enumerate(ends.tolist()):
+        near = order[low:past]
+        tolerance = slack[near] + slack[k]
+        ways = np.minimum(*(np.abs(spans[near] - sign * spans[k]).max(axis=1) for sign in (1, -1)))
+        is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (ways <= tolerance)
+        is_same &= (is_circle[near] == is_circle[k]) & (owners[near] != owners[k])
+        partners.append(near[is_same].tolist())
+    rows: dict[int, list[int]] = {number: [] for number in shapes}
+    for k, number in enumerate(owners.tolist()):
+        rows[number].append(k)
     left = set(shapes)
     while left:
         joined, new = set(), {min(left)}
         while new:
             joined |= new
-            rows = [k for k in range(len(rims)) if owners[k] in new]
-            new = {int(owners[n]) for k in rows for n in partners[k]} - joined
+            new = {int(owners[n]) for number in new for k in rows[number] for n in partners[k]} - joined
         left -= joined
-        if all(len(partners[k]) == 1 for k in range(len(rims)) if owners[k] in joined):
+        if all(len(partners[k]) == 1 for number in joined for k in rows[number]):
             numbers = tuple(sorted(joined))
             yield Patches(numbers, tuple(shapes[number] for number in numbers))
 
