@@ -1,7 +1,7 @@
 """Refuse light that can neither be absorbed nor escape, where geometry proves it.
 
 Enclosures are closed shapes, cells between infinite planes, and open surfaces whose rims join without a gap (the faces of a
-box, a cylinder with its lids).  What is not proven here is stopped while it runs (`engine/driver.py`, TRAPPED).
+box, a cylinder with its lids).  What is not proven here is stopped while it runs (`engine/driver.py`, PATIENCE).
 """
 
 from __future__ import annotations

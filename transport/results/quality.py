@@ -70,9 +70,8 @@ def quality_of(
     relative = estimate.relative_error
     merit = 1 / (relative**2 * seconds) if relative > 0 else math.inf if relative == 0 else math.nan
     if not 0 < relative < math.inf or estimate.run is None:
-        return Quality(
-            relative, merit, scores.number if scores else 0, *(math.nan,) * 5, _of_unknown(estimate)
-        )
+        number = None if scores is None else scores.number
+        return Quality(relative, merit, number, *(math.nan,) * 5, _of_unknown(estimate))
     values = _alike(estimate)
     trend, alone = trend_of(values), outlier_of(values)
     number = None if scores is None else scores.number
