@@ -48,6 +48,7 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
+    nearest: float  # the largest share of its weight that a flight counts which a ray tells of as well
 
 
 def fill_expected(plan: Plan) -> None:
@@ -94,7 +95,17 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
     held = _held(shape, values, is_pure, sheet)
-    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale)
+    nearest = 0.0 if is_pure else max((_flights_share(shape, *kind) for kind in kinds), default=0.0)
+    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest)
+
+
+def _flights_share(shape: Shape, peak: float, gap: float) -> float:
+    """The most that a flight counts of what a ray tells as well, from so far away (physics/connections.py)."""
+    if isinstance(shape, Sphere):
+        area, distance = math.pi * shape.radius**2, gap + shape.radius
+    else:
+        area, distance = shape.area, gap
+    return peak * area / (distance**2 + peak * area)
 
 
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:

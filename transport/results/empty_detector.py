@@ -81,6 +81,13 @@ def none_can_arrive(detectors: list[Detector]) -> str:
     return f"no light can arrive at detector {names}: its {side} faces away from {why}"
 
 
+def are_parted(scene: Scene, one: Sided, other: Sided) -> bool:
+    """Whether an opaque room encloses one of two shapes and not the other, so that no light passes between them."""
+    opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
+    rooms = rooms_of(opaque)
+    return any((_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other)) for room in rooms)
+
+
 def _is_opaque(scene: Scene, detector: Detector) -> bool:
     """Whether a detector is a surface that lets nothing through, so that nothing departs where nothing arrives."""
     return any(s.name == detector.shape and not lets_through(s.material) for s in scene.surfaces)

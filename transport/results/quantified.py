@@ -15,6 +15,8 @@ class Quantified:
     known: tuple[str, ...] = ()
     title = ""  # in front of its name, in messages
     cannot_arrive = False  # whether geometry proves that no light arrives at its side
+    note: str | None = None  # why it counted nothing, where that is known
+    is_blind = False  # whether nothing was counted at all
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:

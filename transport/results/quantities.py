@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
-from transport.results.replicates import Batches, Replicates, added, power, product, ratio
+from transport.results.findings import ALLOWED, BOUNDED, DOUBTFUL, Finding, carried, judged, severities, worst_of
+from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
@@ -27,6 +29,8 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
+    allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
+    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = ()  # made when they are asked for
 
     @property
     def value(self) -> Number:
@@ -90,22 +94,77 @@ class Quantity(Generic[Number, Reason]):
         with np.errstate(invalid="ignore", over="ignore"):
             return self._replicates.value + deviations
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the run may have missed of it, the worst first; () where nothing speaks against the error.
+
+        They are kept through arithmetic, slices, merged and resumed runs, and files.
+        """
+        replicates = self._replicates
+        return judged(self._raw_findings, replicates.value, replicates.error, self.allowed)
+
+    @property
+    def verdict(self) -> Any:
+        """"sound", "bounded" or "doubtful"; of an array (*dims) of them.
+
+        sound: what may be missing is less than the standard error;  bounded: less than the error that was asked for, or 1 %
+        of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
+        """
+        value, error = self._replicates.value, self._replicates.error
+        verdicts = [severities(finding, value, error, self.allowed) for finding in self._raw_findings]
+        return _plain(worst_of(verdicts, np.shape(value)))
+
+    @property
+    def is_doubtful(self) -> Any:
+        """Whether the error is not to be trusted; of an array (*dims) of bool."""
+        return _plain(np.equal(self.verdict, DOUBTFUL))
+
+    @property
+    def _raw_findings(self) -> tuple[Finding, ...]:
+        """All that may matter, before it is compared with the error."""
+        if callable(self._unjudged):
+            self._unjudged = tuple(self._unjudged())
+        return self._unjudged
+
+    def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
+        """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
+        self._unjudged, self.allowed = findings, allowed
+        return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"_unjudged": self._raw_findings}
+
     def to_numpy(self) -> np.ndarray:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
         return np.array(self.value)
 
     def unless(self, too_few: np.ndarray) -> Self:
         """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
-        return self._like(self._replicates.unless(too_few), self.unit)
+        made = self._like(self._replicates.unless(too_few), self.unit)
+        return made._with_findings(lambda: self._raw_findings, self.allowed)
 
     def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:
-        """(low, high) that cover the true value with this probability, by Student's t [unit]."""
+        """(low, high) that cover the true value with this probability, by Student's t [unit].
+
+        Where light may be missing they include the bound of it: see `findings`.
+        """
         if not 0 < confidence < 1:
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
         reach = 0.0
         if not self.exact:
             reach = student_quantile(0.5 + confidence / 2, self._replicates.dof) * self._replicates.error
-        return _plain(self._replicates.value - reach), _plain(self._replicates.value + reach)
+        below, above = self._bounds
+        return _plain(self._replicates.value - reach - below), _plain(self._replicates.value + reach + above)
+
+    @property
+    def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
+        """By how much the true value may lie below and above the estimate, beside its error."""
+        below, above, value = 0.0, 0.0, self._replicates.value
+        for finding in self.findings:
+            bound = np.nan_to_num(finding.bound, posinf=np.inf, neginf=-np.inf)
+            if finding.severity in (BOUNDED, DOUBTFUL):
+                below, above = below - np.minimum(bound, 0.0), above + np.maximum(bound, 0.0)
+        return np.broadcast_to(below, np.shape(value)), np.broadcast_to(above, np.shape(value))
 
     def z(self, exact_value: float | np.ndarray) -> Number:
         """Standard normal score of the difference from a known value, by Student's t; nan without an error.
@@ -158,7 +217,7 @@ class Quantity(Generic[Number, Reason]):
     def __mul__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(product, self, other, self.unit * other.unit)
+        return _applied(product, np.multiply, self, other, self.unit * other.unit)
 
     __rmul__ = __mul__
 
@@ -169,17 +228,21 @@ class Quantity(Generic[Number, Reason]):
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, self, other, self.unit / other.unit)
+        return _applied(ratio, np.divide, self, other, self.unit / other.unit)
 
     def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, other, self, other.unit / self.unit)
+        return _applied(ratio, np.divide, other, self, other.unit / self.unit)
 
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
             return NotImplemented
-        return self._like(power(self._replicates, exponent), self.unit**exponent)
+        made = self._like(power(self._replicates, exponent), self.unit**exponent)
+        number = self._replicates
+        return made._with_findings(
+            lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)), self.allowed
+        )
 
     def _plus(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
@@ -192,7 +255,8 @@ class Quantity(Generic[Number, Reason]):
                 f"Cannot {verb} quantities of unlike units: [{self.unit}] and [{other.unit}];"
                 f" the second lacks a factor of [{self.unit / other.unit}]"
             )
-        return _applied(lambda first, second: added(first, second, sign), self, other, self.unit)
+        plain = np.add if sign > 0 else np.subtract
+        return _applied(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
 
     def _operand(self, other: object) -> Quantity | None:
         """The other side of an operator; a number or array becomes an exact quantity with the same axes."""
@@ -216,16 +280,30 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
-    """function of the replicates of both, their axes matched by name."""
+def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+    """function of the replicates of both, their axes matched by name; plain: the same of bare values."""
     for name in first.coords.keys() & second.coords.keys():
         if not np.array_equal(first.coords[name], second.coords[name]):
             raise ValueError(f"The bins along {name!r} are not the same on both sides")
     coords = first.coords | second.coords
-    aligned = (each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second))
+    aligned = [each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second)]
     made = (first if first.coords else second)._like(function(*aligned), unit, coords)
     made.axis_units = {**first.axis_units, **second.axis_units}
-    return made
+
+    def findings() -> tuple[Finding, ...]:
+        both = ((one.value, _aligned_findings(each, tuple(coords))) for one, each in zip(aligned, (first, second), strict=True))
+        return carried(plain, *both)
+
+    return made._with_findings(findings, min(first.allowed, second.allowed))
+
+
+def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
+    """Its findings, with bounds along these axes."""
+    own, shape = tuple(quantity.coords), quantity._replicates.shape
+    return [
+        replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
+        for finding in quantity._raw_findings
+    ]
 
 
 def _plain(array: np.ndarray) -> Any:
