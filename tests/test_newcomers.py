@@ -16,9 +16,9 @@ METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
 LAMP = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))
 
 
-def run(lamp=LAMP, meter=METER, surfaces=(), side="front"):
+def run(lamp=LAMP, meter=METER, surfaces=(), side="front", particles=10_000):
     scene = tp.Scene(lamp, surfaces, tp.Detector(meter, "meter", side=side))
-    return tp.simulate(scene, particles=400, seed=1, threads=1, progress=False)
+    return tp.simulate(scene, particles=particles, seed=1, threads=1, progress=False)
 
 
 REFUSED = {

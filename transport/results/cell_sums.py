@@ -80,10 +80,15 @@ class CellSums:
             return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
         return rows(0, part.cells)
 
+    def _met_by(self, lamp: int, block: int) -> int:
+        """How often flights, or rays, of all cells came to a lamp; 0 where no ray is sent to it."""
+        is_told = block == 1 + lamp or lamp in self.turned.scales
+        return int(sum(sum_of(self._rows(part, "counts", block)) for part in self.parts)) if is_told else 0
+
     def missing(self, sensor: object, title: str) -> list[Finding]:
         """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1]."""
         histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-        met = {lamp: sum(sum_of(self._rows(part, "counts", 1 + lamp)) for part in self.parts) for lamp in self.lamps}
+        met = {lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps}
         found = []
         for lamp, each in classes_of_lamps(self.plan, sensor, self.parts, met):
             finding = each.finding(title, histories)

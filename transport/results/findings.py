@@ -18,9 +18,13 @@ import numpy as np
 # 25^-1/2 = 0.2, by which a 95 % interval covers 1 % less than it claims (Hall 1988, equation 2.5).
 MIN_SCORES = 25
 CONFIDENCE = 0.95  # of the bound of what has not been seen
+TINY = 0.01  # of the error: a smaller bound is not worth a word
 ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked for
 
 NOTE, SOUND, BOUNDED, DOUBTFUL = "note", "sound", "bounded", "doubtful"
+NO_SCORE = "no score"  # the reason of an error that is not known
+SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
+DARK = "no light can arrive"  # of a note: by proof, so that a value of 0 is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +62,18 @@ class Finding:
         """The bound as a share of the value; nan where it is not known."""
         return abs(self.bound / self.value) if np.ndim(self.bound) == 0 and self.value else np.nan
 
+    @property
+    def worth(self) -> str:
+        """What the bound is worth, in words; "" where it is not known."""
+        share = self.share
+        if not np.isfinite(share):
+            return ""
+        return f", worth up to {100 * share:.2g} % of it" if share < 0.995 else f", worth up to {share:.2g} times it"
+
     def __str__(self) -> str:
         of = " of ".join(filter(None, (self.quantity, self.object)))
-        return f"{of}: {self.what}. {capital(self.cure)}" if self.cure else f"{of}: {self.what}"
+        what = f"{of}: {self.what}{self.worth}" if of else self.what
+        return f"{what}. {capital(self.cure)}" if self.cure else what
 
     @property
     def largest_bound(self) -> float:
@@ -119,6 +132,17 @@ def severities(finding: Finding, value: np.ndarray, error: np.ndarray, allowed: 
     return np.where(is_small, SOUND, np.where(is_allowed, BOUNDED, DOUBTFUL))
 
 
+def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
+    """What speaks against numbers of which no error is known; reasons: (*dims) of str, or None where it is known."""
+    known = [reason for reason in np.ravel(reasons) if reason is not None]
+    if not known:
+        return ()
+    what = f"the error is unknown: {known[0]}" if known[0] != NO_SCORE else "no score, so the value is unknown, not 0"
+    many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
+    bound = np.where(np.equal(reasons, None), 0.0, np.inf)
+    return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles"),)
+
+
 def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
     """The worst verdict about each number, (*shape)."""
     worst = np.full(shape, SOUND, dtype="<U8")
@@ -129,13 +153,18 @@ def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarr
 
 def judged(findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float) -> tuple[Finding, ...]:
     """The findings with the severity that they have for a number, the worst first; those that do not matter are notes."""
-    found = []
+    found, size = [], np.nan_to_num(np.abs(value))
     for finding in findings:
         verdicts = severities(finding, value, error, allowed)
+        if finding.severity != NOTE and np.all(np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= TINY * error):
+            continue
         severity = DOUBTFUL if (verdicts == DOUBTFUL).any() else BOUNDED if (verdicts == BOUNDED).any() else NOTE
         known = float(value) if np.ndim(value) == 0 else np.nan
-        found.append(replace(finding, severity=severity, value=known))
-    return tuple(sorted(found, key=lambda each: (DOUBTFUL, BOUNDED, NOTE).index(each.severity)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.abs(finding.bound) / size
+        weight = np.max(np.where(np.isnan(shares), 0.0, shares), initial=0.0)
+        found.append((SEVERITIES.index(severity), weight, replace(finding, severity=severity, value=known)))
+    return tuple(finding for *_, finding in sorted(found, key=lambda each: each[:2], reverse=True))
 
 
 def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]) -> tuple[Finding, ...]:

@@ -12,7 +12,7 @@ Every other estimator counts all light by chance, which is one class.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,7 @@ from transport.validation import listed
 if TYPE_CHECKING:
     from transport.compile.adjoint import Part
     from transport.compile.plan import Plan
+    from transport.detectors import Detector
     from transport.results.batches import Batch
     from transport.scene import Scene
     from transport.sources import Source
@@ -58,11 +59,48 @@ class PathClass:
         return Finding(DOUBTFUL, title, "", few, unseen_scores(self.scores) * self.largest / histories, self.cure)
 
 
-def classes_of_detector(plan: Plan, batches: list[Batch], name: str, side: int, scores: int) -> Iterator[PathClass]:
-    """Those of a detector that histories come to; side: 0 for arrivals;  scores: how many there are in all.
+def chances_of_detector(
+    plan: Plan, batches: list[Batch], title: str, name: str, side: int, scores: int, mean: float
+) -> Iterator[Finding]:
+    """What a detector that histories come to may have missed, with bounds as mean weights of a history.
 
-    largest: in units of the largest weight at birth.
+    side: 0 for arrivals;  scores: how many there are in all;  mean: the mean weight of a history that came.
     """
+    histories = sum(batch.histories for batch in batches)
+    found = (each.finding(title, histories) for each in _classes_of_detector(plan, batches, name, side, scores))
+    yield from filter(None, found)
+    expectation = next((each for each in plan.expectations if each.detector.name == name), None)
+    if expectation is not None and expectation.scattered is not None:
+        yield _near_collisions(plan, batches, title, name, side, mean, expectation.scattered)
+
+
+def _near_collisions(
+    plan: Plan, batches: list[Batch], title: str, name: str, side: int, mean: float, share: Callable[[float], float]
+) -> Finding:
+    """Collisions near a detector in a medium, whose flights count up to all of their weight.
+
+    Those nearer than a distance e bring at most about sigma_s e of the mean: that is how much of the light there is scattered on
+    such a length.  From farther away a score has a limit.  The distance taken is that of the least bound.
+    """
+    scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
+    extent, histories = plan.scene.shape_of(_detector(plan, name)).extent, sum(batch.histories for batch in batches)
+    bounds = []
+    for distance in np.geomspace(1e-2, 1e4, 61) * extent:
+        largest = share(distance)
+        unseen = unseen_scores(large_scores(plan, batches, name, side, largest, 0))
+        bounds.append(scattering * distance * mean + unseen * largest / histories)
+    what = "light scattered very near not sampled"
+    return Finding(DOUBTFUL, title, "", what, min(bounds), "use more particles, or estimator='backward'")
+
+
+def _detector(plan: Plan, name: str) -> Detector:
+    return next(detector for detector in plan.scene.meters if detector.name == name)
+
+
+def _classes_of_detector(
+    plan: Plan, batches: list[Batch], name: str, side: int, scores: int
+) -> Iterator[PathClass]:
+    """Those of a detector; largest: in units of the largest weight at birth."""
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     heaviest = max((batch.heaviest for batch in batches), default=0.0) or 1.0
     if expectation is None:
@@ -74,27 +112,34 @@ def classes_of_detector(plan: Plan, batches: list[Batch], name: str, side: int, 
     shape = scene.shape_of(detector)
     unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape)]
     largest = 1.0 if unconnected else expectation.nearest
-    number = large_scores(plan, batches, name, side, largest, scores)
+    flights, rays = (int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches)) for k in plan.size_blocks[name, side][:2])
+    number = large_scores(plan, batches, name, side, largest, flights)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
     yield PathClass(what, number, largest, _cure(scene))
+    yield PathClass("light that rays connect", rays, 1 / expectation.scale, "use more particles")
 
 
-def classes_of_lamps(plan: Plan, sensor: object, parts: list[Part], met: dict[int, int]) -> Iterator[tuple[int, PathClass]]:
-    """Those of a detector that histories start from, of each lamp; met: by lamp how often flights came to it.
+def classes_of_lamps(plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]]) -> Iterator[tuple[int, PathClass]]:
+    """Those of a detector that histories start from, of each lamp; met: by lamp how often flights and rays came to it.
 
     largest: in units of what a sum of 1 over one history is.
     """
     scene = plan.turned.scene
+    expected = {each.detector.name: each for each in plan.expectations}
+    told = {k: expected[lamp.seen_by.name] for k, lamp in enumerate(plan.turned.lamps) if lamp.seen_by.name in expected}
+    scales = {k: 1 / each.scale for k, each in told.items() if each.walls is not None or each.collisions is not None}
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = list(mirrors_of(scene, shape, side))
         seen = not _is_hidden(scene, sensor, parts, shape, side)
-        if not mirrors and not seen:
-            continue
-        ways = [f"from {lamp.name!r}"] * seen + [f"by {listed(mirrors)}"] * bool(mirrors)
-        yield number, PathClass(f"light {' or '.join(ways)}", met[number], 1.0, "use more particles")
+        if mirrors or seen:
+            ways = [f"from {lamp.name!r}"] * seen + [f"by {listed(mirrors)}"] * bool(mirrors)
+            yield number, PathClass(f"light {' or '.join(ways)}", met[number][0], 1.0, "use more particles")
+        if number in scales:
+            what = f"light from {lamp.name!r} by diffuse walls or scattering"
+            yield number, PathClass(what, met[number][1], scales[number], "use more particles")
 
 
 def large_scores(plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int) -> int:
@@ -103,8 +148,7 @@ def large_scores(plan: Plan, batches: list[Batch], name: str, side: int, largest
     if blocks is None:
         return scores
     counts = sum(batch.sizes[blocks[0] : blocks[0] + SIZE_CELLS] for batch in batches)
-    found = int(counts[EDGES[:-1] >= LARGE * largest].sum())
-    return min(scores, found) if counts.sum() == 0 or plan.expects else max(found, 0)
+    return int(counts[EDGES[:-1] >= LARGE * largest].sum())
 
 
 # ---- which of them are empty by proof ----

@@ -9,6 +9,7 @@ each other's consequence.
 from __future__ import annotations
 
 import math
+from copy import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -58,12 +59,17 @@ class Quality:
 
     def __str__(self) -> str:
         scores = "unknown" if self.scores is None else self.scores
-        relative, merit = (float(np.nanmedian(each)) for each in (self.relative_error, self.figure_of_merit))
+        relative, merit = (_median(each) for each in (self.relative_error, self.figure_of_merit))
         numbers = (
             f"relative error {relative:.2g}, figure of merit {merit:.3g} s^-1, scores {scores},"
             f" VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g} errors, trend p = {self.trend:.2g}"
         )
         return f"{numbers}: {'; '.join((self.verdict, *self.doubts))}"
+
+
+def _median(values: float | np.ndarray) -> float:
+    known = np.ravel(values)[~np.isnan(np.ravel(values))]
+    return float(np.median(known)) if known.size else math.nan
 
 
 def quality_of(
@@ -75,6 +81,9 @@ def quality_of(
     it is told how many did not score.
     """
     relative = estimate.relative_error
+    is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
+    if is_known and scores is not None and not estimate._raw_findings:
+        estimate = copy(estimate)._with_findings(lambda: findings_of_error("", estimate, scores, particles))
     if np.ndim(relative):
         with np.errstate(divide="ignore"):
             merit = 1 / (relative**2 * seconds)
@@ -82,7 +91,7 @@ def quality_of(
     merit = 1 / (relative**2 * seconds) if relative > 0 else math.inf if relative == 0 else math.nan
     number = None if scores is None else scores.number
     numbers = (math.nan,) * 5
-    if 0 < relative < math.inf and estimate.run is not None:
+    if is_known and estimate.run is not None:
         numbers = _numbers(estimate, scores, particles)
     return Quality(relative, merit, number, *numbers, verdict_of(estimate), estimate.findings)
 
@@ -90,7 +99,7 @@ def quality_of(
 def verdict_of(estimate: Estimate) -> str:
     """That of a number; it is doubtful as well where its error is not known."""
     verdicts = np.atleast_1d(estimate.verdict)
-    if not np.isfinite(estimate.error).all() or (verdicts == DOUBTFUL).any():
+    if (verdicts == DOUBTFUL).any():
         return DOUBTFUL
     return BOUNDED if (verdicts == BOUNDED).any() else SOUND
 
@@ -106,8 +115,13 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
             what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
             yield Finding(DOUBTFUL, title, "", what, unknown_of_error(carriers) * total.error, MORE)
         if unseen > 0:
+            index = slope - 1
+            is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
             what = f"rare larger scores not sampled: the largest thin out as size^-{slope:.2g}"
-            yield Finding(DOUBTFUL, title, "", what, unseen * total.error, MORE)
+            what += ", whose variance is infinite" if is_infinite else ""
+            yield Finding(DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE)
+    elif scores is not None:
+        return
     if trend < ODD:
         what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
         yield Finding(DOUBTFUL, title, "", what, math.nan, MORE)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from transport.results.estimates import EstimateOrArray
+from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
 
 
@@ -17,6 +19,14 @@ class Quantified:
     cannot_arrive = False  # whether geometry proves that no light arrives at its side
     note: str | None = None  # why it counted nothing, where that is known
     is_blind = False  # whether nothing was counted at all
+
+    def why_unscored(self) -> Iterable[Finding]:
+        """What is known of why it counted nothing, where chance alone may have missed it."""
+        return ()
+
+    def binned(self) -> Iterable[tuple[str, EstimateOrArray]]:
+        """Its quantities with bins, by name, that findings about single bins are sought in."""
+        return ()
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:

@@ -10,7 +10,9 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
-from transport.results.findings import ALLOWED, BOUNDED, DOUBTFUL, Finding, carried, judged, severities, worst_of
+from transport.results.findings import (
+    ALLOWED, BOUNDED, DARK, DOUBTFUL, Finding, carried, judged, of_unknown_error, severities, worst_of,
+)  # fmt: skip
 from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
@@ -101,7 +103,7 @@ class Quantity(Generic[Number, Reason]):
         They are kept through arithmetic, slices, merged and resumed runs, and files.
         """
         replicates = self._replicates
-        return judged(self._raw_findings, replicates.value, replicates.error, self.allowed)
+        return judged(self._all_findings, replicates.value, replicates.error, self.allowed)
 
     @property
     def verdict(self) -> Any:
@@ -111,7 +113,7 @@ class Quantity(Generic[Number, Reason]):
         of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
         """
         value, error = self._replicates.value, self._replicates.error
-        verdicts = [severities(finding, value, error, self.allowed) for finding in self._raw_findings]
+        verdicts = [severities(finding, value, error, self.allowed) for finding in self._all_findings]
         return _plain(worst_of(verdicts, np.shape(value)))
 
     @property
@@ -121,10 +123,18 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _raw_findings(self) -> tuple[Finding, ...]:
-        """All that may matter, before it is compared with the error."""
+        """What arithmetic carries: all that may matter, before it is compared with the error."""
         if callable(self._unjudged):
             self._unjudged = tuple(self._unjudged())
         return self._unjudged
+
+    @property
+    def _all_findings(self) -> tuple[Finding, ...]:
+        """The same, and that the error is not known, where it is not."""
+        raw = self._raw_findings
+        if any(finding.what == DARK for finding in raw) or self._replicates.is_in_parts:
+            return raw
+        return (*of_unknown_error(self._replicates.reason), *raw)
 
     def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
         """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
@@ -132,7 +142,8 @@ class Quantity(Generic[Number, Reason]):
         return self
 
     def __getstate__(self) -> dict[str, Any]:
-        return vars(self) | {"_unjudged": self._raw_findings}
+        self._raw_findings  # are made now
+        return dict(vars(self))
 
     def to_numpy(self) -> np.ndarray:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""

@@ -20,8 +20,8 @@ from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
-from transport.results.findings import MIN_SCORES, Finding
-from transport.results.path_classes import classes_of_detector
+from transport.results.findings import DARK, MIN_SCORES, NOTE, Finding
+from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
 from transport.results.quality import findings_of_error
 from transport.results.quantified import Quantified
@@ -273,14 +273,14 @@ class Reading(Quantified):
 
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
-        sums, histories = self.sums, int(self.sums.run.sizes.sum())
+        sums = self.sums
+        if self._is_dark(side):
+            yield Finding(NOTE, self._title, "", DARK, 0.0)
         if self.is_sure(side) or self._is_dark(side):
             return
         scores = int(sums.whole("counts", side).sum())
-        for each in classes_of_detector(self._plan, sums.batches, self.name, side, scores):
-            if (found := each.finding(self._title, histories)) is not None:
-                yield found
         total = self._total(side)
+        yield from chances_of_detector(self._plan, sums.batches, self._title, self.name, side, scores, total.value)
         yield from roulette_survivors(sums, side, total)
         if side == ARRIVALS:
             yield from unvisited_walls_of_detector(sums, total)
@@ -306,6 +306,18 @@ class Reading(Quantified):
         if self.sums.whole("counts", side).any():
             return False
         return bool(self._why_dark) if self.is_blind else side == ARRIVALS and self.cannot_arrive
+
+    def why_unscored(self) -> Iterator[Finding]:
+        """What is known of why it counted nothing."""
+        return (finding for side in (ARRIVALS, DEPARTURES) for finding in self._missing(side))
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The irradiance and exitance by position, or the radiance by direction."""
+        for side, by_place, by_direction in ((ARRIVALS, "irradiance", "radiance"), (DEPARTURES, "exitance", "radiance_out")):
+            is_scored = self.sums.whole("weights", side).any() and not self.sums.shape.is_infinite
+            name = by_direction if self.sums.direction_axes else by_place if self.sums.place_axes else None
+            if is_scored and name in self.known:
+                yield name, getattr(self, name)
 
     def scores_on(self, side: int) -> Scores | None:
         """The scores of one side by size; None where their sizes are not known."""

@@ -12,6 +12,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
+from transport.results.findings import NO_SCORE
 from transport.results.statistics import pseudo_shifts, rounding_of, standard_error, weighted_mean, welch_dof
 
 
@@ -100,7 +101,7 @@ class Replicates:
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
         if not self.is_exact:
-            reason[~self.scored] = "no score"
+            reason[~self.scored] = NO_SCORE
         reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 

@@ -16,6 +16,7 @@ import numpy as np
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.findings import DOUBTFUL, Finding, unseen_scores
+from transport.results.in_parts import replicates_of
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
@@ -29,16 +30,26 @@ def roulette_survivors(sums: MeterSums, side: int, total: Estimate) -> Iterator[
     """Of a detector's side, with the bound as a mean weight of a history; total: the mean that came."""
     detector, plan = sums.detector, sums.plan
     if detector.events is None or detector.events[1] > 0:
+        bins = None
+        if _thins_out(plan) and (sums.place_axes or sums.direction_axes) and not sums.is_large:
+            bins = sums.by_direction("weights", side)
         title = f"detector {detector.name!r}"
-        yield from missing_survivors(plan, sums.batches, title, total, sums.shape.middle)
+        yield from missing_survivors(plan, sums.batches, title, total, sums.shape.middle, bins)
 
 
 def missing_survivors(
-    plan: Plan, batches: list[Batch], title: str, total: Estimate, place: Vector, most: float = 1.0
+    plan: Plan,
+    batches: list[Batch],
+    title: str,
+    total: Estimate,
+    place: Vector,
+    bins: np.ndarray | None = None,
+    most: float = 1.0,
 ) -> Iterator[Finding]:
     """Survivors of roulette of which none has come, about a place [m].
 
-    total: the mean that histories scored there;  most: what a history of the largest birth weight adds to it.  The bound, in
+    total: the mean that histories scored there;  bins: the sums of its bins, (B, *dims), if it has any;  most: what a
+    history of the largest birth weight adds to one of them.  The bound, in
     the unit of `total`, is that of survivors that none has seen, or all the weight for which roulette was played if that is
     less.  Nothing where roulette has not been played in a medium.
     """
@@ -53,7 +64,11 @@ def missing_survivors(
     played = math.inf if is_by_share else _played(batches, histories, heaviest)
     bound = min(unseen_scores(0) * heaviest / histories, played) * most
     if bound > 0:
-        roulette = max(total.error / most, 0.0) / born if total.error > 0 else heaviest / histories / born
+        error = total.error if total.error > 0 else math.inf
+        if bins is not None:
+            errors = replicates_of(bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None).error
+            error = float(np.min(errors, where=errors > 0, initial=error))
+        roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
         yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound))
 
 

@@ -11,10 +11,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.faint_sources import faint_sources
-from transport.results.findings import DOUBTFUL, NOTE, Finding, capital
+from transport.results.findings import DOUBTFUL, NOTE, Finding, capital, severities
 from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.point_readings import PointReading
@@ -82,29 +84,50 @@ def _warning(findings: list[Finding]) -> str:
         have = first.what if len(titles) == 1 else first.what.replace("has", "have", 1)
         return f"{names} {have}. {capital(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
-    worth = max((finding.share for finding in findings), default=math.nan)
-    size = f", worth up to {_percent(worth)} of it" if math.isfinite(worth) else ""
-    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{size}. {capital(first.cure)}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 10 else f"{share:.2g} times"
+    worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
+    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}. {capital(first.cure)}"
 
 
 def _of_detector(result: Result, reading) -> Iterator[Finding]:
-    """A note why it counted nothing; the worst finding about each of its totals that is more than a note."""
+    """A note why it counted nothing; the worst finding about each of its totals, or about its bins, that is more than a note."""
+    title = f"{reading.title}{reading.name!r}"
     if (note := reading.note) is not None:
-        yield Finding(NOTE, "", "", note)
+        yield Finding(NOTE, title, "", note)
     elif reading.is_blind:
-        if not reading.cannot_arrive:
-            particles = f"{result.particles} particle{'s' * (result.particles > 1)}"
-            what = f"has no score in {particles}: unknown, not 0"
-            yield Finding(DOUBTFUL, f"{reading.title}{reading.name!r}", "", what, cure=MORE)
+        found = reading.why_unscored()
+        reasons = [each for each in found if each.severity != NOTE and not each.what.startswith("light not")]
+        what = f"has no score in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
+        if reasons:
+            yield Finding(DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure)
+        elif not reading.cannot_arrive:
+            yield Finding(DOUBTFUL, title, "", what, cure=MORE)
     else:
-        for name, total in _totals(reading):
-            worst = next((each for each in total.findings if each.severity != NOTE), None)
-            if worst is not None:
-                yield replace(worst, quantity=name, value=float(total.value))
+        found = [
+            replace(worst, quantity=name, value=float(total.value))
+            for name, total in _totals(reading)
+            if (worst := _worst(total)) is not None
+        ]
+        yield from found
+        if not any(each.severity == DOUBTFUL for each in found):
+            yield from _of_bins(reading, title)
+
+
+def _worst(quantity: EstimateOrArray) -> Finding | None:
+    """The worst finding about a quantity that is more than a note."""
+    return next((each for each in quantity.findings if each.severity != NOTE), None)
+
+
+def _of_bins(reading, title: str) -> Iterator[Finding]:
+    """The worst finding about the bins of which any is doubtful though the total is sound."""
+    for name, array in reading.binned():
+        worst = _worst(array)
+        if worst is not None and worst.severity == DOUBTFUL:
+            scored = array.value > 0
+            doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
+            many = int((doubtful & scored).sum())
+            if many:
+                what = f"{worst.what}, which matters in {many} of {int(scored.sum())} bins"
+                yield replace(worst, object=title, quantity=name, what=what)
 
 
 def _totals(reading) -> Iterator[tuple[str, Estimate]]:

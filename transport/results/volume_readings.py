@@ -13,7 +13,7 @@ from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.results.findings import Finding
+from transport.results.findings import DARK, NOTE, Finding
 from transport.results.path_classes import PathClass
 from transport.results.quality import MORE, findings_of_error
 from transport.results.quantified import Quantified
@@ -115,13 +115,14 @@ class VolumeReading(Quantified):
     def _missing(self) -> list[Finding]:
         """What may be missing, with bounds as a mean way of weight [scene lengths]."""
         title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
-        if self.is_blind and self.note:
-            return []
+        if self.is_blind and why_dark(self._plan.scene, title, self._volume.shape):
+            return [Finding(NOTE, title, "", DARK, 0.0)]
         number = int(totals_of(self._counts).sum())
         few = PathClass("light", number, self._way_through(), MORE).finding(title, particles)
         found = [] if few is None else [few]
         middle, most = self._volume.shape.middle, self._way_through_cell()
-        found += missing_survivors(self._plan, self._batches, title, self.whole, middle, most)
+        cells = None if isinstance(self._sums, Stacked) or not self._axes else self._sums.sum(axis=-1)
+        found += missing_survivors(self._plan, self._batches, title, self.whole, middle, cells, most)
         if self.whole.error > 0:
             found += findings_of_error(title, self.whole, self.scores, particles)
         return found
@@ -130,6 +131,15 @@ class VolumeReading(Quantified):
     def whole(self) -> Estimate:
         """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
         return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit())
+
+    def why_unscored(self) -> list[Finding]:
+        """What is known of why it counted nothing."""
+        return self._missing
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The fluence rate by cell."""
+        if self._axes:
+            yield "fluence_rate", self.fluence_rate
 
     @property
     def total(self) -> Estimate:
