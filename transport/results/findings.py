@@ -56,6 +56,7 @@ class Finding:
     bound: Any = np.nan
     cure: str = ""
     value: float = np.nan  # of the number that it is about
+    times: float = np.nan  # as many histories after which the error knows it; nan where no score foretells that
 
     @property
     def share(self) -> float:
@@ -149,6 +150,27 @@ def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarr
     for verdict in verdicts:
         worst = np.where(worst == DOUBTFUL, worst, np.where(verdict == SOUND, worst, verdict))
     return worst
+
+
+def times_needed(findings: Iterable[Finding], value: float, error: float, allowed: float) -> tuple[float, float, str]:
+    """How many times as many histories a number takes until no finding about it is a doubt, and the finding that takes most.
+
+    The first is that of findings that scores foretell, the second that of those that may never score, whose bounds fall as one over
+    the number of histories; 1 where there are none, infinite where there is no bound.
+    """
+    foretold, open_end, worst, what = 1.0, 1.0, 1.0, ""
+    number, spread = np.asarray(value), np.asarray(error)
+    doubts = [each for each in findings if str(severities(each, number, spread, allowed)) == DOUBTFUL]
+    bounded = [each for each in doubts if not np.isnan(each.bound)]  # which explain what batches look like
+    for finding in bounded or doubts:
+        if np.isfinite(finding.times):
+            times = foretold = max(foretold, float(finding.times))
+        else:
+            times = abs(finding.bound) / (allowed * abs(value)) if value else np.inf
+            times = open_end = max(open_end, float(np.nan_to_num(times, nan=np.inf)))
+        if times >= worst:
+            worst, what = times, finding.what
+    return foretold, open_end, what
 
 
 def judged(findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float) -> tuple[Finding, ...]:

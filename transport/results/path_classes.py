@@ -56,7 +56,9 @@ class PathClass:
         if self.scores >= MIN_SCORES or self.largest == 0:
             return None
         few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}" if self.scores else f"{self.what} not sampled"
-        return Finding(DOUBTFUL, title, "", few, unseen_scores(self.scores) * self.largest / histories, self.cure)
+        bound = unseen_scores(self.scores) * self.largest / histories
+        times = MIN_SCORES / self.scores if self.scores else math.nan
+        return Finding(DOUBTFUL, title, "", few, bound, self.cure, times=times)
 
 
 def chances_of_detector(

@@ -113,7 +113,8 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
     if scores is not None and scores.number >= MIN_SCORES:
         if carriers < MIN_SCORES:
             what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
-            yield Finding(DOUBTFUL, title, "", what, unknown_of_error(carriers) * total.error, MORE)
+            bound = unknown_of_error(carriers) * total.error
+            yield Finding(DOUBTFUL, title, "", what, bound, MORE, times=MIN_SCORES / max(carriers, 1))
         if unseen > 0:
             index = slope - 1
             is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
