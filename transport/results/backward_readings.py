@@ -22,7 +22,7 @@ from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
 from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.results.findings import DARK, NOTE, Finding
+from transport.results.findings import Finding
 from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.quantified import Quantified
 from transport.results.readings import Reading
@@ -91,8 +91,6 @@ class BackwardReading(Reading):
 
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of lamps that are met by chance alone."""
-        if self._is_dark(side):
-            yield Finding(NOTE, self._title, "", DARK, 0.0)
         if side != ARRIVALS or self._is_dark(side):
             return
         unit = self._extent / self._plan.unit
@@ -297,8 +295,7 @@ class ViewReading(Quantified):
         """A quantity with what may be missing; factor: what a mean radiance of 1 is in it."""
 
         def findings() -> Iterator[Finding]:
-            dark = [Finding(NOTE, self._title, "", DARK, 0.0)]
-            found = dark if self.is_blind and self.note else self._sums.missing(self.detector, self._title)
+            found = [] if self.is_blind and self.note else self._sums.missing(self.detector, self._title)
             return (replace(finding, bound=finding.bound * factor) for finding in found)
 
         return made._with_findings(findings, self._result.allowed_of(self.name))

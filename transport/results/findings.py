@@ -24,7 +24,6 @@ ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked 
 NOTE, SOUND, BOUNDED, DOUBTFUL = "note", "sound", "bounded", "doubtful"
 NO_SCORE = "no score"  # the reason of an error that is not known
 SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
-DARK = "no light can arrive"  # of a note: by proof, so that a value of 0 is known
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from transport.points import PointDetector
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate
-from transport.results.findings import DARK, NOTE, Finding
+from transport.results.findings import Finding
 from transport.results.near_walls import near_walls_of_point
 from transport.results.peaked import forward_peaks_of_point
 from transport.results.quality import findings_of_error
@@ -85,8 +85,6 @@ class PointReading(Quantified):
         """What may be missing of the fluence rate [W m^-2]."""
         plan, name, place, particles = self._plan, self.name, self.detector.position, int(self._run.sizes.sum())
         fluence = self.fluence_rate
-        if self.is_blind and why_dark(plan.scene, f"point detector {name!r}", place):
-            yield Finding(NOTE, f"point detector {name!r}", "", DARK, 0.0)
         if self.is_blind or fluence.exact:
             return
         yield from near_walls_of_point(plan, name, place, fluence, particles)

@@ -11,7 +11,7 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 import numpy as np
 
 from transport.results.findings import (
-    ALLOWED, BOUNDED, DARK, DOUBTFUL, Finding, carried, judged, of_unknown_error, severities, worst_of,
+    ALLOWED, BOUNDED, DOUBTFUL, Finding, carried, judged, of_unknown_error, severities, worst_of,
 )  # fmt: skip
 from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
@@ -131,10 +131,8 @@ class Quantity(Generic[Number, Reason]):
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
         """The same, and that the error is not known, where it is not."""
-        raw = self._raw_findings
-        if any(finding.what == DARK for finding in raw) or self._replicates.is_in_parts:
-            return raw
-        return (*of_unknown_error(self._replicates.reason), *raw)
+        unknown = () if self._replicates.is_in_parts else of_unknown_error(self._replicates.reason)
+        return *unknown, *self._raw_findings
 
     def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
         """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""

@@ -20,7 +20,7 @@ from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
-from transport.results.findings import DARK, MIN_SCORES, NOTE, Finding
+from transport.results.findings import MIN_SCORES, Finding
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
 from transport.results.quality import findings_of_error
@@ -274,8 +274,6 @@ class Reading(Quantified):
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
         sums = self.sums
-        if self._is_dark(side):
-            yield Finding(NOTE, self._title, "", DARK, 0.0)
         if self.is_sure(side) or self._is_dark(side):
             return
         scores = int(sums.whole("counts", side).sum())

@@ -13,7 +13,7 @@ from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.results.findings import DARK, NOTE, Finding
+from transport.results.findings import Finding
 from transport.results.path_classes import PathClass
 from transport.results.quality import MORE, findings_of_error
 from transport.results.quantified import Quantified
@@ -115,8 +115,8 @@ class VolumeReading(Quantified):
     def _missing(self) -> list[Finding]:
         """What may be missing, with bounds as a mean way of weight [scene lengths]."""
         title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
-        if self.is_blind and why_dark(self._plan.scene, title, self._volume.shape):
-            return [Finding(NOTE, title, "", DARK, 0.0)]
+        if self.is_blind and self.note:
+            return []
         number = int(totals_of(self._counts).sum())
         few = PathClass("light", number, self._way_through(), MORE).finding(title, particles)
         found = [] if few is None else [few]
