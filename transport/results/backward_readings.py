@@ -24,7 +24,7 @@ from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import Finding
 from transport.results.meter_sums import ARRIVALS, MeterSums
-from transport.results.quantified import Quantified
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike, scores_of_cell
@@ -83,11 +83,11 @@ class BackwardReading(Reading):
         )
 
     @cached_property
-    def note(self) -> str | None:
+    def note(self) -> Note | None:
         """What to know of its histories, or why none met a source."""
         if not self.is_blind:
             return thin_note(self._cell_sums, self.name)
-        return self._why_dark
+        return note_of(self._why_dark)
 
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of lamps that are met by chance alone."""
@@ -285,11 +285,11 @@ class ViewReading(Quantified):
         return not self._sums.counts[0].any()
 
     @cached_property
-    def note(self) -> str | None:
+    def note(self) -> Note | None:
         """What to know of its histories, or why none met a source."""
         if not self.is_blind:
             return thin_note(self._sums, self.name)
-        return why_dark(self._result.scene, self._title, self.detector.position)
+        return note_of(why_dark(self._result.scene, self._title, self.detector.position))
 
     def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
         """A quantity with what may be missing; factor: what a mean radiance of 1 is in it."""
@@ -335,11 +335,11 @@ class ViewReading(Quantified):
         return rows[::-1] if isinstance(self.detector, Camera) else rows
 
 
-def thin_note(sums: CellSums, name: str) -> str | None:
+def thin_note(sums: CellSums, name: str) -> Note | None:
     """What to know of a sensor that has too few histories for its cells."""
     if not sums.is_thin:
         return None
-    return (
+    return "thin batches", (
         f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
         " noise; use more particles or fewer batches"
     )

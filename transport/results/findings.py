@@ -55,6 +55,7 @@ class Finding:
     bound: Any = np.nan
     cure: str = ""
     value: float = np.nan  # of the number that it is about
+    name: str = ""  # of its entry in the table of diagnostics
     times: float = np.nan  # as many histories after which the error knows it; nan where no score foretells that
 
     @property
@@ -69,6 +70,12 @@ class Finding:
         if not np.isfinite(share):
             return ""
         return f", worth up to {100 * share:.2g} % of it" if share < 0.995 else f", worth up to {share:.2g} times it"
+
+    def record(self) -> dict[str, Any]:
+        """Its parts for machines."""
+        bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
+        words = {"severity": self.severity, "object": self.object, "quantity": self.quantity, "what": self.what}
+        return {"name": self.name, **words, "bound": bound, "cure": self.cure}
 
     def __str__(self) -> str:
         of = " of ".join(filter(None, (self.quantity, self.object)))
@@ -140,7 +147,7 @@ def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
     what = f"the error is unknown: {known[0]}" if known[0] != NO_SCORE else "no score, so the value is unknown, not 0"
     many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
     bound = np.where(np.equal(reasons, None), 0.0, np.inf)
-    return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles"),)
+    return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles", name="unknown error"),)
 
 
 def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:

@@ -64,7 +64,7 @@ def near_walls_of_point(plan: Plan, name: str, point: Vector, fluence: Estimate,
         clear = min(wall.distance * math.sqrt(2 * MIN_SCORES / max(wall.expected, 1e-99)), NEAR * wall.extent)
         cure = f"move the point to at least {clear:.2g} m off it, "
     cure += "use more particles, or count by a small VolumeDetector"
-    yield Finding(DOUBTFUL, f"point detector {name!r}", "", what, bound, cure)
+    yield Finding(DOUBTFUL, f"point detector {name!r}", "", what, bound, cure, name="near emitter")
 
 
 def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> Iterator[NearWall]:

@@ -58,7 +58,7 @@ class PathClass:
         few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}" if self.scores else f"{self.what} not sampled"
         bound = unseen_scores(self.scores) * self.largest / histories
         times = MIN_SCORES / self.scores if self.scores else math.nan
-        return Finding(DOUBTFUL, title, "", few, bound, self.cure, times=times)
+        return Finding(DOUBTFUL, title, "", few, bound, self.cure, name="path class", times=times)
 
 
 def chances_of_detector(
@@ -92,7 +92,7 @@ def _near_collisions(
         unseen = unseen_scores(large_scores(plan, batches, name, side, largest, 0))
         bounds.append(scattering * distance * mean + unseen * largest / histories)
     what = "light scattered very near not sampled"
-    return Finding(DOUBTFUL, title, "", what, min(bounds), "use more particles, or estimator='backward'")
+    return Finding(DOUBTFUL, title, "", what, min(bounds), "use more particles, or estimator='backward'", name="path class")
 
 
 def _detector(plan: Plan, name: str) -> Detector:

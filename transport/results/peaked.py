@@ -63,4 +63,4 @@ def _finding(worst: tuple[float, Medium | None], each: float, title: str, cure: 
     if score > 0:
         angle = math.sqrt(1 / (math.pi * peak_of(medium.phase)))
         what = f"light that the {type(medium).__name__} scatters within {angle:.2g} rad of straight on hardly sampled"
-        yield Finding(DOUBTFUL, title, "", what, unseen_scores(0) * score * each, cure)
+        yield Finding(DOUBTFUL, title, "", what, unseen_scores(0) * score * each, cure, name="forward peak")

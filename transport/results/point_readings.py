@@ -17,7 +17,7 @@ from transport.results.findings import Finding
 from transport.results.near_walls import near_walls_of_point
 from transport.results.peaked import forward_peaks_of_point
 from transport.results.quality import findings_of_error
-from transport.results.quantified import Quantified
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_point
 from transport.results.unvisited import unvisited_walls
@@ -74,12 +74,13 @@ class PointReading(Quantified):
         return scores_of_point(self._weights.sum(axis=0), self._counts.sum(axis=0))
 
     @cached_property
-    def note(self) -> str | None:
+    def note(self) -> Note | None:
         """Why it counted nothing, where that is known."""
         if not self.is_blind:
             return None
         title, position, particles = f"point detector {self.name!r}", self.detector.position, int(self._run.sizes.sum())
-        return why_dark(self._plan.scene, title, position) or why_so_deep(self._plan, title, position, particles)
+        dark = why_dark(self._plan.scene, title, position)
+        return note_of(dark, why_so_deep(self._plan, title, position, particles))
 
     def _missing(self) -> Iterator[Finding]:
         """What may be missing of the fluence rate [W m^-2]."""

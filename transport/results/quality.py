@@ -114,21 +114,21 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
         if carriers < MIN_SCORES:
             what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
             bound = unknown_of_error(carriers) * total.error
-            yield Finding(DOUBTFUL, title, "", what, bound, MORE, times=MIN_SCORES / max(carriers, 1))
+            yield Finding(DOUBTFUL, title, "", what, bound, MORE, name="few carriers", times=MIN_SCORES / max(carriers, 1))
         if unseen > 0:
             index = slope - 1
             is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
             what = f"rare larger scores not sampled: the largest thin out as size^-{slope:.2g}"
             what += ", whose variance is infinite" if is_infinite else ""
-            yield Finding(DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE)
+            yield Finding(DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail")
     elif scores is not None:
         return
     if trend < ODD:
         what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE)
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
     if outlier_of(_alike(total)) < ALONE:
         what = "one batch is far above all others: rare histories that score much carry the error"
-        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE)
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
 
 
 def _numbers(total: Estimate, scores: Scores | None, particles: int) -> tuple[float, float, float, float, float]:

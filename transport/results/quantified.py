@@ -10,6 +10,14 @@ from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
 
 
+Note = tuple[str, str]  # the name of a diagnostic, and its words
+
+
+def note_of(dark: str | None, deep: str | None = None) -> Note | None:
+    """The note of a detector that no light can reach, or that lies too deep in media."""
+    return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
+
+
 class Quantified:
     """A reading with a `name` and the names of its quantities, `known`; not made itself."""
 
@@ -17,7 +25,7 @@ class Quantified:
     known: tuple[str, ...] = ()
     title = ""  # in front of its name, in messages
     cannot_arrive = False  # whether geometry proves that no light arrives at its side
-    note: str | None = None  # why it counted nothing, where that is known
+    note: Note | None = None  # why it counted nothing, where that is known
     is_blind = False  # whether nothing was counted at all
 
     def why_unscored(self) -> Iterable[Finding]:

@@ -24,7 +24,7 @@ from transport.results.findings import MIN_SCORES, Finding
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
 from transport.results.quality import findings_of_error
-from transport.results.quantified import Quantified
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_meter
 from transport.results.solid_angles import solid_angles_of
@@ -86,12 +86,13 @@ class Reading(Quantified):
         return self._is_exact_out and side == DEPARTURES
 
     @cached_property
-    def note(self) -> str | None:
+    def note(self) -> Note | None:
         """Why it counted nothing, where that is known."""
         sums, title = self.sums, self._title
-        if not any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
-            return self._why_dark or why_so_deep(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
-        return None
+        if any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
+            return None
+        deep = why_so_deep(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
+        return note_of(self._why_dark, deep)
 
     @cached_property
     def cannot_arrive(self) -> bool:

@@ -69,7 +69,7 @@ def missing_survivors(
             errors = replicates_of(bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None).error
             error = float(np.min(errors, where=errors > 0, initial=error))
         roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
-        yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound))
+        yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound), name="roulette survivors")
 
 
 def _thins_out(plan: Plan) -> bool:

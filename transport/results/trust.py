@@ -48,14 +48,20 @@ def quality_in(result: Result, name: str | EstimateOrArray) -> Quality:
 
 def findings_of(result: Result) -> tuple[Finding, ...]:
     """All that a reader should know before trusting the numbers: of sources and particles, then of each detector."""
-    found = [Finding(NOTE, "", "", what) for what in _of_particles(result)]
+    found = [_note("lost particles", what) for what in _of_particles(result)]
+    found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
     looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
     for look in looks:
         found += _of_detector(result, result[look.name])
     if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
-        found.append(Finding(NOTE, "", "", none_can_arrive(away)))
-    found += [Finding(NOTE, "", "", what) for what in (*doubts_of_fluence(result), *_of_aims(result))]
+        found.append(_note("enclosed detector", none_can_arrive(away)))
+    found += [_note("grazing", what) for what in doubts_of_fluence(result)]
+    found += [_note("aim", what) for what in _of_aims(result)]
     return tuple(found)
+
+
+def _note(name: str, what: str, title: str = "") -> Finding:
+    return Finding(NOTE, title, "", what, name=name)
 
 
 def in_words(findings: Iterable[Finding]) -> list[str]:
@@ -92,15 +98,15 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
     """A note why it counted nothing; the worst finding about each of its totals, or about its bins, that is more than a note."""
     title = f"{reading.title}{reading.name!r}"
     if (note := reading.note) is not None:
-        yield Finding(NOTE, title, "", note)
+        yield _note(*note, title)
     elif reading.is_blind:
         found = reading.why_unscored()
         reasons = [each for each in found if each.severity != NOTE and not each.what.startswith("light not")]
         what = f"has no score in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
         if reasons:
-            yield Finding(DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure)
+            yield Finding(DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name)
         elif not reading.cannot_arrive:
-            yield Finding(DOUBTFUL, title, "", what, cure=MORE)
+            yield Finding(DOUBTFUL, title, "", what, cure=MORE, name="unknown error")
     else:
         found = [
             replace(worst, quantity=name, value=float(total.value))
@@ -145,7 +151,7 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
 
 
 def _of_particles(result: Result) -> Iterator[str]:
-    """Particles that were lost or astray, aims that nothing is born towards, and sources too faint to be sampled."""
+    """Particles that were lost or astray, and aims that nothing is born towards."""
     batches = result.batches
     if lost := sum(batch.lost for batch in batches):
         yield (
@@ -165,7 +171,6 @@ def _of_particles(result: Result) -> Iterator[str]:
     is_aimed = result.plan.turned is None and any(emitter.target is not None for emitter in result.plan.emitters)
     if is_aimed and sum(batch.born for batch in batches) == 0:
         yield "nothing is emitted towards the aim: it lies behind its source"
-    yield from faint_sources(result.plan, result.particles)
 
 
 def _of_aims(result: Result) -> Iterator[str]:

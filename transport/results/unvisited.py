@@ -61,7 +61,7 @@ def unvisited_walls(
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has come to it"
-        yield Finding(DOUBTFUL, title, "", what, most, "use more particles, or estimator='backward'")
+        yield Finding(DOUBTFUL, title, "", what, most, "use more particles, or estimator='backward'", name="unvisited surface")
 
 
 def _sent(surface: Surface) -> float:

@@ -16,7 +16,7 @@ from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import Finding
 from transport.results.path_classes import PathClass
 from transport.results.quality import MORE, findings_of_error
-from transport.results.quantified import Quantified
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import possible_of, scores_alike
 from transport.results.stacked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
@@ -104,11 +104,11 @@ class VolumeReading(Quantified):
         return self._estimate(counts * float(self._run.sizes.sum()), Unit.parse("1"), counts)
 
     @cached_property
-    def note(self) -> str | None:
+    def note(self) -> Note | None:
         """Why it counted nothing, where that is known."""
         title, shape, particles = f"volume detector {self.name!r}", self._volume.shape, int(self._run.sizes.sum())
         if self.is_blind or not self._sums.any():
-            return why_dark(self._plan.scene, title, shape) or why_so_deep(self._plan, title, shape, particles)
+            return note_of(why_dark(self._plan.scene, title, shape), why_so_deep(self._plan, title, shape, particles))
         return None
 
     @cached_property
