@@ -1,24 +1,27 @@
-"""Phase functions: light that is scattered once goes where they say, whether it is followed or looked for.
+"""Phase functions: light that is scattered once goes where they say.
 
-Derivation.  A pencil beam of the power P crosses a ball of fog so thin that almost nothing is scattered, and nothing
-twice.  Each length ds of it scatters P σ ds, of which the phase function p(μ) [sr⁻¹] tells how much goes into a
-steradian at the angle arccos μ from the beam.  A point at the distance r from there receives
+Derivation.  A pencil beam of the power P crosses a ball of fog so thin that almost nothing is scattered
+twice. Each length ds of the beam scatters P σ ds.  The phase function p(μ) [sr⁻¹] is the share per
+steradian that goes at the angle arccos μ from the beam.  A point at the distance r from ds receives
 
-    φ = P ∫ σ p(μ) / r² ds   along the beam within the ball,
+    φ = P ∫ σ p(μ) / r² ds   along the beam within the ball.
 
-where all light that comes from the ball was scattered once.  p is 3 (1 + μ²)/(16π) for what is small against the
-wavelength (Rayleigh 1871), (1 - g²)/(4π (1 + g² - 2gμ)^(3/2)) for larger grains (Henyey and Greenstein 1941).  Of fog
-of several kinds of grains p is the mean of theirs, weighted by what each scatters.
+p is 3 (1 + μ²)/(16π) for grains small against the wavelength (Rayleigh 1871) and
+(1 - g²)/(4π (1 + g² - 2gμ)^(3/2)) for larger ones (Henyey and Greenstein 1941).  For several kinds of
+grains p is the mean of theirs, weighted by the scattering of each kind.
 
-In thicker fog the beam has lost the share 1 - exp(-σ(R + s)) before the place s from the middle, and what is scattered
-there has the way l(s, μ) = sqrt(R² - s²(1 - μ²)) - sμ before it.  So the power P ∫∫ σ exp(-σ(R + s + l)) 2π p dμ ds
+In thicker fog the beam has lost the share 1 - exp(-σ(R + s)) before the place s from the middle.  Light
+scattered there has the way l(s, μ) = sqrt(R² - s²(1 - μ²)) - sμ before it.  So the power
+
+    P ∫∫ σ exp(-σ(R + s + l)) 2π p dμ ds
+
 leaves between two angles after one scattering.
 
-Scene.  "points": PointDetectors 1 m from the middle of a thin ball; every flight sends them what p tells, so that the
-noise is that of p along the few centimetres in the ball.  "sky": a far sphere about a thicker ball, with a bin of
-position for each range of angles, counts what was scattered once.  Both see the same p: the first by its density, the
-second by the numbers drawn from it.  A mixture that drew its part and the angle from one number would send light into
-wrong angles of the "sky", and one that forgot its shares would shine at the "points".
+Scene.  "points": PointDetectors 1 m from the middle of a thin ball.  Every flight scores at them, so the
+noise is only that of p along the few centimetres in the ball.  "sky": a far sphere about a thicker ball
+counts light that was scattered once, in one bin of position per range of angles.  The first tests the
+density of p, the second the sampling from it.  A mixture that chose its part and the angle with one random
+number would fail in the "sky"; a mixture without its shares would fail at the "points".
 """
 
 from __future__ import annotations
@@ -33,7 +36,10 @@ from transport.experiment import Outcome
 from transport.theory import phases
 from transport.theory.nodes import legendre_nodes
 
-law = "φ = P ∫ σ p(μ)/r² ds, and once scattered P ∫∫ σ exp(-τ) 2π p dμ ds (Rayleigh 1871; Henyey and Greenstein 1941)"
+law = (
+    "φ = P ∫ σ p(μ)/r² ds, scattered once: P ∫∫ σ exp(-τ) 2π p dμ ds"
+    " (Rayleigh 1871; Henyey and Greenstein 1941)"
+)
 question = "Where does light go that is scattered once, by each kind of grain and by a mixture of them?"
 particles = 1_000_000
 
@@ -55,8 +61,8 @@ def cases() -> list[dict[str, str]]:
 def scene(reading: str = "points", grains: str = "both", g: float = FORWARD) -> tp.Scene:
     """A ball of thin fog in a pencil beam.  reading: "points" or "sky".
 
-    grains: "small" (Rayleigh), "large" (Henyey and Greenstein of the mean cosine g) or "both", with others that
-    scatter back.
+    grains: "small" (Rayleigh), "large" (Henyey and Greenstein, mean cosine g) or "both", mixed with
+    a third kind that scatters back.
     """
     for name, value, known in (("reading", reading, READINGS), ("grains", grains, GRAINS)):
         if value not in known:
@@ -153,7 +159,8 @@ def _power(index: int) -> str:
 
 
 def verdict(outcomes: list[Outcome]) -> str:
-    return f"Light goes where the phase functions say, and of a mixture where their mean does: {furthest(outcomes)}."
+    said = "Light goes where the phase functions say, and in a mixture where their mean says"
+    return f"{said}: {furthest(outcomes)}."
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:

@@ -1,17 +1,18 @@
-"""Two panes: what is left of light after many reflections tells a reflectance to a few parts in a hundred thousand.
+"""Two panes: the light left after many reflections shows errors of a reflectance of a few parts in 10 000.
 
-Derivation.  Between two parallel panes of glass light keeps its angle of incidence θ, so that after k reflections the
-share R(θ)^k of it is left, with
+Derivation.  Between two parallel panes of glass light keeps its angle of incidence θ.  After k reflections
+the share R(θ)^k of it is left, with c = cosθ, q² = n² - sin²θ and
 
-    R = (R_s + R_p)/2,   R_s = ((c - q)/(c + q))²,   R_p = ((n² c - q)/(n² c + q))²,   c = cosθ,   q² = n² - sin²θ
+    R = (R_s + R_p)/2,   R_s = ((c - q)/(c + q))²,   R_p = ((n² c - q)/(n² c + q))²
 
-(Fresnel 1823; Born and Wolf 1999, 1.5.2).  A relative error δ of R is one of k δ in what is left: sixty reflections
-near grazing incidence, after which a third is left, show an error that a single one would hide in a million counts.
-Light is taken for unpolarised at each reflection, as everywhere in this library; light that kept its polarisation would
-leave (R_s^k + R_p^k)/2.
+(Fresnel 1823; Born and Wolf 1999, 1.5.2).  A relative error δ of R is an error k δ of the light left.
+Sixty reflections near grazing incidence leave a third of the light, and show an error that a single
+reflection would hide in the noise of a million particles.  The library treats light as unpolarised at each
+reflection; light that kept its polarisation would leave (R_s^k + R_p^k)/2.
 
-Scene.  A pencil beam from the middle of the gap, 1 m wide, between two planes behind which all is glass: what is
-refracted flies on there and never comes back.  Meters across the gap, each behind so many reflections, let light pass.
+Scene.  A pencil beam starts in the middle of the gap, 1 m wide, between two planes with glass behind them.
+Refracted light flies on in the glass and never comes back.  Transparent detectors stand across the gap,
+each after so many reflections.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""An aimed particle is kept at its target while it flies there: whatever counts it on the way must find where it is.
+"""An aimed particle is kept at its target while it flies there: every count on the way must find where it is.
 
-A flash is aimed at a target so small that all rays are one, from the origin along +z.  It has flown a known way when the clock
-stops, and brings the same energy times length to every part of that way: laws of every history, without noise.
+A flash is aimed at a target so small that all rays are one, from the origin along +z.  It has flown a
+known way when the clock stops, and every part of that way gets the same energy times length.  These are
+laws of every history, without noise.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Azimuths have a sense: a lamp in the east is seen in the east, by every estimator, from either side of any shape.
+"""Azimuths have a sense: every estimator sees a lamp in the east in the east, from either side of any shape.
 
-Where e_u and e_v point is written down here for each shape, not asked of it: a frame that turns the wrong way is seen as well.
-Lamps stand at azimuths that no turn or mirror image takes into one another; one is twice as bright as the next.
+The directions of e_u and e_v are written down here for each shape, not taken from it, so that a
+left-handed frame fails too.  No rotation or mirror image maps the azimuths of the lamps onto each other,
+and each lamp is twice as bright as the one before.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ def pane(normal, **options):
 
 
 CORNER = tp.Triangle(vertices=[(-1e-3, 1e-3, 0), (-1e-3, -1e-3, 0), (1e-3, -1e-3, 0)])  # its normal is +z
-FLAT = {  # e_v is the part of +y (of +z across y) or of `up` in the plane, and e_u, e_v, the side's normal are right-handed
+# e_v is the part of +y (of +z across y) or of `up` in the plane; e_u, e_v, the side's normal: right-handed.
+FLAT = {
     "up": (disk(Z), FRONT, X, Y),
     "up, from behind": (disk(Z), BACK, -X, Y),
     "down": (pane(-Z), FRONT, -X, Y),
@@ -53,7 +55,7 @@ def turned(e_u, e_v, k, share=0.5):
 
 
 def is_seen(values):
-    """Light in the bins where there are lamps and in no other, by their brightness: its noise is 5 % at most."""
+    """Only the bins with lamps have light, in proportion to their brightness, with noise of 5 % at most."""
     lit = {k: value for k, value in enumerate(np.ravel(values)) if value > 0}
     assert lit.keys() == BRIGHT.keys(), lit
     dim, medium, bright = lit.values()
@@ -66,7 +68,7 @@ LEVEL = [(name, "world") for name, (_, _, e_u, e_v) in FLAT.items() if abs(np.cr
 @pytest.mark.parametrize("estimator", ["analog", "aimed", "expected", "backward"])
 @pytest.mark.parametrize(("case", "frame"), [*((name, "local") for name in FLAT), *LEVEL])
 def test_a_lamp_is_seen_at_its_own_azimuth(case, frame, estimator):
-    """Balls of light 60 degrees from the normal of the side that is looked at; in the world's frame about +z from +x."""
+    """Balls of light 60 degrees from the normal of the side; the world's azimuth is about +z from +x."""
     shape, side, e_u, e_v = FLAT[case]
     normal, around = np.cross(e_u, e_v), (e_u, e_v) if frame == "local" else (X, Y)
     places = {k: 0.5 * normal + math.sqrt(0.75) * turned(*around, k) for k in BRIGHT}
@@ -114,7 +116,7 @@ def test_what_leaves_a_side_leaves_at_the_azimuth_that_it_flies_to(case):
 @pytest.mark.parametrize("axis", ["u", "v"])
 @pytest.mark.parametrize("case", [name for name in FLAT if name != "triangle" and "triangle," not in name])
 def test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side(case, axis):
-    """Bins of place are the shape's own, which the side does not turn round: azimuths on a disk, lengths on a rectangle."""
+    """Bins of place are the shape's own on both sides: azimuths on a disk, lengths on a rectangle."""
     shape, side, e_u, e_v = FLAT[case]
     into, own_u = -np.cross(e_u, e_v), e_u if side == FRONT else -e_u
     if isinstance(shape, tp.Disk):

@@ -49,7 +49,7 @@ def test_image_is_upright_and_not_mirrored():
 @pytest.mark.parametrize("kind", ["lamp in fog", "fog that glows"])
 @pytest.mark.parametrize("distance", [0.0, 1.0, 2.5])
 def test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves(kind, distance):
-    """Along one ray: emission over absorption of what is behind, its depth, and exp(-tau) of the fog before it."""
+    """Along one ray: (1 - exp(-depth)) / absorption of the glow, times exp(-tau) of the fog before it."""
     thick, before, within = 1.5, 0.6, 1.3  # m and m^-1
     box = tp.Box(center=(distance + thick / 2, 0, 0), size=(thick, 1.0, 2.0))
     eye = tp.Camera(name="eye", position=(-1e-9, 0, 0), look_at=(1, 0, 0), pixels=(2, 1), field_of_view=1e-6)

@@ -166,7 +166,10 @@ def test_what_flies_faster_is_there_sooner():
 
 @pytest.mark.parametrize("pulse", [None, tp.BoxPulse(1.0, 5.0), tp.GaussianPulse(3.0, 0.35)], ids=str)
 def test_when_a_particle_is_born_does_not_tell_how_fast_it_is(pulse):
-    """A thermal wall that effuses: of each bin of time the same shares are in the bins of speed, 1 - (1 + x) exp(-x) below x."""
+    """A thermal wall effuses: in every bin of time the share 1 - (1 + x) exp(-x) has speeds below x.
+
+    x is the squared speed over 2 sigma^2.
+    """
     sigma, wall = 2.0, tp.Disk(radius=1.0)
     times, x = np.array([0.0, 1.5, 2.5, 3.5, 4.5, 6.0]), np.array([0.0, 0.5, 1.0, 1.7, 2.7, 5.0, 40.0])
     gas = tp.Effusive(number=1.0, speed=tp.Maxwellian(sigma=sigma))

@@ -325,7 +325,7 @@ PLANES = {"up": (0, 0, 1), "east": (1, 0, 0), "north": (0, 1, 0), "sloped": (1, 
 @pytest.mark.parametrize("shape", [Disk, Rectangle])
 @pytest.mark.parametrize("name", PLANES)
 def test_an_aim_changes_where_particles_fly_but_not_where_they_are_born(shape, name):
-    """A source that is looked at itself, by place, and by a patch of its plane: with and without aim the same histories leave."""
+    """Detectors on the source and on a patch of its plane count the same births with and without aim."""
     normal = np.array(PLANES[name]) / np.linalg.norm(PLANES[name])
     size = {"radius": 0.5} if shape is Disk else {"width": 1.0, "height": 0.6}
     place, aim = (0.3, -0.2, 0.7), Sphere(center=tuple(50 * normal), radius=0.1)

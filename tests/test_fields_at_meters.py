@@ -42,7 +42,7 @@ def test_light_from_all_sides_has_its_fluence_and_presses_with_a_third_of_its_en
 
 
 def test_light_of_each_speed_presses_by_its_energy_over_its_own_speed():
-    """Two beams, of 3 W at 0.5 m/s and of 5 W at 2 m/s, whose momenta are 6 and 2.5 N; matter would have v instead of 1/v."""
+    """Two beams, 3 W at 0.5 m/s and 5 W at 2 m/s, press with 6 and 2.5 N; matter has v instead of 1/v."""
     at, into, meter = tp.Point(position=(0, 0, -1)), (0, 0, 1), tp.Disk(radius=0.5)
     beams = [tp.Source(at, tp.Beam(into, power=p, speed=v)) for p, v in ((3.0, 0.5), (5.0, 2.0))]
     found = told(beams, tp.Detector(meter, "meter", side="back", moments=True))["meter"]

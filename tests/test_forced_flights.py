@@ -76,9 +76,9 @@ def test_extreme_draws_force_collisions_within_the_way(word, tau, monkeypatch):
 
 @pytest.mark.parametrize("tau", [1e-2, 1e-4, 1e-6])
 def test_what_was_forced_is_not_rouletted_for_being_light(tau):
-    """Every history of a pencil brings the same by its one collision: 1 - exp(-tau), of which the albedo goes on.
+    """Every history of a pencil beam scatters the same: its albedo times 1 - exp(-tau).
 
-    A copy that were compared with all that was born would be killed but for one in 100 or fewer, and that one be heavy.
+    Roulette that compared a forced copy with the whole birth weight would kill 99 of 100 copies, or more.
     """
     albedo, radius = 0.9, 1.0
     fog = tp.Medium(absorption=(1 - albedo) * tau / (2 * radius), scattering=albedo * tau / (2 * radius))

@@ -136,9 +136,9 @@ def test_a_glowing_ball_is_seen_from_inside_from_close_by_and_from_afar():
 
 
 def glow_of_box(size, place):
-    """Of a box about the origin that emits 1 W m^-3 sr^-1: the integral of 1/r^2 over it, as cones on its faces.
+    """The integral of 1/r^2 over a box about the origin that emits 1 W m^-3 sr^-1, as cones on its faces.
 
-    A face in the plane at the height h has the integral of h/r^2 over it, h < 0 where the place is beyond that plane.
+    A face at the height h adds the integral of h/r^2 over it, with h < 0 where the place is beyond its plane.
     """
     total = 0.0
     for axis in range(3):
@@ -151,7 +151,7 @@ def glow_of_box(size, place):
 
 
 def test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar():
-    """Beside it, before and behind each of its faces, within it, and so far away that it is a lamp like others."""
+    """From within, from both sides of each axis, and from so far that it is treated as any other lamp."""
     size = (1.0, 2.0, 0.5)
     lamp = tp.Source(tp.Box(size=size), tp.Isotropic(power=4 * math.pi * math.prod(size)))
     places = [

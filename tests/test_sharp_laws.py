@@ -1,7 +1,7 @@
-"""Experiments of `verify` that are made to see small errors see them: of a phase function's density, of Fresnel's R_p.
+"""The sharp experiments of `verify` see small errors: of a phase function's density and of Fresnel's R_p.
 
-At the experiments' own numbers of particles, seed 1.  Each judgement fails right code in one of 10^6 seeds, and a wrong answer
-is one that `verify` would refuse among all of its rows.
+They run with their own numbers of particles and seed 1.  Each judgement fails right code in one of 10^6
+seeds.  A wrong answer is one that `verify` would reject among all of its rows.
 """
 
 from __future__ import annotations

@@ -52,9 +52,9 @@ def test_no_gain_biases_a_slab_lit_from_either_end(gain, is_upwards):
 
 @pytest.mark.parametrize("is_aimed", [False, True])
 def test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does(is_aimed):
-    """Through eight mean free paths that mostly absorb: at the end each weighs 1/gain of what it was born with, within 2.
+    """After eight mean free paths, mostly of absorption, each weighs 1/gain of its birth weight, within 2.
 
-    An aimed history is told from its target, where importance is greatest, but it is born where it is least.
+    An aimed history is kept at its target, where importance is greatest, but is born where it is least.
     """
     gain, tau, radius, height = math.exp(6), 8.0, 1e-3, 3.0
     law, at = tp.Beam((0, 0, -1), power=1.0), tp.Point(position=(0, 0, height))

@@ -188,7 +188,7 @@ def faded_in(sigma, edges):
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("filling", ["voxels", "medium"])
 def test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one(filling, axis):
-    """Followed by weight: every digit is right, where volumes begin within a layer, and behind a hollow that is not counted."""
+    """With weighted tracking every digit is right: volumes begin within a layer, and behind a hollow."""
     sigma = LAYER_SIGMA if filling == "voxels" else np.full(5, SIGMA)
     grid = layered(axis)
     medium = grid if filling == "voxels" else tp.Medium(absorption=SIGMA)
@@ -209,7 +209,7 @@ def test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one(filling, a
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do(axis):
-    """Each collision stands for the way to it by the coefficients of its own voxel, along whichever axis they change."""
+    """Each collision uses the coefficients of its own voxel, along whichever axis they change."""
     cells = along(axis, 5, 1)
     looks = [tp.VolumeDetector("body", name, cells, estimator=name) for name in ("track", "collision")]
     grid = layered(axis, scattering=1.5)

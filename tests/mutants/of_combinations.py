@@ -1,4 +1,4 @@
-"""Faults where features that are seldom combined meet: aims with clocks and volumes, hollows, waiting lanes, places from behind."""
+"""Faults where seldom-combined features meet: aims with clocks and volumes, hollows, waiting lanes."""
 
 from tests.mutants.fault import Fault
 
