@@ -20,7 +20,7 @@ from transport.compile.looks import block_rows, is_blocked
 from transport.estimators.methods import why_not
 from transport.results.meter_sums import ARRIVALS
 
-SEED = 20_260_000  # of the references; judged runs have seeds below
+SEED = 20_260_000  # of the references; runs that are judged in rooms have seeds below 30 000
 PILOT = 1_000_000  # histories of the first run of each estimator
 TARGET = 0.002  # relative standard error at which a reference is good enough
 MIN_SCORES = 200  # of a class that is found by chance alone, for its error to be known
