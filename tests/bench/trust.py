@@ -20,6 +20,7 @@ import itertools
 import json
 import math
 import time
+import zlib
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
