@@ -20,6 +20,7 @@ from transport.results.findings import BOUNDED, DOUBTFUL, MIN_SCORES, NOTE, SOUN
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
+CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
 MORE = "use more particles, or aim the sources, another estimator or a Splitting, so that scores are more alike"
 
@@ -126,9 +127,18 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
     if trend < ODD:
         what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
         yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
-    if outlier_of(_alike(total)) < ALONE:
+    if outlier_of(_alike(total)) < ALONE and _is_above_chance(total, scores):
         what = "one batch is far above all others: rare histories that score much carry the error"
         yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
+
+
+def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
+    """Whether the largest batch has more than scores alike would bring by chance: where few come, one more is no rarity."""
+    if scores is None:
+        return True
+    values = _alike(total)
+    each = scores.number / len(values)  # scores of a batch
+    return (values.max() / values.mean() - 1) * each > CHANCE * math.sqrt(max(each, 1.0))
 
 
 def _numbers(total: Estimate, scores: Scores | None, particles: int) -> tuple[float, float, float, float, float]:
