@@ -68,6 +68,13 @@ def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool
     return _faces_away(scene, (shape, detector.side))
 
 
+def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
+    """Whether geometry proves that no light leaves from the side of a detector: none comes to its other side, and it is no surface."""
+    if isinstance(detector.shape, str) or _has_source_on(scene, shape):
+        return False
+    return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
+
+
 def none_can_arrive(detectors: list[Detector]) -> str:
     """The warning of detectors at which no light can arrive."""
     names = listed([repr(detector.name) for detector in detectors])

@@ -14,10 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.compile.layout import GRAZING_CUT
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
-from transport.results.empty_detector import cannot_arrive, why_dark
+from transport.results.empty_detector import cannot_arrive, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.findings import MIN_SCORES, Finding
@@ -44,7 +43,7 @@ QUANTITIES = (
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
-STEEPEST = 2.0 / GRAZING_CUT  # the most that a crossing counts in a fluence rate, of its weight
+SLANT = 2.0  # what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
@@ -304,6 +303,8 @@ class Reading(Quantified):
         """Whether geometry proves that nothing comes to a side."""
         if self.sums.whole("counts", side).any():
             return False
+        if side == DEPARTURES and none_crosses(self._scene, self.sums.shape, self.detector):
+            return True
         return bool(self._why_dark) if self.is_blind else side == ARRIVALS and self.cannot_arrive
 
     def why_unscored(self) -> Iterator[Finding]:
@@ -351,8 +352,8 @@ class Reading(Quantified):
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
         made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
-        steepest = STEEPEST if kind == "slants" else 1.0
-        return self._with_findings(made, side, steepest * self._scale(per_second, values.ndim) / self._areas, values.shape[1:])
+        slant = SLANT if kind == "slants" else 1.0
+        return self._with_findings(made, side, slant * self._scale(per_second, values.ndim) / self._areas, values.shape[1:])
 
     def _by_direction(
         self,

@@ -111,7 +111,7 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
         found = [
             replace(worst, quantity=name, value=float(total.value))
             for name, total in _totals(reading)
-            if (worst := _worst(total)) is not None
+            if not math.isnan(total.error) and (worst := _worst(total)) is not None
         ]
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
@@ -126,8 +126,8 @@ def _worst(quantity: EstimateOrArray) -> Finding | None:
 def _of_bins(reading, title: str) -> Iterator[Finding]:
     """The worst finding about the bins of which any is doubtful though the total is sound."""
     for name, array in reading.binned():
-        worst = _worst(array)
-        if worst is not None and worst.severity == DOUBTFUL:
+        worst = next((each for each in array.findings if each.severity == DOUBTFUL and each.name != "unknown error"), None)
+        if worst is not None:
             scored = array.value > 0
             doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
             many = int((doubtful & scored).sum())
