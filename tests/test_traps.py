@@ -104,12 +104,6 @@ def test_the_heaviest_birth_is_the_same_however_it_is_run():
     assert whole.heaviest == heaviest
 
 
-def test_a_lone_heavy_score_counts_only_where_none_as_heavy_has_come():
-    few = Scores(*np.ones((3, 1)), np.array([100]), most=4.0, possible=4.0)
-    assert few.lone == pytest.approx(4 / 100)
-    assert Scores(*np.full((3, 1), 2.0), np.array([100]), possible=4.0).lone == 0.0
-
-
 def test_batches_that_stand_alone_together_do_not_hide_one_another():
     """The largest of three is hardly above the rest: it is they that are above all others."""
     rows = np.random.default_rng(8).normal(size=(300, 32))

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from transport.results.findings import MIN_SCORES
+
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
-
-FEW = 5.0  # histories expected of a source: of fewer, one run in 150 has none
-
 
 def faint_sources(plan: Plan, particles: int) -> list[str]:
     """A warning for each source of which a run of so many histories has next to none; sources are drawn by their power."""
@@ -19,7 +18,7 @@ def faint_sources(plan: Plan, particles: int) -> list[str]:
     found = []
     for number, source in enumerate(plan.scene.sources):
         share = math.fsum(emitter.bound for emitter in plan.emitters if emitter.source is source) / total
-        if share < 0.5 and particles * share < FEW:
+        if share < 0.5 and particles * share < MIN_SCORES:
             title = (
                 f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
             )

@@ -14,6 +14,7 @@ import numpy as np
 
 from transport.compile.layout import GRAZING_CUT
 from transport.compile.sizes import weights_vary
+from transport.results.findings import MIN_SCORES
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.statistics import student_quantile
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from transport.results.meter_sums import MeterSums
     from transport.results.result import Result
 
-FEWEST = 25  # crossings by which one half must outnumber the other
 CHANCE = 1e-6  # of even light that so many batches agree about it
 
 
@@ -56,7 +56,7 @@ def grazing_share(sums: MeterSums, number: int) -> float:
     if weights_vary(sums.plan):  # numbers do not tell what they bring
         return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
     excess = np.array([batch.grazing[number] for batch in sums.batches], float)
-    if abs(excess.sum()) < FEWEST or not _is_sure(excess):
+    if abs(excess.sum()) < MIN_SCORES or not _is_sure(excess):
         return 0.0
     return min(1.0, 2 / GRAZING_CUT / inverse * abs(excess.sum()) / counts.sum())
 

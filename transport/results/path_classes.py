@@ -29,8 +29,9 @@ from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_sco
 from transport.results.quality import MORE
 from transport.shapes import FlatShape, Shape
 from transport.shapes.distances import is_behind
-from transport.sides import OTHER_SIDE
+from transport.sides import IS_BACK, OTHER_SIDE
 from transport.validation import listed
+from transport.vectors import dot
 
 if TYPE_CHECKING:
     from transport.compile.adjoint import Part
@@ -69,7 +70,7 @@ def chances_of_detector(
     side: 0 for arrivals;  scores: how many there are in all;  mean: the mean weight of a history that came.
     """
     histories = sum(batch.histories for batch in batches)
-    found = (each.finding(title, histories) for each in _classes_of_detector(plan, batches, name, side, scores))
+    found = (each.finding(title, histories) for each in _classes_of_detector(plan, batches, name, side, scores, mean))
     yield from filter(None, found)
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     if expectation is not None and expectation.scattered is not None:
@@ -100,19 +101,25 @@ def _detector(plan: Plan, name: str) -> Detector:
 
 
 def _classes_of_detector(
-    plan: Plan, batches: list[Batch], name: str, side: int, scores: int
+    plan: Plan, batches: list[Batch], name: str, side: int, scores: int, mean: float
 ) -> Iterator[PathClass]:
     """Those of a detector; largest: in units of the largest weight at birth."""
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     heaviest = max((batch.heaviest for batch in batches), default=0.0) or 1.0
     if expectation is None:
-        number = scores if plan.lessens else large_scores(plan, batches, name, side, heaviest, scores)
-        yield PathClass("light", number, heaviest, MORE)
+        is_aimed = any(emitter.target is not None for emitter in plan.emitters)
+        if plan.lessens or plan.splits or plan.forces:
+            yield PathClass("light", scores, heaviest, MORE)
+            if not is_aimed:
+                return
+            heaviest *= min(mean * sum(b.histories for b in batches) / sum(b.born for b in batches), 1.0)  # on its way
+        number = large_scores(plan, batches, name, side, heaviest, scores)
+        yield PathClass("the heaviest births of an aim" if is_aimed else "light", number, heaviest, MORE)
         return
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     shape = scene.shape_of(detector)
-    unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape)]
+    unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape, looks)]
     largest = 1.0 if unconnected else expectation.nearest
     flights, rays = (int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches)) for k in plan.size_blocks[name, side][:2])
     number = large_scores(plan, batches, name, side, largest, flights)
@@ -190,11 +197,14 @@ def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
     return len(specular) == 1 and is_behind(shape, mirror, specular[0])
 
 
-def beams_of(plan: Plan, shape: Shape) -> Iterator[str]:
-    """The sources whose births no ray connects and which may come straight to a shape."""
+def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
+    """The sources whose births no ray connects and which may come straight to a side of a shape."""
     for emitter in plan.emitters:
         emission = emitter.source.emission
-        if isinstance(emission, Beam) and not _misses(emitter.shape, emission.direction, shape):
+        if not isinstance(emission, Beam) or _misses(emitter.shape, emission.direction, shape):
+            continue
+        along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
+        if not isinstance(shape, FlatShape) or (along > 0) == IS_BACK[side] and along != 0:
             yield _source_name(plan.scene, emitter.source)
 
 

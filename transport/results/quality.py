@@ -133,12 +133,12 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
 
 
 def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
-    """Whether the largest batch has more than scores alike would bring by chance: where few come, one more is no rarity."""
+    """Whether the largest batch has more than chance would bring of the largest scores: where few come, one more is no rarity."""
     if scores is None:
         return True
     values = _alike(total)
-    each = scores.number / len(values)  # scores of a batch
-    return (values.max() / values.mean() - 1) * each > CHANCE * math.sqrt(max(each, 1.0))
+    excess = (values.max() / values.mean() - 1) * scores.power(1) / len(values)  # in scores as large as the largest
+    return excess > CHANCE * math.sqrt(max(scores.carriers / len(values), 1.0))
 
 
 def _numbers(total: Estimate, scores: Scores | None, particles: int) -> tuple[float, float, float, float, float]:

@@ -15,7 +15,6 @@ import numpy as np
 TAIL, LEAST_TAIL, SHARE = 200, 40, 10  # scores that tell the tail: one in SHARE of all, between these limits
 STEEPEST = 10.0  # slopes above it are not told apart (as in MCNP)
 LEAST_INDEX, STEEPEST_INDEX = 0.05, 1000.0
-LARGER = 2.0  # than the largest that came: what is possible and yet missing
 NARROW = 1e-9  # the least width of a cell, as a logarithm
 SURE = 700.0  # an exponent that is as good as infinite
 
@@ -26,7 +25,7 @@ class Scores:
 
     low, high: edges of the cells, of rising size; sizes: mean size of the scores in each; counts: how many were counted, all of
     shape (cells,);  most: the largest size that a score can have, infinite where that is not known;  share: of all scores,
-    that were counted by size;  possible: a size that scores may have, though none of it may have come; 0 where none is known.
+    that were counted by size.
     """
 
     low: np.ndarray
@@ -35,7 +34,6 @@ class Scores:
     counts: np.ndarray
     most: float = math.inf
     share: float = 1.0
-    possible: float = 0.0
 
     @property
     def number(self) -> int:
@@ -119,13 +117,6 @@ class Scores:
         # Of more than one of them some would have come: then the law ends before.
         beyond = min(number / self.share * (self.low[first] / top) ** index, 1.0)
         return beyond * index * grown * top / self.sizes[self._top] / self.power(1)
-
-    @property
-    def lone(self) -> float:
-        """What one score of a size that is possible would bring, where none of it has come: a share of the sum."""
-        if not self.number or self.possible <= LARGER * self._largest:
-            return 0.0
-        return self.possible / self.sizes[self._top] / self.power(1)
 
     @cached_property
     def _top(self) -> int:

@@ -13,9 +13,9 @@ from transport.results.meter_sums import ARRIVALS, MeterSums
 from transport.results.scores import Scores
 
 
-def scores_alike(number: int, possible: float = 0.0) -> Scores:
+def scores_alike(number: int) -> Scores:
     """So many scores of one size, which is 1."""
-    return Scores(*np.ones((3, 1)), np.array([number]), most=1.0, possible=possible)
+    return Scores(*np.ones((3, 1)), np.array([number]), most=1.0)
 
 
 def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
@@ -27,8 +27,7 @@ def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
     if (sums.detector.name, side) not in plan.size_blocks:
         return scores_alike(number)
     *cells, most = _counted(plan, sums.batches, sums.detector.name, side)
-    weight = sums.whole("weights", side).sum()
-    return _sorted(cells, most, number, possible_of(plan, sums.batches, weight))
+    return _sorted(cells, most, number)
 
 
 def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | None:
@@ -58,18 +57,6 @@ def scores_of_point(weights: np.ndarray, counts: np.ndarray) -> Scores:
     return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
 
 
-def possible_of(plan: Plan, batches: list[Batch], weight: float) -> float:
-    """What the heaviest birth of an aim may bring to scores that weigh so much; 0 without an aim.
-
-    All that it weighs, if nothing lessens that on the way; if a medium or a splitting does, its share of all that was born.
-    """
-    born = sum(batch.born for batch in batches)
-    if plan.turned is not None or not born > 0:
-        return 0.0
-    is_lessened = plan.lessens or plan.splits or plan.forces
-    return max(batch.heaviest for batch in batches) * (weight / born if is_lessened else 1.0)
-
-
 def _counted(
     plan: Plan, batches: list[Batch], name: str, side: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
@@ -82,11 +69,11 @@ def _counted(
     return low, high, counts, max(1 / scales)
 
 
-def _sorted(cells: list[np.ndarray], most: float, number: int, possible: float = 0.0) -> Scores | None:
+def _sorted(cells: list[np.ndarray], most: float, number: int) -> Scores | None:
     """Scores, of which there are so many, from some that were counted by size; None where none of them was."""
     order = np.argsort(cells[0], kind="stable")
     low, high, counts = (each[order] for each in cells)
     if number > 0 and not counts.any():
         return None
     share = counts.sum() / number if number > 0 else 1.0
-    return Scores(low, high, 0.5 * (low + high), counts, most, share, possible)
+    return Scores(low, high, 0.5 * (low + high), counts, most, share)

@@ -18,7 +18,7 @@ from transport.results.path_classes import PathClass
 from transport.results.quality import MORE, findings_of_error
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
-from transport.results.sizes import possible_of, scores_alike
+from transport.results.sizes import scores_alike
 from transport.results.stacked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
 from transport.results.survivors import missing_survivors
 from transport.shapes import Box, Sphere
@@ -150,7 +150,7 @@ class VolumeReading(Quantified):
     def scores(self) -> Scores:
         """How many scores there are, in all cells, as if they were alike."""
         number = int(totals_of(self._counts).sum())
-        return scores_alike(number, possible_of(self._plan, self._batches, number))
+        return scores_alike(number)
 
     def _way_through_cell(self) -> float:
         """About the mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
