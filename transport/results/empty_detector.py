@@ -88,10 +88,13 @@ def none_can_arrive(detectors: list[Detector]) -> str:
     return f"no light can arrive at detector {names}: its {side} faces away from {why}"
 
 
-def are_parted(scene: Scene, one: Sided, other: Sided) -> bool:
-    """Whether an opaque room encloses one of two shapes and not the other, so that no light passes between them."""
-    opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
-    rooms = rooms_of(opaque)
+def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None) -> bool:
+    """Whether an opaque room encloses one of two shapes and not the other, so that no light passes between them.
+
+    number: of the surface that the other one is, if it is any; a room of which it is a wall parts it from nothing.
+    """
+    opaque = {k: s for k, s in enumerate(scene.surfaces) if not lets_through(s.material)}
+    rooms = [room for room in rooms_of(opaque) if number not in room.numbers]
     return any((_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other)) for room in rooms)
 
 

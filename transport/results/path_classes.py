@@ -171,7 +171,9 @@ def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[str]:
             continue
         if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
             continue
-        if _faces_away(surface.shape, surface.material, shape) or are_parted(scene, (shape, side), (surface.shape, None)):
+        if _faces_away(surface.shape, surface.material, shape) or are_parted(
+            scene, (shape, side), (surface.shape, None), number
+        ):
             continue
         found.append(repr(surface.name) if surface.name else titled(surface, number))
     return found
