@@ -23,7 +23,7 @@ from transport.emissions import Isotropic, Lambertian
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, Mixture, simple_parts
 from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
-from transport.shapes.distances import least_distance, least_height
+from transport.shapes.distances import is_behind, least_distance, least_height
 from transport.shapes.supports import are_on_one_support
 from transport.validation import refuse, shown
 
@@ -50,7 +50,7 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
-    nearest: float  # the largest share of its weight that a flight from a birth or wall counts which a ray tells of as well
+    nearest: dict[str, float]  # by side, the largest share of its weight that a flight from a birth or a wall there counts which a ray tells of as well
     scattered: Callable[[float], float] | None  # that of a flight from a collision at least so far away [m]; None without any
 
 
@@ -98,10 +98,26 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
     held = _held(shape, values, is_pure, sheet)
-    near = [kind for kind in (*births.values(), walls) if kind is not None and not is_pure]
-    nearest = max((_flights_share(shape, *kind) for kind in near), default=0.0)
+    nearest = {side: 0.0 if is_pure else _nearest(plan, shape, side) for side in ("front", "back")}
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
     return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest, scattered)
+
+
+def _nearest(plan: Plan, shape: Shape, side: str) -> float:
+    """The largest share of births and of diffuse walls that are not behind a side of a detector."""
+    places = [
+        (emitter.shape, max(law.values()), isinstance(emitter.source.emission, Isotropic))
+        for emitter in plan.emitters
+        if (law := _law(emitter))
+    ]
+    places += [
+        (surface.shape, LAMBERTIAN, False)
+        for surface in plan.scene.surfaces
+        if any(isinstance(part, Diffuse) for part in simple_parts(surface.material))
+    ]
+    if isinstance(shape, FlatShape):
+        places = [place for place in places if not is_behind(place[0], shape, side)]
+    return max((_flights_share(shape, peak, _gap(where, shape, filled)) for where, peak, filled in places), default=0.0)
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:

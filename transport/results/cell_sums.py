@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from transport.cameras import Instrument
 from transport.compile.adjoint import Part, Turned
 from transport.results.findings import Finding
-from transport.results.path_classes import classes_of_lamps
+from transport.results.path_classes import chances_of_sensor
 from transport.results.stacked import Stacked, is_large, totals_of
 
 
@@ -89,12 +88,7 @@ class CellSums:
         """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1]."""
         histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
         met = {lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps}
-        found = []
-        for lamp, each in classes_of_lamps(self.plan, sensor, self.parts, met):
-            finding = each.finding(title, histories)
-            if finding is not None:
-                found.append(replace(finding, bound=finding.bound * max(part.gains[lamp] for part in self.parts)))
-        return found
+        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories))
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:

@@ -13,21 +13,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.sizes import EDGES
+from transport.detectors import Detector
 from transport.emissions import Beam
 from transport.estimators import backward
-from transport.materials import Black, Diffuse, Material, Mirror, Transparent, TwoSided, simple_parts
+from transport.materials import (
+    Black,
+    Diffuse,
+    Material,
+    Mirror,
+    Transparent,
+    TwoSided,
+    lets_through,
+    simple_parts,
+)
 from transport.materials.surface import titled
+from transport.points import PointDetector
 from transport.results.empty_detector import are_parted
 from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
 from transport.results.quality import MORE
-from transport.shapes import FlatShape, Shape
+from transport.shapes import Disk, FlatShape, Point, Rectangle, Shape, Sphere
+from transport.shapes.crossings import crossings
 from transport.shapes.distances import is_behind
 from transport.sides import IS_BACK, OTHER_SIDE
 from transport.validation import listed
@@ -36,11 +48,12 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.adjoint import Part
     from transport.compile.plan import Plan
-    from transport.detectors import Detector
     from transport.results.batches import Batch
     from transport.scene import Scene
     from transport.sources import Source
 
+PAIRS = 1 << 14  # lines between a sensor and a lamp
+CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 
 @dataclass(frozen=True)
@@ -120,7 +133,7 @@ def _classes_of_detector(
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     shape = scene.shape_of(detector)
     unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape, looks)]
-    largest = 1.0 if unconnected else expectation.nearest
+    largest = 1.0 if unconnected else expectation.nearest[looks]
     flights, rays = (int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches)) for k in plan.size_blocks[name, side][:2])
     number = large_scores(plan, batches, name, side, largest, flights)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
@@ -128,11 +141,23 @@ def _classes_of_detector(
     yield PathClass("light that rays connect", rays, 1 / expectation.scale, "use more particles")
 
 
-def classes_of_lamps(plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]]) -> Iterator[tuple[int, PathClass]]:
-    """Those of a detector that histories start from, of each lamp; met: by lamp how often flights and rays came to it.
+def chances_of_sensor(
+    plan: Plan, title: str, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]], histories: float
+) -> Iterator[Finding]:
+    """What a detector that histories start from may have missed, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
-    largest: in units of what a sum of 1 over one history is.
+    met: by lamp how often flights and rays came to it;  histories: those that started there.
     """
+    for number, each in _classes_of_lamps(plan, sensor, parts, met):
+        finding = each.finding(title, histories) if isinstance(each, PathClass) else each
+        if finding is not None:
+            yield replace(finding, bound=finding.bound * max(part.gains[number] for part in parts))
+
+
+def _classes_of_lamps(
+    plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]]
+) -> Iterator[tuple[int, PathClass | Finding]]:
+    """Those of each lamp by its number; largest: in units of what a sum of 1 over one history is."""
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
     told = {k: expected[lamp.seen_by.name] for k, lamp in enumerate(plan.turned.lamps) if lamp.seen_by.name in expected}
@@ -143,6 +168,10 @@ def classes_of_lamps(plan: Plan, sensor: object, parts: list[Part], met: dict[in
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = list(mirrors_of(scene, shape, side))
         seen = not _is_hidden(scene, sensor, parts, shape, side)
+        if seen and not met[number][0] and (bound := _unseen_by_pairs(scene, sensor, parts, shape, side)) is not None:
+            seen = False
+            what = f"light straight from {lamp.name!r}, which no line between them shows"
+            yield number, Finding(DOUBTFUL, "", "", what, bound, "use more particles", name="path class")
         if mirrors or seen:
             ways = [f"from {lamp.name!r}"] * seen + [f"by {listed(mirrors)}"] * bool(mirrors)
             yield number, PathClass(f"light {' or '.join(ways)}", met[number][0], 1.0, "use more particles")
@@ -236,6 +265,66 @@ def _is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, sid
         if not are_parted(scene, (part.shape, looks), (lamp, side)):
             return False
     return True
+
+
+def _unseen_by_pairs(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> float | None:
+    """A bound of the share of a sensor's view that a lamp fills, of which no line between the two shows any.
+
+    As of scores that none has seen, of PAIRS lines between even points on both; None where a line shows it, or where no points can be
+    drawn on either.
+    """
+    rng, share = np.random.default_rng(0), 0.0
+    is_directed = isinstance(sensor, Detector)
+    if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
+        return None
+    for part in parts:
+        ends = [points_on(shape, rng.random((PAIRS, 2))) for shape in (part.shape, lamp)]
+        if None in [None if end is None else 0 for end in ends]:
+            return None
+        (start, facing), (end, emitting) = ends
+        ways = end - start
+        distances = np.linalg.norm(ways, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ways = ways / distances[:, None]
+            there = np.maximum(-(ways * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
+            here = np.maximum((ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0)
+            kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
+        lit = kernel > 0
+        if (lit & ~_are_blocked(scene, start, ways, distances)).any():
+            return None
+        share = max(share, unseen_scores(0) * float(kernel.max(initial=0.0)) / PAIRS)
+    return share
+
+
+def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Points even over the area of a shape, from numbers (n, 2) within [0, 1), and its normals there, (n, 3); None of other shapes."""
+    u, v = numbers.T
+    if isinstance(shape, Point):
+        return np.broadcast_to(shape.position, (len(u), 3)), np.zeros((len(u), 3))
+    if isinstance(shape, Sphere) and shape.is_closed:
+        z, turn = 2 * u - 1, 2 * math.pi * v
+        rho = np.sqrt(1 - z * z)
+        normals = np.stack([rho * np.cos(turn), rho * np.sin(turn), z], axis=1)
+        return np.array(shape.center) + shape.radius * normals, normals
+    if isinstance(shape, Disk):
+        r, turn = np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)), 2 * math.pi * v
+        x, y = r * np.cos(turn), r * np.sin(turn)
+    elif isinstance(shape, Rectangle) and shape.hole is None:
+        x, y = (u - 0.5) * shape.width, (v - 0.5) * shape.height
+    else:
+        return None
+    e_u, e_v, normal = (np.array(axis) for axis in shape.frame)
+    return np.array(shape.center) + np.outer(x, e_u) + np.outer(y, e_v), np.broadcast_to(normal, (len(u), 3))
+
+
+def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Whether an opaque surface stands between the ends of each line."""
+    blocked = np.zeros(len(start), bool)
+    for surface in scene.surfaces:
+        if not lets_through(surface.material):
+            met = crossings(surface.shape, start, ways).distances / distances[:, None]
+            blocked |= ((met > CLEAR) & (met < 1 - CLEAR)).any(axis=1)
+    return blocked
 
 
 def _cure(scene: Scene) -> str:
