@@ -125,7 +125,8 @@ def _classes_of_detector(
             yield PathClass("light", scores, heaviest, MORE)
             if not is_aimed:
                 return
-            heaviest *= min(mean * sum(b.histories for b in batches) / sum(b.born for b in batches), 1.0)  # on its way
+            born = sum(batch.born for batch in batches)
+            heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0  # on its way
         number = large_scores(plan, batches, name, side, heaviest, scores)
         yield PathClass("the heaviest births of an aim" if is_aimed else "light", number, heaviest, MORE)
         return
