@@ -1,0 +1,267 @@
+"""Error bars of single bins, from variances pooled over neighbouring bins.
+
+The variance among a bin's own batches is a bad judge of rare large scores.  A bin that has met none reads low and
+claims little, a bin that has met one reads high and claims much, so that the claim depends on the luck of the value.
+Neighbouring bins have other luck but nearly the same variance, so they know it better.
+
+The difficulty is to tell an edge in the picture from luck.  The *inner spread* does it: the spread of the inner three
+quarters of a bin's batches, which rare scores do not touch.  Bins are pooled with neighbours of like inner spread, as a
+bilateral filter does (Tomasi & Manduchi 1998; on a grid of levels: Chen, Paris & Durand 2007), over windows that
+double in reach.  How well a window knows the variance is judged by the fourth cumulant of all its batches, and each
+window is moderated by the next wider one (Smyth 2004).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from transport.results.enough import MIN_SCORES
+
+REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
+INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
+MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
+OWN_SHARE = 0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
+PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
+MIN_DOF = MIN_SCORES / 2  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
+
+
+class Pooled(NamedTuple):
+    """Error bars of bins; each array has the shape of the bins, (*dims)."""
+
+    error: np.ndarray  # one standard error [unit of the deviations]; nan where it is not known
+    dof: np.ndarray  # its degrees of freedom
+    is_doubtful: np.ndarray  # whether it is known, but too few scores or too unlike ones carry it
+
+
+class Moments(NamedTuple):
+    """What the batches of each bin tell of the variance of its mean; the last three in units of 4**level, 16**level."""
+
+    level: np.ndarray  # the power of 4 below the square of the inner spread; 0 for sparse bins
+    share: np.ndarray  # of the bin that belongs to the level above, 0 to 1
+    is_sparse: np.ndarray  # whether most batches gave the same, so that the bin has no inner spread
+    variance: np.ndarray  # of the mean
+    noise: np.ndarray  # variance of `variance`, free of bias
+    fourth: np.ndarray  # square of the true variance, free of bias
+
+
+def pooled_errors(
+    deviations: np.ndarray,
+    sizes: np.ndarray,
+    known: np.ndarray,
+    axes: Sequence[int],
+    periodic: Sequence[int] = (),
+) -> Pooled | None:
+    """Return error bars of the mean of each bin, from the variances of bins like it in its neighbourhood.
+
+    Parameters
+    ----------
+    deviations : ndarray (B, *dims)
+        Deviation of each batch from the mean.
+    sizes : ndarray (B,)
+        Histories in each batch.
+    known : ndarray (*dims) of bool
+        Which bins have an error of their own; others are left out.
+    axes : sequence of int
+        Axes of the bins along which bins are neighbours, 0 for the first of `dims`.
+    periodic : sequence of int
+        Those of `axes` along which the last bin lies beside the first.
+
+    Returns
+    -------
+    Pooled or None
+        None where there are fewer than MIN_BATCHES batches: then nothing is pooled.
+
+    Notes
+    -----
+    Let s² be the variance of a bin's mean from its own B batches, and k its fourth cumulant (Fisher's k-statistic).
+    Then var(s²) = k / B + 2 σ⁴ / (B - 1).  A window of n bins has the mean variance v, known to D = 2 n v² / <var(s²)>
+    degrees of freedom; the worse of this window's and the next wider one's <var(s²)> / v² counts, because a window
+    that has not met the rare score does not know that it is rare.  From the widest window on inwards,
+    E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its own variance is added
+    with OWN_SHARE of its degrees of freedom.
+
+    A sparse bin, most batches of which gave the same, is always doubtful and claims at least its own error.
+    """
+    batches = len(deviations)
+    known = np.asarray(known, dtype=bool)
+    if batches < MIN_BATCHES:
+        return None
+    bins = np.flatnonzero(known)
+    flat = np.asarray(deviations).reshape(batches, -1)[:, bins]
+    moments = _moments(flat, sizes)
+    sums = [
+        np.zeros((len(REACHES), 4, bins.size)),  # over the windows, of 1, variance, noise, fourth
+        np.zeros(bins.size),  # the bin's own weight in them
+    ]
+    for members, weights, rise in _levels(moments):
+        _add_windows(sums, moments, (members, weights, rise), bins, known.shape, axes, periodic)
+    variance, dof = _moderated(*sums, moments, batches)
+    variance = np.where(moments.is_sparse, np.maximum(variance, moments.variance), variance)
+    error = np.full(known.size, np.nan)
+    error[bins] = np.ldexp(np.sqrt(variance), moments.level)
+    of_bins = np.full(known.size, batches - 1.0)
+    of_bins[bins] = dof
+    doubtful = np.zeros(known.size, dtype=bool)
+    doubtful[bins] = (dof < MIN_DOF) | moments.is_sparse
+    return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
+
+
+def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
+    """Moments of bins (B, n), each scaled by a power of 2, so that no square leaves the range of a float."""
+    count = len(deviations)
+    _, exponent = np.frexp(np.abs(deviations).max(axis=0))
+    roots = np.sqrt(np.asarray(sizes) / np.sum(sizes))[:, None]
+    scaled = np.ldexp(deviations, -exponent)
+    inner = np.sort(np.abs(scaled - np.median(scaled, axis=0)) * roots, axis=0)[: int(INNER * count)]
+    spread = (inner**2).mean(axis=0)
+    squares = (scaled * roots) ** 2
+    second, fourth = squares.sum(axis=0), (squares**2).sum(axis=0)
+    is_sparse = spread * count <= ROUNDING**2
+    with np.errstate(divide="ignore"):
+        power = np.where(is_sparse, 0.0, np.log2(np.where(is_sparse, 1.0, spread)) / 2 + exponent)
+    level = np.where(is_sparse, exponent.max(initial=0), np.floor(power)).astype(int)
+    # Fisher's k-statistic k4, and from it the square of the variance without the part that is its noise.
+    variance = second / (count - 1)
+    k4 = count * (count + 1) * fourth - 3 * (count - 1) * second**2
+    k4 = k4 / ((count - 1) * (count - 2) * (count - 3))
+    square = (count - 1) / (count + 1) * (variance**2 - k4 / count)
+    noise = k4 / count + 2 * square / (count - 1)
+    rise = 2 * (exponent - level)
+    return Moments(
+        level,
+        np.where(is_sparse, 0.0, power - level),
+        is_sparse,
+        np.ldexp(variance, rise),
+        np.ldexp(noise, 2 * rise),
+        np.ldexp(square, 2 * rise),
+    )
+
+
+def _levels(moments: Moments) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The bins of each level of inner spread: which they are, their weights in it, and how far the level is above theirs."""
+    found = []
+    sparse = np.flatnonzero(moments.is_sparse)
+    if sparse.size:
+        found.append((sparse, np.ones(sparse.size), np.zeros(sparse.size, dtype=int)))
+    dense = np.flatnonzero(~moments.is_sparse)
+    level, share = moments.level[dense], moments.share[dense]
+    for here in np.unique(np.concatenate([level, level + 1])):
+        own, below = level == here, (level == here - 1) & (share > 0)
+        members = np.concatenate([dense[own], dense[below]])
+        weights = np.concatenate([1 - share[own], share[below]])
+        rise = np.repeat([0, 1], [np.count_nonzero(own), np.count_nonzero(below)])
+        if members.size:
+            found.append((members, weights, rise))
+    return found
+
+
+def _add_windows(
+    sums: list[np.ndarray],
+    moments: Moments,
+    level: tuple[np.ndarray, np.ndarray, np.ndarray],
+    bins: np.ndarray,
+    shape: tuple[int, ...],
+    axes: Sequence[int],
+    periodic: Sequence[int],
+) -> None:
+    """Add the sums over all windows of one level of inner spread, for the bins that belong to it."""
+    members, weights, rise = level
+    of_windows, of_own = sums
+    places = np.array(np.unravel_index(bins[members], shape))
+    # Nobody outside the box of the members reads or adds anything; a periodic axis stays whole.
+    low = np.array([0 if axis in periodic else least for axis, least in enumerate(places.min(axis=1))])
+    high = np.array(
+        [shape[axis] if axis in periodic else most + 1 for axis, most in enumerate(places.max(axis=1))]
+    )
+    places = tuple(places - low[:, None])
+    terms = np.zeros((4, *(high - low)))
+    each = [np.ones(members.size), moments.variance[members], moments.noise[members], moments.fourth[members]]
+    steps = [0 * rise, 2 * rise, 4 * rise, 4 * rise]  # from units of a bin's own level to those of this one
+    for row, numbers, step in zip(terms, each, steps, strict=True):
+        row[places] = weights * np.ldexp(numbers, -step)
+    for k, reach in enumerate(REACHES):
+        found = window_sums(terms, reach, [1 + axis for axis in axes], [1 + axis for axis in periodic])
+        for row, step in enumerate(steps):
+            of_windows[k, row, members] += weights * np.ldexp(found[(row, *places)], step)
+    of_own[members] += weights**2
+
+
+def _moderated(
+    sums: np.ndarray, own: np.ndarray, moments: Moments, batches: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of each bin's mean, in units of its level, and its degrees of freedom."""
+    bare = 2 / (batches - 1)  # relative variance of a variance of that many normal batches
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.fourth])
+        others = sums - own * each
+        # A bin without others like it, or beside which they vanish in rounding, stands for itself.
+        is_alone = (others[:, 0] <= ROUNDING * own) | (others[:, 1] <= ROUNDING * own * moments.variance)
+        sums = np.where(is_alone[:, None], sums, others)
+        count, mean = sums[:, 0], sums[:, 1] / sums[:, 0]
+        noise, square = sums[:, 2] / count, np.maximum(sums[:, 3] / count, mean**2)
+        of_window = _worse_of_next(np.maximum(noise / mean**2, bare))  # if all were like the mean of the window
+        of_bin = _worse_of_next(np.maximum(noise / square, bare))  # of a bin as noisy as those of the window
+        variance, relative = mean[-1], of_window[-1] / count[-1]
+        for k in reversed(range(len(count) - 1)):
+            dof = 2 * count[k] / of_window[k]
+            variance, relative = _mixed(mean[k], dof, variance, relative, PRIOR_DOF)
+        variance, relative = _mixed(
+            moments.variance, OWN_SHARE * 2 / of_bin[0], variance, relative, 2 / relative
+        )
+    return variance, 2 / relative
+
+
+def _mixed(
+    inner: np.ndarray, dof: np.ndarray, wider: np.ndarray, relative: np.ndarray, prior: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """A variance known to so many degrees of freedom, moderated by a wider one, and its relative variance."""
+    weight = dof / (dof + prior)
+    return weight * inner + (1 - weight) * wider, weight**2 * 2 / dof + (1 - weight) ** 2 * relative
+
+
+def _worse_of_next(values: np.ndarray) -> np.ndarray:
+    """Of each window the larger of its own and the next wider one's."""
+    return np.maximum(values, np.concatenate([values[1:], values[-1:]]))
+
+
+def window_sums(terms: np.ndarray, reach: int, axes: Sequence[int], periodic: Sequence[int]) -> np.ndarray:
+    """Return sums over windows of `reach` bins to each side along `axes`.
+
+    Sums of 2, 4, 8, ... neighbours are made of each other, so that nothing is subtracted and nothing cancels.  At the
+    end of an axis the window is cut off, on a periodic axis it goes on at the other end.
+    """
+    for axis in axes:
+        length = terms.shape[axis]
+        far = min(reach, (length - 1) // 2 if axis in periodic else length - 1)
+        if far:
+            moved = np.moveaxis(terms, axis, -1)
+            ends = [(0, 0)] * (terms.ndim - 1) + [(far, far)]
+            padded = np.pad(moved, ends, mode="wrap" if axis in periodic else "constant")
+            terms = np.moveaxis(_running_sums(padded, 2 * far + 1), -1, axis)
+    return terms
+
+
+def _running_sums(values: np.ndarray, width: int) -> np.ndarray:
+    """Sums of so many neighbours along the last axis, for each that has all of them."""
+    found, done = None, 0  # sums of the first `done` neighbours from each place on
+    of_power, power = values, 1
+    left = values.shape[-1] - width + 1
+    while power <= width:
+        if width & power:
+            part = of_power[..., done : done + left]
+            found = part if found is None else found + part
+            done += power
+        if 2 * power <= width:
+            of_power = of_power[..., :-power] + of_power[..., power:]
+        power *= 2
+    return found
+
+
+def covers_circle(edges: np.ndarray) -> bool:
+    """Whether bins of azimuth with these edges [rad] go round."""
+    return math.isclose(edges[-1] - edges[0], 2 * math.pi, rel_tol=1e-9)
