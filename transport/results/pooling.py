@@ -22,6 +22,7 @@ import numpy as np
 from transport.results.enough import MIN_SCORES
 
 REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
+AROUND = 2  # reach within which bins are counted that have few scores
 INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
 MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
 OWN_SHARE = 0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
@@ -43,10 +44,11 @@ class Moments(NamedTuple):
 
     level: np.ndarray  # the power of 4 below the square of the inner spread; 0 for sparse bins
     share: np.ndarray  # of the bin that belongs to the level above, 0 to 1
-    is_sparse: np.ndarray  # whether most batches gave the same, so that the bin has no inner spread
+    is_sparse: np.ndarray  # whether so many batches gave the same that the bin has no inner spread
+    is_thin: np.ndarray  # whether half of them did
     variance: np.ndarray  # of the mean
     noise: np.ndarray  # variance of `variance`, free of bias
-    fourth: np.ndarray  # square of the true variance, free of bias
+    square: np.ndarray  # of the true variance, free of bias
 
 
 def pooled_errors(
@@ -85,7 +87,8 @@ def pooled_errors(
     E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its own variance is added
     with OWN_SHARE of its degrees of freedom.
 
-    A sparse bin, most batches of which gave the same, is always doubtful and claims at least its own error.
+    A sparse bin, most batches of which gave the same, claims at least its own error.  Thin bins are doubtful where most
+    of those around them are sparse: not each for itself, as those with luck would then be left.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
@@ -95,7 +98,7 @@ def pooled_errors(
     flat = np.asarray(deviations).reshape(batches, -1)[:, bins]
     moments = _moments(flat, sizes)
     sums = [
-        np.zeros((len(REACHES), 4, bins.size)),  # over the windows, of 1, variance, noise, fourth
+        np.zeros((len(REACHES), 4, bins.size)),  # over the windows, of 1, variance, noise, square
         np.zeros(bins.size),  # the bin's own weight in them
     ]
     for members, weights, rise in _levels(moments):
@@ -107,7 +110,7 @@ def pooled_errors(
     of_bins = np.full(known.size, batches - 1.0)
     of_bins[bins] = dof
     doubtful = np.zeros(known.size, dtype=bool)
-    doubtful[bins] = (dof < MIN_DOF) | moments.is_sparse
+    doubtful[bins] = (dof < MIN_DOF) | _has_few_scores(moments, bins, known.shape, axes, periodic)
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
 
@@ -117,8 +120,8 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     _, exponent = np.frexp(np.abs(deviations).max(axis=0))
     roots = np.sqrt(np.asarray(sizes) / np.sum(sizes))[:, None]
     scaled = np.ldexp(deviations, -exponent)
-    inner = np.sort(np.abs(scaled - np.median(scaled, axis=0)) * roots, axis=0)[: int(INNER * count)]
-    spread = (inner**2).mean(axis=0)
+    apart = np.sort(np.abs(scaled - np.median(scaled, axis=0)) * roots, axis=0)
+    spread = (apart[: int(INNER * count)] ** 2).mean(axis=0)
     squares = (scaled * roots) ** 2
     second, fourth = squares.sum(axis=0), (squares**2).sum(axis=0)
     is_sparse = spread * count <= ROUNDING**2
@@ -136,6 +139,7 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
         level,
         np.where(is_sparse, 0.0, power - level),
         is_sparse,
+        apart[count // 2] <= ROUNDING,
         np.ldexp(variance, rise),
         np.ldexp(noise, 2 * rise),
         np.ldexp(square, 2 * rise),
@@ -180,7 +184,7 @@ def _add_windows(
     )
     places = tuple(places - low[:, None])
     terms = np.zeros((4, *(high - low)))
-    each = [np.ones(members.size), moments.variance[members], moments.noise[members], moments.fourth[members]]
+    each = [np.ones(members.size), moments.variance[members], moments.noise[members], moments.square[members]]
     steps = [0 * rise, 2 * rise, 4 * rise, 4 * rise]  # from units of a bin's own level to those of this one
     for row, numbers, step in zip(terms, each, steps, strict=True):
         row[places] = weights * np.ldexp(numbers, -step)
@@ -197,22 +201,22 @@ def _moderated(
     """Variance of each bin's mean, in units of its level, and its degrees of freedom."""
     bare = 2 / (batches - 1)  # relative variance of a variance of that many normal batches
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.fourth])
+        each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.square])
         others = sums - own * each
-        # A bin without others like it, or beside which they vanish in rounding, stands for itself.
+        # Of a bin without others like it, or beside which they vanish in rounding, only it is known.
         is_alone = (others[:, 0] <= ROUNDING * own) | (others[:, 1] <= ROUNDING * own * moments.variance)
-        sums = np.where(is_alone[:, None], sums, others)
-        count, mean = sums[:, 0], sums[:, 1] / sums[:, 0]
-        noise, square = sums[:, 2] / count, np.maximum(sums[:, 3] / count, mean**2)
+        count, total, noise, square = np.where(is_alone[:, None], own * each, others).swapaxes(0, 1)
+        mean, noise = total / count, noise / count
         of_window = _worse_of_next(np.maximum(noise / mean**2, bare))  # if all were like the mean of the window
-        of_bin = _worse_of_next(np.maximum(noise / square, bare))  # of a bin as noisy as those of the window
-        variance, relative = mean[-1], of_window[-1] / count[-1]
+        of_bin = _worse_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
+        dof = np.where(is_alone, 0.0, 2 * count / of_window)
+        # Begin with the widest window, and moderate each narrower one with what is known so far.
+        variance = np.where(is_alone[-1], moments.variance, mean[-1])
+        relative = np.where(is_alone[-1], of_bin[-1], 2 / dof[-1])
         for k in reversed(range(len(count) - 1)):
-            dof = 2 * count[k] / of_window[k]
-            variance, relative = _mixed(mean[k], dof, variance, relative, PRIOR_DOF)
-        variance, relative = _mixed(
-            moments.variance, OWN_SHARE * 2 / of_bin[0], variance, relative, 2 / relative
-        )
+            variance, relative = _mixed(mean[k], dof[k], variance, relative, PRIOR_DOF)
+        of_own = np.where(is_alone[-1], 0.0, OWN_SHARE * 2 / of_bin[0])
+        variance, relative = _mixed(moments.variance, of_own, variance, relative, 2 / relative)
     return variance, 2 / relative
 
 
@@ -221,7 +225,26 @@ def _mixed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A variance known to so many degrees of freedom, moderated by a wider one, and its relative variance."""
     weight = dof / (dof + prior)
-    return weight * inner + (1 - weight) * wider, weight**2 * 2 / dof + (1 - weight) ** 2 * relative
+    return weight * inner + (1 - weight) * wider, weight * 2 / (dof + prior) + (1 - weight) ** 2 * relative
+
+
+def _has_few_scores(
+    moments: Moments,
+    bins: np.ndarray,
+    shape: tuple[int, ...],
+    axes: Sequence[int],
+    periodic: Sequence[int],
+) -> np.ndarray:
+    """Whether the values themselves are made of too few scores: of thin bins among which most are sparse."""
+    if not moments.is_sparse.any():
+        return moments.is_sparse
+    marks = np.zeros((2, math.prod(shape)))
+    marks[:, bins] = moments.is_sparse, np.ones(bins.size)
+    sums = window_sums(
+        marks.reshape(2, *shape), AROUND, [1 + axis for axis in axes], [1 + axis for axis in periodic]
+    )
+    sparse, all_ = sums.reshape(2, -1)[:, bins]
+    return moments.is_thin & (2 * sparse >= all_)
 
 
 def _worse_of_next(values: np.ndarray) -> np.ndarray:
