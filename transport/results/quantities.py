@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
+from transport.results.error_bars import error_bars_of
+from transport.results.pooling import Pooled
 from transport.results.replicates import Batches, Replicates, added, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
+AXIS_UNITS = {  # of axes; those of u and v depend on the shape
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
+    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
+}  # fmt: skip
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
 Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
@@ -27,6 +34,7 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
+    _judged: Callable[[], Pooled] | None = None  # error bars known from elsewhere, such as those of a bin of an array
 
     @property
     def value(self) -> Number:
@@ -35,8 +43,16 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def error(self) -> Number:
-        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`)."""
-        return _plain(self._replicates.error)
+        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`).
+
+        That of a bin is known from neighbouring bins as well, see `is_doubtful`; that of a sum from its batches alone.
+        """
+        return _plain(np.asarray(self._error_bars.error))
+
+    @property
+    def is_doubtful(self) -> Number:
+        """Whether the error is unknown, or too few scores carry it even with those of neighbouring bins."""
+        return _plain(np.asarray(self._error_bars.is_doubtful))
 
     @property
     def reason(self) -> Reason:
@@ -51,7 +67,7 @@ class Quantity(Generic[Number, Reason]):
     @property
     def relative_error(self) -> Number:
         """One standard error as a fraction of the value's size; 0 where exact, infinite at a value of 0."""
-        error = self._replicates.error
+        error = np.asarray(self._error_bars.error)
         with np.errstate(divide="ignore", invalid="ignore"):
             return _plain(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
 
@@ -71,8 +87,8 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def dof(self) -> Number:
-        """Degrees of freedom of the error: batches - 1, effective ones for several runs, inf if exact."""
-        return _plain(self._replicates.dof)
+        """Degrees of freedom of the error: batches - 1, effective ones for several runs or bins, inf if exact."""
+        return _plain(np.asarray(self._error_bars.dof))
 
     @property
     def values(self) -> np.ndarray:
@@ -104,7 +120,8 @@ class Quantity(Generic[Number, Reason]):
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
         reach = 0.0
         if not self.exact:
-            reach = student_quantile(0.5 + confidence / 2, self._replicates.dof) * self._replicates.error
+            bars = self._error_bars
+            reach = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
         return _plain(self._replicates.value - reach), _plain(self._replicates.value + reach)
 
     def z(self, exact_value: float | np.ndarray) -> Number:
@@ -121,8 +138,8 @@ class Quantity(Generic[Number, Reason]):
                 )
                 surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
                 return _plain(np.where(agree, 0.0, surely_not))
-            t = (value - expected) / self._replicates.error
-        return _plain(normal_score(t, self._replicates.dof))
+            t = (value - expected) / self._error_bars.error
+        return _plain(normal_score(t, self._error_bars.dof))
 
     def __add__(self, other: Operand) -> Self:
         return self._plus(other, +1)
@@ -179,7 +196,9 @@ class Quantity(Generic[Number, Reason]):
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
             return NotImplemented
-        return self._like(power(self._replicates, exponent), self.unit**exponent)
+        made = self._like(power(self._replicates, exponent), self.unit**exponent)
+        _keep_judgement(made, self)
+        return made
 
     def _plus(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
@@ -193,6 +212,13 @@ class Quantity(Generic[Number, Reason]):
                 f" the second lacks a factor of [{self.unit / other.unit}]"
             )
         return _applied(lambda first, second: added(first, second, sign), self, other, self.unit)
+
+    @cached_property
+    def _error_bars(self) -> Pooled:
+        """Error, degrees of freedom and doubt of each bin."""
+        if self._judged is not None:
+            return self._judged()
+        return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))
 
     def _operand(self, other: object) -> Quantity | None:
         """The other side of an operator; a number or array becomes an exact quantity with the same axes."""
@@ -225,7 +251,24 @@ def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) 
     aligned = (each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second))
     made = (first if first.coords else second)._like(function(*aligned), unit, coords)
     made.axis_units = {**first.axis_units, **second.axis_units}
+    uncertain = [each for each in (first, second) if not each.exact]
+    if len(uncertain) == 1:
+        _keep_judgement(made, *uncertain)
     return made
+
+
+def _keep_judgement(made: Quantity, operand: Quantity) -> None:
+    """Let what is made of one uncertain quantity keep its pooled errors: they grow as those from its batches do."""
+    if made._replicates.is_in_parts or tuple(operand.coords) not in ((), tuple(made.coords)):
+        return
+
+    def judged() -> Pooled:
+        bars, own = operand._error_bars, made._replicates.error
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = own * (bars.error / operand._replicates.error)
+        return Pooled(error, *(np.broadcast_to(each, np.shape(error)) for each in bars[1:]))
+
+    made._judged = judged
 
 
 def _plain(array: np.ndarray) -> Any:
