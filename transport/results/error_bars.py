@@ -16,7 +16,7 @@ from transport.results.replicates import Replicates
 from transport.results.statistics import standard_error, welch_dof
 from transport.results.stacked import Box
 
-NOT_POOLED = ("time", "speed")  # axes along which neighbours are too unlike each other
+POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # axes of place and direction
 CONSTANT = "every batch gave the same"  # the one reason for an unknown error that is no cause for doubt
 
 
@@ -39,7 +39,7 @@ def error_bars_of(
     Pooled
         Read-only arrays (*dims).
     """
-    axes = [axis for axis, name in enumerate(coords) if name not in NOT_POOLED]
+    axes = [axis for axis, name in enumerate(coords) if name in POOLED]
     periodic = [
         axis
         for axis, (name, edges) in enumerate(coords.items())

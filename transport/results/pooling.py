@@ -27,6 +27,7 @@ INNER = 0.75  # share of the batches, those nearest to their median, that make t
 MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
 OWN_SHARE = 0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
 PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
+MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand for its own
 MIN_DOF = MIN_SCORES / 2  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
@@ -40,15 +41,16 @@ class Pooled(NamedTuple):
 
 
 class Moments(NamedTuple):
-    """What the batches of each bin tell of the variance of its mean; the last three in units of 4**level, 16**level."""
+    """What the batches of each bin tell of the variance of its mean; of the last four `noise` and `square` in units of 16**level, the others of 4**level."""
 
-    level: np.ndarray  # the power of 4 below the square of the inner spread; 0 for sparse bins
+    level: np.ndarray  # the power of 4 below the square of the inner spread
     share: np.ndarray  # of the bin that belongs to the level above, 0 to 1
     is_sparse: np.ndarray  # whether so many batches gave the same that the bin has no inner spread
     is_thin: np.ndarray  # whether half of them did
     variance: np.ndarray  # of the mean
     noise: np.ndarray  # variance of `variance`, free of bias
     square: np.ndarray  # of the true variance, free of bias
+    largest: np.ndarray  # square of the most that one batch adds to the mean
 
 
 def pooled_errors(
@@ -85,10 +87,11 @@ def pooled_errors(
     degrees of freedom; the worse of this window's and the next wider one's <var(s²)> / v² counts, because a window
     that has not met the rare score does not know that it is rare.  From the widest window on inwards,
     E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its own variance is added
-    with OWN_SHARE of its degrees of freedom.
+    with OWN_SHARE of its degrees of freedom, or with more where fewer than MIN_BINS others are like it.
 
     A sparse bin, most batches of which gave the same, claims at least its own error.  Thin bins are doubtful where most
-    of those around them are sparse: not each for itself, as those with luck would then be left.
+    of those around them are sparse: not each for itself, as those with luck would then be left.  A bin is doubtful as well if one of its batches
+    alone moves the mean by more than 5 errors: of like scores of that size fewer than 1 / MIN_SCORES are due in it.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
@@ -110,7 +113,8 @@ def pooled_errors(
     of_bins = np.full(known.size, batches - 1.0)
     of_bins[bins] = dof
     doubtful = np.zeros(known.size, dtype=bool)
-    doubtful[bins] = (dof < MIN_DOF) | _has_few_scores(moments, bins, known.shape, axes, periodic)
+    is_lone = moments.largest > MIN_SCORES * variance
+    doubtful[bins] = (dof < MIN_DOF) | is_lone | _has_few_scores(moments, bins, known.shape, axes, periodic)
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
 
@@ -121,13 +125,16 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     roots = np.sqrt(np.asarray(sizes) / np.sum(sizes))[:, None]
     scaled = np.ldexp(deviations, -exponent)
     apart = np.sort(np.abs(scaled - np.median(scaled, axis=0)) * roots, axis=0)
-    spread = (apart[: int(INNER * count)] ** 2).mean(axis=0)
+    inner = (apart[: int(INNER * count)] ** 2).mean(axis=0)
     squares = (scaled * roots) ** 2
     second, fourth = squares.sum(axis=0), (squares**2).sum(axis=0)
-    is_sparse = spread * count <= ROUNDING**2
-    with np.errstate(divide="ignore"):
-        power = np.where(is_sparse, 0.0, np.log2(np.where(is_sparse, 1.0, spread)) / 2 + exponent)
-    level = np.where(is_sparse, exponent.max(initial=0), np.floor(power)).astype(int)
+    is_sparse = inner * count <= ROUNDING**2
+    # Of a sparse bin the typical size of its scores stands for the inner spread.
+    scores = np.maximum(np.count_nonzero(apart > ROUNDING, axis=0), 1)
+    size = np.take_along_axis(apart, (count - (scores + 1) // 2)[None], axis=0)[0]
+    size = np.where(size > 0, size, 1.0)
+    power = np.log2(np.where(is_sparse, size, np.sqrt(inner))) + exponent
+    level = np.floor(power).astype(int)
     # Fisher's k-statistic k4, and from it the square of the variance without the part that is its noise.
     variance = second / (count - 1)
     k4 = count * (count + 1) * fourth - 3 * (count - 1) * second**2
@@ -137,30 +144,29 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     rise = 2 * (exponent - level)
     return Moments(
         level,
-        np.where(is_sparse, 0.0, power - level),
+        power - level,
         is_sparse,
         apart[count // 2] <= ROUNDING,
         np.ldexp(variance, rise),
         np.ldexp(noise, 2 * rise),
         np.ldexp(square, 2 * rise),
+        np.ldexp((squares * roots**2).max(axis=0), rise),
     )
 
 
 def _levels(moments: Moments) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """The bins of each level of inner spread: which they are, their weights in it, and how far the level is above theirs."""
     found = []
-    sparse = np.flatnonzero(moments.is_sparse)
-    if sparse.size:
-        found.append((sparse, np.ones(sparse.size), np.zeros(sparse.size, dtype=int)))
-    dense = np.flatnonzero(~moments.is_sparse)
-    level, share = moments.level[dense], moments.share[dense]
-    for here in np.unique(np.concatenate([level, level + 1])):
-        own, below = level == here, (level == here - 1) & (share > 0)
-        members = np.concatenate([dense[own], dense[below]])
-        weights = np.concatenate([1 - share[own], share[below]])
-        rise = np.repeat([0, 1], [np.count_nonzero(own), np.count_nonzero(below)])
-        if members.size:
-            found.append((members, weights, rise))
+    for kind in (moments.is_sparse, ~moments.is_sparse):
+        group = np.flatnonzero(kind)
+        level, share = moments.level[group], moments.share[group]
+        for here in np.unique(np.concatenate([level, level + 1])):
+            own, below = level == here, (level == here - 1) & (share > 0)
+            members = np.concatenate([group[own], group[below]])
+            weights = np.concatenate([1 - share[own], share[below]])
+            rise = np.repeat([0, 1], [np.count_nonzero(own), np.count_nonzero(below)])
+            if members.size:
+                found.append((members, weights, rise))
     return found
 
 
@@ -212,11 +218,14 @@ def _moderated(
         dof = np.where(is_alone, 0.0, 2 * count / of_window)
         # Begin with the widest window, and moderate each narrower one with what is known so far.
         variance = np.where(is_alone[-1], moments.variance, mean[-1])
-        relative = np.where(is_alone[-1], of_bin[-1], 2 / dof[-1])
+        relative = np.where(is_alone[-1], bare, 2 / dof[-1])
         for k in reversed(range(len(count) - 1)):
             variance, relative = _mixed(mean[k], dof[k], variance, relative, PRIOR_DOF)
-        of_own = np.where(is_alone[-1], 0.0, OWN_SHARE * 2 / of_bin[0])
-        variance, relative = _mixed(moments.variance, of_own, variance, relative, 2 / relative)
+        # Of few others it is not known how unlike each other bins are: then a bin judges itself, as if it were alone.
+        trust = np.where(is_alone[-1], 0.0, np.minimum(1.0, count[-1] / MIN_BINS))
+        share = 1 + (OWN_SHARE - 1) * trust
+        of_own = share * 2 / (trust * of_bin[0] + (1 - trust) * bare)
+        variance, relative = _mixed(moments.variance, of_own, variance, relative, trust * 2 / relative)
     return variance, 2 / relative
 
 
