@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter
 
 from viz.style import MUTED, figure_at, with_unit
-from viz.uncertainty import ERRORS, TITLE, VALUES, error_norm, gap_words, hatch, percent_of, tick_errors
+from viz.uncertainty import ERRORS, TITLE, VALUES, error_norm, hatch, percent_of, tick_errors
 
 WORST = 100.0  # %, at the top of the scale of errors at the most
 WIDTH = 6.2  # inches, of an image
@@ -83,8 +83,9 @@ def seen(
         else:
             theta, phi = (np.arange(n + 1) - 0.5 for n in doubtful.shape)
         hatch(right, doubtful, phi, theta)
-        if words := gap_words(percent, np.zeros(percent.shape, dtype=bool), doubtful):
-            right.set_title(f"hatched: {words}", fontsize=15, color=MUTED, pad=8)
+        kinds = {"no error known": np.isnan(percent), "doubtful error": doubtful}
+        if hatched := [words for words, where in kinds.items() if where.any()]:
+            right.set_title(f"hatched: {', '.join(hatched)}", fontsize=15, color=MUTED, pad=8)
     return path
 
 

@@ -119,7 +119,9 @@ def hatch(
         codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
         # One path for all bins: hatching each of them takes seconds.
         path = Path(outlines.reshape(-1, 2), np.tile(codes, len(outlines)))
-        axes.add_patch(PathPatch(path, facecolor="none", edgecolor=DOUBT, linewidth=0, hatch=HATCHING, zorder=3))
+        axes.add_patch(
+            PathPatch(path, facecolor="none", edgecolor=DOUBT, linewidth=0, hatch=HATCHING, zorder=3)
+        )
 
 
 def gap_words(percent: np.ndarray, unscored: np.ndarray, doubtful: np.ndarray | None = None) -> str | None:

@@ -14,7 +14,6 @@ from transport.results.aside import let_go, room_for
 from transport.results.pooling import Pooled, covers_circle, pooled_errors
 from transport.results.replicates import Replicates
 from transport.results.statistics import standard_error, welch_dof
-from transport.results.stacked import Box
 
 POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # axes of place and direction
 CONSTANT = "every batch gave the same"  # the one reason for an unknown error that is no cause for doubt

@@ -25,10 +25,14 @@ REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
 AROUND = 2  # reach within which bins are counted that have few scores
 INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
 MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
-OWN_SHARE = 0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
+OWN_SHARE = (
+    0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
+)
 PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
 MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand for its own
-MIN_DOF = MIN_SCORES / 2  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+MIN_DOF = (
+    MIN_SCORES / 2
+)  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
 
@@ -91,7 +95,8 @@ def pooled_errors(
 
     A sparse bin, most batches of which gave the same, claims at least its own error.  Thin bins are doubtful where most
     of those around them are sparse: not each for itself, as those with luck would then be left.  A bin is doubtful as well if one of its batches
-    alone moves the mean by more than 5 errors: of like scores of that size fewer than 1 / MIN_SCORES are due in it.
+    alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES): of scores of that size fewer than one in 50 bins has
+    one.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
@@ -113,7 +118,7 @@ def pooled_errors(
     of_bins = np.full(known.size, batches - 1.0)
     of_bins[bins] = dof
     doubtful = np.zeros(known.size, dtype=bool)
-    is_lone = moments.largest > MIN_SCORES * variance
+    is_lone = moments.largest > 2 * MIN_SCORES * variance
     doubtful[bins] = (dof < MIN_DOF) | is_lone | _has_few_scores(moments, bins, known.shape, axes, periodic)
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
@@ -133,8 +138,8 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     scores = np.maximum(np.count_nonzero(apart > ROUNDING, axis=0), 1)
     size = np.take_along_axis(apart, (count - (scores + 1) // 2)[None], axis=0)[0]
     size = np.where(size > 0, size, 1.0)
-    power = np.log2(np.where(is_sparse, size, np.sqrt(inner))) + exponent
-    level = np.floor(power).astype(int)
+    power = np.log2(np.where(is_sparse, size, np.sqrt(inner)))
+    level = exponent + np.floor(power).astype(int)
     # Fisher's k-statistic k4, and from it the square of the variance without the part that is its noise.
     variance = second / (count - 1)
     k4 = count * (count + 1) * fourth - 3 * (count - 1) * second**2
@@ -144,7 +149,7 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     rise = 2 * (exponent - level)
     return Moments(
         level,
-        power - level,
+        power - np.floor(power),
         is_sparse,
         apart[count // 2] <= ROUNDING,
         np.ldexp(variance, rise),
@@ -213,7 +218,9 @@ def _moderated(
         is_alone = (others[:, 0] <= ROUNDING * own) | (others[:, 1] <= ROUNDING * own * moments.variance)
         count, total, noise, square = np.where(is_alone[:, None], own * each, others).swapaxes(0, 1)
         mean, noise = total / count, noise / count
-        of_window = _worse_of_next(np.maximum(noise / mean**2, bare))  # if all were like the mean of the window
+        of_window = _worse_of_next(
+            np.maximum(noise / mean**2, bare)
+        )  # if all were like the mean of the window
         of_bin = _worse_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
         dof = np.where(is_alone, 0.0, 2 * count / of_window)
         # Begin with the widest window, and moderate each narrower one with what is known so far.

@@ -34,7 +34,9 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
-    _judged: Callable[[], Pooled] | None = None  # error bars known from elsewhere, such as those of a bin of an array
+    _judged: Callable[[], Pooled] | None = (
+        None  # error bars known from elsewhere, such as those of a bin of an array
+    )
 
     @property
     def value(self) -> Number:
