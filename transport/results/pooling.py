@@ -33,6 +33,7 @@ MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand 
 MIN_DOF = (
     MIN_SCORES / 2
 )  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+UNLIKELY = 1e-3  # chance of an own variance so large, below which the bin is unlike its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
 
@@ -111,15 +112,18 @@ def pooled_errors(
     ]
     for members, weights, rise in _levels(moments):
         _add_windows(sums, moments, (members, weights, rise), bins, known.shape, axes, periodic)
-    variance, dof = _moderated(*sums, moments, batches)
-    variance = np.where(moments.is_sparse, np.maximum(variance, moments.variance), variance)
+    variance, dof, of_bin = _moderated(*sums, moments, batches)
+    is_unlike = _chance_of(moments.variance / variance, of_bin) < UNLIKELY
+    claims_own = is_unlike | moments.is_sparse
+    variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
     error = np.full(known.size, np.nan)
     error[bins] = np.ldexp(np.sqrt(variance), moments.level)
     of_bins = np.full(known.size, batches - 1.0)
     of_bins[bins] = dof
     doubtful = np.zeros(known.size, dtype=bool)
     is_lone = moments.largest > 2 * MIN_SCORES * variance
-    doubtful[bins] = (dof < MIN_DOF) | is_lone | _has_few_scores(moments, bins, known.shape, axes, periodic)
+    has_few = _has_few_scores(moments, bins, known.shape, axes, periodic)
+    doubtful[bins] = (dof < MIN_DOF) | is_unlike | is_lone | has_few
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
 
@@ -208,8 +212,8 @@ def _add_windows(
 
 def _moderated(
     sums: np.ndarray, own: np.ndarray, moments: Moments, batches: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Variance of each bin's mean, in units of its level, and its degrees of freedom."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Variance of each bin's mean, in units of its level, its degrees of freedom, and those of a bin's own variance."""
     bare = 2 / (batches - 1)  # relative variance of a variance of that many normal batches
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.square])
@@ -233,7 +237,14 @@ def _moderated(
         share = 1 + (OWN_SHARE - 1) * trust
         of_own = share * 2 / (trust * of_bin[0] + (1 - trust) * bare)
         variance, relative = _mixed(moments.variance, of_own, variance, relative, trust * 2 / relative)
-    return variance, 2 / relative
+    return variance, 2 / relative, 2 / of_bin.max(axis=0)
+
+
+def _chance_of(ratio: np.ndarray, dof: np.ndarray) -> np.ndarray:
+    """Probability that a bin's own variance exceeds the true one by this ratio."""
+    from scipy.special import gammaincc
+
+    return gammaincc(dof / 2, dof / 2 * ratio)
 
 
 def _mixed(
