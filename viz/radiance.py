@@ -107,7 +107,7 @@ def _map_errors(axes: Axes, below: Axes, bins: DirectionBins) -> None:
     error_bar(mesh, norm, cax=below)
     hatch(axes, *on_plan(bins, bins.doubtful & ~np.isnan(percent)))
     if words := gap_words(percent, bins.unscored, bins.doubtful):
-        explain_hatching(axes, words)
+        explain_hatching(axes, words.replace(", ", ",\n"))
 
 
 def _draw_cut(

@@ -17,7 +17,6 @@ from viz.style import HATCHING, MUTED, PALE
 VALUES, ERRORS = "inferno", "cividis"  # both perceptually uniform, and unlike each other
 TITLE = "relative standard error  [%]"
 TRUSTED = 0.25  # relative error; less certain bins do not stretch a scale
-DOUBT = "#ffffff"  # hatching above a map of errors
 WIDE = 5.0  # times the least error, from which on the scale is logarithmic
 
 
@@ -120,7 +119,7 @@ def hatch(
         # One path for all bins: hatching each of them takes seconds.
         path = Path(outlines.reshape(-1, 2), np.tile(codes, len(outlines)))
         axes.add_patch(
-            PathPatch(path, facecolor="none", edgecolor=DOUBT, linewidth=0, hatch=HATCHING, zorder=3)
+            PathPatch(path, facecolor="none", edgecolor=MUTED, linewidth=0, hatch=HATCHING, zorder=3)
         )
 
 
