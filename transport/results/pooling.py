@@ -23,6 +23,7 @@ from transport.results.enough import MIN_SCORES
 
 REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
 AROUND = 2  # reach within which bins are counted that have few scores
+MOST_IN_WINDOW = 33**2  # bins in a window; of more than two axes windows therefore reach less far
 INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
 MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
 OWN_SHARE = (
@@ -106,12 +107,14 @@ def pooled_errors(
     bins = np.flatnonzero(known)
     flat = np.asarray(deviations).reshape(batches, -1)[:, bins]
     moments = _moments(flat, sizes)
+    long = sum(known.shape[axis] > 1 for axis in axes)
+    reaches = [reach for reach in REACHES if reach == 1 or (2 * reach + 1) ** long <= MOST_IN_WINDOW]
     sums = [
-        np.zeros((len(REACHES), 4, bins.size)),  # over the windows, of 1, variance, noise, square
+        np.zeros((len(reaches), 4, bins.size)),  # over the windows, of 1, variance, noise, square
         np.zeros(bins.size),  # the bin's own weight in them
     ]
     for members, weights, rise in _levels(moments):
-        _add_windows(sums, moments, (members, weights, rise), bins, known.shape, axes, periodic)
+        _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
     variance, dof, of_bin = _moderated(*sums, moments, batches)
     is_unlike = _chance_of(moments.variance / variance, of_bin) < UNLIKELY
     claims_own = is_unlike | moments.is_sparse
@@ -183,6 +186,7 @@ def _add_windows(
     sums: list[np.ndarray],
     moments: Moments,
     level: tuple[np.ndarray, np.ndarray, np.ndarray],
+    reaches: Sequence[int],
     bins: np.ndarray,
     shape: tuple[int, ...],
     axes: Sequence[int],
@@ -203,7 +207,7 @@ def _add_windows(
     steps = [0 * rise, 2 * rise, 4 * rise, 4 * rise]  # from units of a bin's own level to those of this one
     for row, numbers, step in zip(terms, each, steps, strict=True):
         row[places] = weights * np.ldexp(numbers, -step)
-    for k, reach in enumerate(REACHES):
+    for k, reach in enumerate(reaches):
         found = window_sums(terms, reach, [1 + axis for axis in axes], [1 + axis for axis in periodic])
         for row, step in enumerate(steps):
             of_windows[k, row, members] += weights * np.ldexp(found[(row, *places)], step)
