@@ -46,6 +46,25 @@ def test_image_is_upright_and_not_mirrored():
     assert row < 3 and column < 4
 
 
+@pytest.mark.parametrize("kind", ["lamp in fog", "fog that glows"])
+@pytest.mark.parametrize("distance", [0.0, 1.0, 2.5])
+def test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves(kind, distance):
+    """Along one ray: (1 - exp(-depth)) / absorption of the glow, times exp(-tau) of the fog before it."""
+    thick, before, within = 1.5, 0.6, 1.3  # m and m^-1
+    box = tp.Box(center=(distance + thick / 2, 0, 0), size=(thick, 1.0, 2.0))
+    eye = tp.Camera(name="eye", position=(-1e-9, 0, 0), look_at=(1, 0, 0), pixels=(2, 1), field_of_view=1e-6)
+    if kind == "lamp in fog":
+        lit = {"sources": tp.Source(box, tp.Isotropic(power=4 * math.pi * box.volume)), "surfaces": ()}
+        within = before
+    else:
+        glow = tp.Medium(absorption=within, emission=1.0)
+        lit = {"sources": (), "surfaces": tp.Surface(box, tp.Transparent(), "body", inside=glow)}
+    scene = tp.Scene(**lit, detectors=eye, medium=tp.Medium(absorption=before))
+    radiance = tp.simulate(scene, 1000, seed=1, progress=False)["eye"].radiance
+    exact = math.exp(-before * distance) * -math.expm1(-within * thick) / within
+    np.testing.assert_allclose(radiance.value, exact, rtol=1e-8)
+
+
 def test_map_tells_where_light_comes_from():
     scene = tp.Scene(
         [lamp_at((0, 2, 2))], (), [tp.EnvironmentMap(name="map", position=(0, 0, 0), theta=4, phi=4)]

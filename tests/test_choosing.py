@@ -12,8 +12,19 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from transport.estimators import aimed, methods
-from transport.estimators.choosing import Choice, Pilot, cheapest, choose, price_of, usual_quantities
+from transport.estimators.choosing import (
+    Choice,
+    Pilot,
+    _mean_of,
+    cheapest,
+    choose,
+    chosen,
+    price_of,
+    usual_quantities,
+)
 from transport.estimators.methods import Method
+from transport.results.estimates import Batches, Estimate
+from transport.results.findings import Finding
 
 ANALOG, AIMED, EXPECTED = (Method(name) for name in ("analog", "aimed", "expected"))
 RADIANCE, RADIUS = 100.0, 0.01
@@ -56,10 +67,17 @@ def fake_run(errors, calls):
         if errors[method] is None:
             raise tp.SceneError("refused: no")
         calls.append((method, particles))
-        quantity = SimpleNamespace(relative_error=errors[method] / math.sqrt(particles), values=np.ones(32))
+        quantity = one(errors[method] / math.sqrt(particles))
         return SimpleNamespace(quantity=lambda name: quantity, particles=particles)
 
     return run
+
+
+def one(error, value=1.0, findings=()):
+    """An estimate of this value and standard error."""
+    signs = np.resize([1.0, -1.0], 32)
+    made = Estimate(value + error * math.sqrt(31) * signs, Batches(np.full(32, 100)), "W")
+    return made._with_findings(lambda: findings)
 
 
 def stand_in_choice(monkeypatch, errors, pace, targets=None):
@@ -84,6 +102,43 @@ def test_the_choice_is_by_error_squared_times_seconds_whatever_the_pilots_sizes(
         assert choice.method == taken
         assert [each.price for each in choice.pilots] == pytest.approx([9e-6 / faster, 1e-6])
         assert sum(particles * pace[method] for method, particles in calls) < 1.0  # s, of fractions of one
+
+
+def pilots_of(*estimates, particles=1000):
+    """Pilots of analog, aimed, expected, of a second each, that estimated so."""
+    made = []
+    for method, (estimate, price) in zip((ANALOG, AIMED, EXPECTED), estimates, strict=False):
+        mean, doubt = _mean_of("m.flux_in", estimate, 0.01)
+        made.append(Pilot(method, price, 32.0, particles, "", 1.0, (mean,), *doubt))
+    return made
+
+
+def test_a_way_whose_mean_lies_below_another_by_more_than_chance_is_out_however_cheap():
+    choice = chosen(pilots_of((one(0.1, 2.61), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
+    assert choice.method == ANALOG and choice.is_trusted
+    assert any("aimed lies 6" in line and "below analog, so it misses light" in line for line in choice.lines)
+    near = chosen(pilots_of((one(0.1, 2.0), 10.0), (one(1e-9, 1.785), 1e-9)), has_error=False)
+    assert near.method == AIMED  # two standard errors are chance
+
+
+def test_of_ways_that_agree_one_is_called_too_low_in_one_choice_of_ten_thousand():
+    """2000 choices among three with errors of 31 degrees of freedom: none is expected to fail, two would be rejected."""
+    rng = np.random.default_rng(4)
+    out = 0
+    for _ in range(2000):
+        draws = [Estimate(1 + rng.normal(size=32), Batches(np.full(32, 100)), "W") for _ in range(3)]
+        out += any(chosen(pilots_of(*((draw, 1.0) for draw in draws)), has_error=False).reasons)
+    assert out <= 2
+
+
+def test_a_doubtful_way_is_out_unless_the_run_settles_it():
+    few = Finding("doubtful", "detector 'm'", "", "only 5 scores of light", 0.5, times=5.0)
+    unseen = Finding("doubtful", "detector 'm'", "", "light by 'mirror' not sampled", 1.0)
+    for finding, longer, taken in ((few, 4, AIMED), (few, 6, ANALOG), (unseen, 90, AIMED), (unseen, 110, ANALOG)):
+        pilots = pilots_of((one(0.001, findings=(finding,)), 1.0), (one(0.01), 10.0))
+        assert chosen(pilots, has_error=False, particles=longer * 1000).method == taken
+    lost = chosen(pilots_of((one(0.001, findings=(unseen,)), 1.0)), has_error=False, particles=1000)
+    assert not lost.is_trusted and "no way can be trusted here" in lost.lines[0]
 
 
 def test_pilots_that_are_refused_are_told_and_not_taken(monkeypatch):
@@ -112,7 +167,7 @@ def test_a_quantity_that_a_way_cannot_read_is_a_refusal_of_that_way(monkeypatch)
         def quantity(name):
             if method == AIMED:
                 raise tp.SceneError("read radiance")
-            return SimpleNamespace(relative_error=0.1, values=np.ones(4))
+            return one(0.1)
 
         return SimpleNamespace(quantity=quantity, particles=particles)
 

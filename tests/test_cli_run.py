@@ -64,7 +64,8 @@ def test_run_json_has_the_settled_keys(call):
     assert record["sim"] == "disk"
     assert record["parameters"] == {"distance": 3}
     (quantity,) = record["quantities"]
-    assert list(quantity) == ["name", "value", "error", "unit", "exact", "z"]
+    assert list(quantity) == ["name", "value", "error", "unit", "verdict", "findings", "exact", "z"]
+    assert quantity["verdict"] == "sound" and quantity["findings"] == []
     assert quantity["unit"] == "W m^-2"
     assert abs(quantity["z"]) < 5
     assert math.isclose(quantity["exact"], math.pi * 100 / 37)

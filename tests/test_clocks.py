@@ -164,6 +164,26 @@ def test_what_flies_faster_is_there_sooner():
         assert_follows(judged, np.append(wrong, 1 - wrong.sum()), FALSE_ALARM)
 
 
+@pytest.mark.parametrize("pulse", [None, tp.BoxPulse(1.0, 5.0), tp.GaussianPulse(3.0, 0.35)], ids=str)
+def test_when_a_particle_is_born_does_not_tell_how_fast_it_is(pulse):
+    """A thermal wall effuses: in every bin of time the share 1 - (1 + x) exp(-x) has speeds below x.
+
+    x is the squared speed over 2 sigma^2.
+    """
+    sigma, wall = 2.0, tp.Disk(radius=1.0)
+    times, x = np.array([0.0, 1.5, 2.5, 3.5, 4.5, 6.0]), np.array([0.0, 0.5, 1.0, 1.7, 2.7, 5.0, 40.0])
+    gas = tp.Effusive(number=1.0, speed=tp.Maxwellian(sigma=sigma))
+    look = tp.Detector(wall, "wall", times=times, speeds=sigma * np.sqrt(2 * x))
+    born = counts(
+        run(tp.Scene(tp.Source(wall, gas, pulse=pulse), [], look, duration=6.0), 200_000)["wall"], DEPARTURES
+    )
+    law = np.outer(born.sum(axis=1) / born.sum(), np.diff(-(1 + x) * np.exp(-x)))
+    law /= law.sum()
+    assert_follows(born, law, FALSE_ALARM)
+    with pytest.raises(AssertionError, match="chi-square"):
+        assert_follows(np.sort(born, axis=0), law, FALSE_ALARM)
+
+
 def test_a_lamp_switched_on_is_steady_once_its_farthest_light_has_come():
     """A disk, 2 m away: nothing before 2 s, the steady irradiance after sqrt(4.25) + 0.06 s; light flies at 1 m/s."""
     lamp = tp.Source(

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.agreement import assert_agrees
+from transport.bins import Positions
 from transport.compile import compile_scene
 from transport.compile.layout import ABSORBED, BORN, LOST
 from transport.detectors import Detector
@@ -23,6 +24,7 @@ from transport.materials import Black, Diffuse, Surface
 from transport.results.estimates import Batches, Estimate
 from transport.scene import Scene
 from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.simulate import simulate
 from transport.sources import Isotropic, Lambertian, Source
 from transport.theory.emitters import point_flux_through_disk
 from transport.theory.sun import sphere_solid_angle
@@ -30,6 +32,7 @@ from transport.theory.view_factors import coaxial_disks, opposed_rectangles, per
 from transport.validation import SceneError
 
 FALSE_ALARM = 1e-6
+DEPARTURES = 1
 BATCHES = 24
 AIMED, NEAR, FAR = 12_000, 40_000, 200_000  # histories of a batch
 ONE = 1 << 63  # the weight 1 in units of the sums
@@ -314,3 +317,30 @@ def test_a_wrong_weight_is_caught(aim):
         machine = machine_of(program_of(plan))
         with pytest.raises(AssertionError, match="z = "):
             assert_same(met(machine, run(machine), once(shape)), blind)
+
+
+PLANES = {"up": (0, 0, 1), "east": (1, 0, 0), "north": (0, 1, 0), "sloped": (1, -2, 3)}
+
+
+@pytest.mark.parametrize("shape", [Disk, Rectangle])
+@pytest.mark.parametrize("name", PLANES)
+def test_an_aim_changes_where_particles_fly_but_not_where_they_are_born(shape, name):
+    """Detectors on the source and on a patch of its plane count the same births with and without aim."""
+    normal = np.array(PLANES[name]) / np.linalg.norm(PLANES[name])
+    size = {"radius": 0.5} if shape is Disk else {"width": 1.0, "height": 0.6}
+    place, aim = (0.3, -0.2, 0.7), Sphere(center=tuple(50 * normal), radius=0.1)
+    lamp, e_u = (
+        shape(center=place, normal=tuple(normal), **size),
+        shape(normal=tuple(normal), **size).frame[0],
+    )
+    patch = Disk(center=tuple(place + 0.2 * np.array(e_u)), normal=tuple(normal), radius=0.15)
+    looks = [Detector(lamp, "lamp", positions=Positions(u=3, v=4)), Detector(patch, "patch")]
+    aimed, free = (
+        simulate(Scene(Source(lamp, LIGHT, target), detectors=looks), 3000, seed=1, progress=False)
+        for target in (aim, None)
+    )
+    for look in looks:
+        born, exact = (run[look.name].sums.blocks("counts", DEPARTURES).sum(axis=0) for run in (aimed, free))
+        np.testing.assert_array_equal(born, exact)
+        assert born.sum() > 100
+    assert aimed["patch"].flux_out.value < 1e-3 * free["patch"].flux_out.value

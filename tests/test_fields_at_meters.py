@@ -41,6 +41,15 @@ def test_light_from_all_sides_has_its_fluence_and_presses_with_a_third_of_its_en
     assert_agrees(meter.pressure, 4 * math.pi / 3 / LIGHT_SPEED, FALSE_ALARM)
 
 
+def test_light_of_each_speed_presses_by_its_energy_over_its_own_speed():
+    """Two beams, 3 W at 0.5 m/s and 5 W at 2 m/s, press with 6 and 2.5 N; matter has v instead of 1/v."""
+    at, into, meter = tp.Point(position=(0, 0, -1)), (0, 0, 1), tp.Disk(radius=0.5)
+    beams = [tp.Source(at, tp.Beam(into, power=p, speed=v)) for p, v in ((3.0, 0.5), (5.0, 2.0))]
+    found = told(beams, tp.Detector(meter, "meter", side="back", moments=True))["meter"]
+    assert_agrees(found.pressure * (meter.area * 1.0), 3.0 / 0.5 + 5.0 / 2.0, FALSE_ALARM)
+    assert found.pressure.relative_error < 1e-2
+
+
 def test_light_from_below_is_in_the_worlds_lower_bins_of_a_ball():
     """By where it comes from; the ball's normals are met at a mean cosine of 1/4 of its surface."""
     lamp = tp.Source(tp.Sphere(radius=2.0, mu_max=0.0), tp.Lambertian(radiance=5.0), side="back")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import transport as tp
 from tests.agreement import assert_follows
 from tests.driven import Lanes
 from tests.free_flights import FALSE_ALARM, WORDS, draw_only
@@ -71,3 +72,22 @@ def test_extreme_draws_force_collisions_within_the_way(word, tau, monkeypatch):
     lanes.run_plainly(forcing.force_collision)
     assert ((lanes["path"] > 0) & (lanes["path"] <= tau)).all()
     assert ((lanes["weight"] >= 0) & (lanes["caught"] > 0)).all()
+
+
+@pytest.mark.parametrize("tau", [1e-2, 1e-4, 1e-6])
+def test_what_was_forced_is_not_rouletted_for_being_light(tau):
+    """Every history of a pencil beam scatters the same: its albedo times 1 - exp(-tau).
+
+    Roulette that compared a forced copy with the whole birth weight would kill 99 of 100 copies, or more.
+    """
+    albedo, radius = 0.9, 1.0
+    fog = tp.Medium(absorption=(1 - albedo) * tau / (2 * radius), scattering=albedo * tau / (2 * radius))
+    scene = tp.Scene(
+        tp.Source(tp.Point(position=(0, 0, -2)), tp.Beam((0, 0, 1), power=1.0)),
+        tp.Surface(tp.Sphere(radius=radius), tp.Transparent(), "ball", inside=fog),
+        tp.Detector(tp.Sphere(radius=10.0), "sky", side="inside", events=(1, 1)),
+    )
+    result = tp.simulate(scene, 2000, seed=1, tracking=tp.Tracking(forced=True), progress=False)
+    scattered = result["sky"].flux_in
+    assert scattered.value == pytest.approx(albedo * tau, rel=2 * tau)
+    assert scattered.relative_error <= tau

@@ -69,6 +69,20 @@ def test_light_scattered_once_from_a_pencil_beam(name):
     assert not result.warnings
 
 
+@pytest.mark.parametrize("name", PHASES)
+def test_a_speck_in_a_beam_sends_to_each_side_what_its_phase_function_says(name):
+    """All that is scattered is seen under one angle: each point knows p(mu) to a millionth."""
+    phase, radius, sigma, r = PHASES[name], 1e-5, 1e-6, 2.0
+    pencil = tp.Source(tp.Point(position=(0, 0, -1)), tp.Beam((0, 0, 1), power=2.0))
+    cosines = np.array([-0.9, -0.35, 0.0, 0.2, 0.65, 0.999])  # between the table's kinks
+    sines = np.sqrt((1 - cosines) * (1 + cosines))
+    places = r * np.stack([0.6 * sines, 0.8 * sines, cosines], axis=1)
+    speck = filled(tp.Sphere(radius=radius), M(scattering=sigma, phase=phase))
+    *found, _ = seen(pencil, [tuple(place) for place in places], [speck])
+    exact = 2.0 * sigma * 2 * radius * phase.density(cosines) / r**2
+    assert [estimate.value for estimate in found] == pytest.approx(exact, rel=2e-6)
+
+
 def test_it_agrees_with_a_small_volume_detector():
     ball = tp.Sphere(center=(0.4, 0.2, 0.3), radius=0.05)
     voxels = np.random.default_rng(3).uniform(0.2, 2.0, (3, 4, 5))

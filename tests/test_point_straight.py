@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import dblquad
 
 import transport as tp
 from tests.agreement import assert_agrees, smallest_bias
@@ -132,6 +133,41 @@ def test_a_glowing_ball_is_seen_from_inside_from_close_by_and_from_afar():
     for estimate, distance in zip(found[1:], distances[1:], strict=True):
         exact = glow_of_ball(distance) if distance != 1.0 else 2 * math.pi
         assert_agrees(estimate, exact, 1e-6)
+
+
+def glow_of_box(size, place):
+    """The integral of 1/r^2 over a box about the origin that emits 1 W m^-3 sr^-1, as cones on its faces.
+
+    A face at the height h adds the integral of h/r^2 over it, with h < 0 where the place is beyond its plane.
+    """
+    total = 0.0
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        for sign in (-1, 1):
+            h = size[axis] / 2 - sign * place[axis]
+            ends = [(-size[k] / 2 - place[k], size[k] / 2 - place[k]) for k in (i, j)]
+            total += h * dblquad(lambda u, v, h=h: 1 / (h * h + u * u + v * v), *ends[0], *ends[1])[0]
+    return total
+
+
+def test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar():
+    """From within, from both sides of each axis, and from so far that it is treated as any other lamp."""
+    size = (1.0, 2.0, 0.5)
+    lamp = tp.Source(tp.Box(size=size), tp.Isotropic(power=4 * math.pi * math.prod(size)))
+    places = [
+        (0, 0, 0),
+        (0.3, -0.8, 0.1),
+        (0.7, 0, 0),
+        (-0.7, 0, 0),
+        (0.2, 1.2, 0),
+        (0.2, -1.2, 0),
+        (0, 0, 0.4),
+    ]
+    places += [(0, 0, -0.4), (2.0, 3.0, 1.0)]
+    *found, _ = seen(lamp, places, particles=400_000)
+    for estimate, place in zip(found, places, strict=True):
+        assert_agrees(estimate, glow_of_box(size, place), 1e-6)
+        assert smallest_bias(estimate) < 0.05
 
 
 def test_a_glowing_box_that_absorbs_is_seen_as_thick_as_it_is():

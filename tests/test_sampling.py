@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 from numba import njit
@@ -22,10 +23,10 @@ from tests.sampling import (
     lambert,
     rejects,
 )
-from transport.physics import interfaces
+from transport.physics import interfaces, sight
 from transport.physics import microfacets as engine_microfacets
 from transport.physics.device import ARITHMETIC
-from transport.theory import fresnel, microfacets
+from transport.theory import fresnel, microfacets, phases
 
 DRAWS = 100_000
 
@@ -91,6 +92,23 @@ def test_fresnel_in_the_engine_is_that_of_theory(indices):
     assert (found[beyond, 0] == 1).all() if ratio < 1 else (found[:, 0] < 1).all()
     passing = exact < 1
     assert found[passing, 1] == pytest.approx(ratio * fresnel.snell_cosine(cosines[passing], ratio), rel=1e-3)
+
+
+@pytest.mark.parametrize("g", [0.9, 0.3, 1e-9, -0.5, -0.99, 0.0])
+def test_densities_of_phase_functions_in_the_engine_are_those_of_theory(g):
+    """To rounding, compiled and as plain Python, against the formulas in 50 digits."""
+    for mu in (-1.0, -0.7, -1e-9, 0.0, 0.2, 1 - 1e-9, 1.0):
+        with mp.workdps(50):
+            a, m = mp.mpf(g), mp.mpf(mu)
+            exact = float((1 - a * a) / (4 * mp.pi * (1 + a * a - 2 * a * m) ** 1.5))
+            small = float(3 * (1 + m * m) / (16 * mp.pi))
+        plain = getattr(sight.henyey_greenstein_density, "py_func", sight.henyey_greenstein_density)
+        found = sight.henyey_greenstein_density(g, mu), plain(g, mu), phases.henyey_greenstein(mu, g)
+        assert found == pytest.approx([exact] * 3, rel=1e-13)
+        plain = getattr(sight.rayleigh_density, "py_func", sight.rayleigh_density)
+        assert (sight.rayleigh_density(mu), plain(mu), phases.rayleigh(mu)) == pytest.approx(
+            [small] * 3, rel=1e-14
+        )
 
 
 @njit(**ARITHMETIC)

@@ -20,9 +20,9 @@ from transport.experiment import cases_of, experiment, experiment_names, run_exp
 SIMS = (
     "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",
     "directions", "dogleg", "effusion", "flows", "fog", "furnace", "glow", "gonioreflectometer", "half_space",
-    "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra", "phase_space",
-    "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun", "throughput", "tube", "two_elements",
-    "view_factors", "wall_distance",
+    "integrating_sphere", "inverse_square", "lambert_disk", "limits", "magnifier", "milk", "penumbra",
+    "phase_functions", "phase_space", "photon_gas", "point_in_fog", "pressure", "refraction", "slab", "sun",
+    "throughput", "tube", "two_elements", "two_panes", "view_factors", "wall_distance",
 )  # fmt: skip
 FALSE_ALARM = 1e-3  # of all rows of all sims together
 PARTICLES = 10_000_000
@@ -30,8 +30,10 @@ FEWER = {  # where histories are long, or fewer show a bias of a tenth; `transpo
     "camera": 1_000_000, "cloud": 6_000_000, "cost_enclosure": 1_000_000, "cost_fog": 700_000, "cost_glint": 300_000,
     "cost_speck": 300_000, "diffuse_box": 1_000_000, "directions": 3_000_000, "dogleg": 1_200_000, "effusion": 6_000_000,
     "flows": 1_000_000, "furnace": 5_000_000, "glow": 1_500_000, "gonioreflectometer": 8_000_000, "half_space": 4_500_000, "integrating_sphere": 1_000_000,
-    "lambert_disk": 2_000_000, "magnifier": 2_000_000, "milk": 350_000, "phase_space": 5_000_000, "point_in_fog": 1_000_000,
-    "pressure": 1_000_000, "throughput": 2_000_000, "tube": 1_000_000, "two_elements": 1_000_000,
+    "lambert_disk": 2_000_000, "magnifier": 2_000_000, "milk": 350_000,
+    "phase_functions": 1_000_000, "phase_space": 5_000_000, "point_in_fog": 1_000_000, "pressure": 1_000_000,
+    "throughput": 2_000_000, "tube": 1_000_000, "two_elements": 1_000_000,
+    "two_panes": 1_000_000,
     "view_factors": 2_500_000, "wall_distance": 2_000_000,
 }  # fmt: skip
 MOST_DRAWN = 12  # of a sim's cases alone; what else its pictures are is tested in its own file
@@ -141,6 +143,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "magnifier": {"radiance": 7.0, "index": 1.6},
         "milk": {"absorption": 2000.0, "index": 1.5},
         "penumbra": {"radius": 0.1, "gap": 0.4},
+        "phase_functions": {"g": 0.5},
         "phase_space": {"length": 1e-6, "speed": 300.0},
         "photon_gas": {"stuff": "charge", "density": 1e20, "speed": 500.0},
         "point_in_fog": {"mean_free_path": 1e-3},
@@ -151,6 +154,7 @@ def test_parameters_may_be_set_for_all_cases(name):
         "throughput": {"radiance": 7.0, "size": 0.008, "index": 1.6},
         "tube": {"radius": 1e-3},
         "two_elements": {"radiance": 7.0, "distance": 2.0},
+        "two_panes": {"index": 2.4},
         "view_factors": {"obstacle": 0.3},
         "wall_distance": {"radiance": 7.0, "size": 1.0},
     }[name]
@@ -176,8 +180,10 @@ def test_unknown_choices_are_refused_with_the_possible_ones():
         "directions": {"subject": "cube"},
         "flows": {"meter": "open"},
         "inverse_square": {"emitter": "cube"},
+        "phase_functions": {"grains": "dust"},
         "photon_gas": {"stuff": "phlogiston"},
         "sun": {"planet": "Pluto"},
+        "two_panes": {"incidence": "normal"},
     }.items():
         with pytest.raises(tp.SceneError, match=next(iter(wrong.values()))):
             experiment(name).scene(**wrong)

@@ -15,6 +15,8 @@ from tests.agreement import assert_agrees
 from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
 from transport.theory import ordinates
 
+DEPARTURES, PARTICLES = 1, 2000
+
 
 @lru_cache
 def transmitted(tau, albedo):
@@ -46,3 +48,26 @@ def test_no_gain_biases_a_slab_lit_from_either_end(gain, is_upwards):
     assert_agrees(result["top"].flux_out, exact.reflected, FALSE_ALARM)
     assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
     assert result.cost.collisions < 100 * 20_000  # not a copy for each unit of the gain
+
+
+@pytest.mark.parametrize("is_aimed", [False, True])
+def test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does(is_aimed):
+    """After eight mean free paths, mostly of absorption, each weighs 1/gain of its birth weight, within 2.
+
+    An aimed history is kept at its target, where importance is greatest, but is born where it is least.
+    """
+    gain, tau, radius, height = math.exp(6), 8.0, 1e-3, 3.0
+    law, at = tp.Beam((0, 0, -1), power=1.0), tp.Point(position=(0, 0, height))
+    if is_aimed:
+        target = tp.Disk(center=(0, 0, -1), radius=radius)
+        power = 2 / (1 - (height + 1) / math.hypot(height + 1, radius))  # of which 1 W goes there
+        lamp = tp.Source(at, tp.Isotropic(power=power), aim=target)
+    else:
+        lamp = tp.Source(at, law)
+    scene = slab(tau, 0.01)
+    through = run(
+        tp.Scene(lamp, scene.surfaces, scene.detectors), tp.Tracking(splitting=splitting(gain)), PARTICLES
+    )["bottom"]
+    assert through.flux_out.value == pytest.approx(math.exp(-tau), rel=0.1)
+    weight = through.flux_out.value / through.sums.whole("counts", DEPARTURES).sum() * PARTICLES
+    assert 0.5 / gain <= weight <= 2 / gain

@@ -13,6 +13,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
+from tests.doubts import doubt
 from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
 from transport.results.survivors import _played
 from transport.theory import ordinates
@@ -32,36 +33,36 @@ def with_core(tau, albedo):
 def test_what_survivors_of_roulette_would_outweigh_is_warned_of(roulette, particles):
     result = run(with_core(*DEEP), tp.Tracking(roulette=roulette), particles)
     words = [
-        "standard errors",
+        "times it",
         "flux_out of detector 'bottom'",
         f"at {roulette:g} of",
         "Tracking(roulette=1e-1",
     ]
-    assert [word for word in words if word not in result["bottom"].warning] == []
-    assert "fluence rate in volume detector 'core'" in result["core"].warning
-    assert result["top"].warning is None
+    assert [word for word in words if word not in doubt(result, "bottom")] == []
+    assert "fluence_rate of volume detector 'core'" in doubt(result, "core")
+    assert doubt(result, "top") is None
 
 
 def test_forced_collisions_are_warned_of_as_well():
-    assert run(slab(*DEEP), tp.Tracking(forced=True, roulette=0.25))["bottom"].warning is not None
+    assert doubt(run(slab(*DEEP), tp.Tracking(forced=True, roulette=0.25)), "bottom") is not None
 
 
 def test_the_error_that_is_warned_of_is_wrong_and_the_roulette_proposed_mends_it():
     exact = ordinates.slab(*DEEP).transmitted
-    before = run(slab(*DEEP), tp.Tracking(roulette=0.25))["bottom"]
-    assert_rejects(before.flux_out, exact)
-    share = float(before.warning.partition("Tracking(roulette=")[2].partition(")")[0])
-    after = run(slab(*DEEP), tp.Tracking(roulette=share))["bottom"]
-    assert after.warning is None
-    assert_agrees(after.flux_out, exact, FALSE_ALARM)
-    assert after.flux_out.relative_error < 0.03
+    before = run(slab(*DEEP), tp.Tracking(roulette=0.25))
+    assert_rejects(before["bottom"].flux_out, exact)
+    share = float(doubt(before, "bottom").partition("Tracking(roulette=")[2].partition(")")[0])
+    after = run(slab(*DEEP), tp.Tracking(roulette=share))
+    assert doubt(after, "bottom") is None
+    assert_agrees(after["bottom"].flux_out, exact, FALSE_ALARM)
+    assert after["bottom"].flux_out.relative_error < 0.03
 
 
 def test_at_moderate_depth_the_default_is_right_and_silent():
     for tau, albedo in ((8.0, 0.2), (8.0, 0.8), (2.0, 0.9)):
         result = run(with_core(tau, albedo), None, 1_000_000)
         exact = ordinates.slab(tau, albedo)
-        assert [result[name].warning for name in ("top", "bottom", "core")] == [None] * 3
+        assert [doubt(result, name) for name in ("top", "bottom", "core")] == [None] * 3
         assert_agrees(result["bottom"].flux_out, exact.transmitted, FALSE_ALARM)
         assert result["bottom"].flux_out.relative_error < 0.008
 
@@ -69,9 +70,9 @@ def test_at_moderate_depth_the_default_is_right_and_silent():
 def test_a_gain_too_small_is_warned_of_and_one_that_suits_is_not():
     for gain, is_small in ((2.0, True), (1e8, False), (1e10, False)):
         result = run(slab(*DEEP), tp.Tracking(splitting=splitting(gain)))
-        warning = result["bottom"].warning
+        warning = doubt(result, "bottom")
         assert (warning is not None) == is_small
-        assert result["top"].warning is None
+        assert doubt(result, "top") is None
         if is_small:
             assert f"raise its gain, got {gain:g}," in warning
 
@@ -86,15 +87,15 @@ def test_nothing_is_said_where_no_roulette_is_played():
         (slab(1e-6, 0.5), tp.Tracking(forced=True)),
     ):
         result = run(scene, tracking)
-        assert [result[name].warning for name in result] == [None, None]
+        assert [doubt(result, name) for name in result] == [None, None]
 
 
 def test_what_was_never_scattered_needs_no_survivors():
     scene = slab(*DEEP)
     straight = tp.Detector(tp.Plane(center=(0, 0, -1), normal=(0, 0, -1)), "straight", events=0)
     result = run(tp.Scene(scene.sources, scene.surfaces, [*scene.detectors, straight]))
-    assert result["bottom"].warning is not None
-    assert result["straight"].warning is None
+    assert doubt(result, "bottom") is not None
+    assert doubt(result, "straight") is None
     assert_agrees(result["straight"].flux_out, math.exp(-20), FALSE_ALARM)
 
 
@@ -108,7 +109,7 @@ def test_weights_of_an_aimed_lamp_are_those_of_its_histories():
     )
     result = run(tp.Scene(lamp, scene.surfaces, scene.detectors), None, 300_000)
     assert result["bottom"].flux_out.value < 1e-5
-    assert result["bottom"].warning is None
+    assert doubt(result, "bottom") is None
 
 
 def test_what_arrives_before_any_collision_has_no_survivors():
@@ -119,19 +120,19 @@ def test_what_arrives_before_any_collision_has_no_survivors():
     meter = tp.Detector(tp.Disk(center=(0, 0, 1e-3), radius=0.03), "lid")
     result = run(tp.Scene(lamp, slab(8.0, 0.8).surfaces, meter))
     assert 0 < result["lid"].flux_in.relative_error < 1e-6
-    assert result["lid"].warning is None
+    assert doubt(result, "lid") is None
 
 
 def test_what_never_comes_is_doubted_too():
     """Through 60 mean free paths of albedo 0.9 (6e-15) nothing comes in a short run: its inverse is the gain that would do."""
     result = run(slab(60.0, 0.9), None, 20_000)
     assert result["bottom"].flux_out.reason == "no score"
-    assert "nothing has come to detector 'bottom': on the straight way" in result["bottom"].warning
-    assert "gain of about 1 / transmission: 2e+14" in result["bottom"].warning
-    assert result["top"].warning is None
+    assert "nothing has come to detector 'bottom': on the straight way" in doubt(result, "bottom")
+    assert "gain of about 1 / transmission: 2e+14" in doubt(result, "bottom")
+    assert doubt(result, "top") is None
     assert (
         "raise its gain, got 10"
-        in run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000)["bottom"].warning
+        in doubt(run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000), "bottom")
     )
 
 
@@ -140,8 +141,8 @@ def test_the_cells_of_a_volume_are_doubted_one_by_one():
     scene = slab(20.0, 0.5)
     box = tp.Box(center=(0, 0, -0.5), size=(1e3, 1e3, 1))
     scene = tp.Scene(scene.sources, scene.surfaces, tp.VolumeDetector(box, "depth", cells=(1, 1, 20)))
-    assert "'depth', cell (0, 0, " in run(scene, tp.Tracking(roulette=1e-2), 100_000)["depth"].warning
-    assert run(scene, tp.Tracking(roulette=1e-14), 100_000)["depth"].warning is None
+    assert "which matters in 9 of 20 bins" in doubt(run(scene, tp.Tracking(roulette=1e-2), 100_000), "depth")
+    assert doubt(run(scene, tp.Tracking(roulette=1e-14), 100_000), "depth") is None
 
 
 class _Batch:
@@ -152,14 +153,11 @@ class _Batch:
 def test_the_weight_that_roulette_was_played_for_is_told_from_its_balance():
     """With few survivors by what was killed, with many by the variance."""
 
-    class Run:
-        sizes = np.full(32, 1000)
-
     random = np.random.default_rng(1)
     for heaviest in (1.0, 1e-4):
         for played in (1e-3, 30.0, 1e4):  # expected survivors a batch
             balance = heaviest * (played - random.poisson(played, 32))
-            found = _played([_Batch(one) for one in balance], Run, heaviest) * 1000 / heaviest
+            found = _played([_Batch(one) for one in balance], 32_000, heaviest) * 1000 / heaviest
             assert played / 3 < found < 3 * played
 
 
@@ -170,16 +168,17 @@ def test_bins_are_doubted_where_their_total_is_not():
     ground = tp.Surface(tp.Plane(), tp.Transparent(), inside=fog)
     rings = tp.Detector(tp.Disk(radius=12.0), "rings", positions=tp.Positions(u=12))
     scene = tp.Scene(beam, ground, rings)
-    warning = run(scene, tp.Tracking(roulette=1e-2), 100_000)["rings"].warning
-    assert "to what leaves from detector 'rings', bin (" in warning and " more" in warning
+    warning = doubt(run(scene, tp.Tracking(roulette=1e-2), 100_000), "rings")
+    assert "exitance of detector 'rings'" in warning and "which matters in 6 of 10 bins" in warning
     near = tp.Scene(beam, ground, tp.Detector(tp.Disk(radius=3.0), "rings", positions=tp.Positions(u=3)))
-    assert run(near, None, 100_000)["rings"].warning is None
+    assert doubt(run(near, None, 100_000), "rings") is None
 
 
 def test_the_most_that_may_be_missing_is_said():
-    """Nearly all of what comes through never collides."""
-    warning = run(slab(8.0, 1e-4), tp.Tracking(roulette=1e-2))["bottom"].warning
-    assert "may be missing, worth 0.002 of its mean at most" in warning
+    """Nearly all of what comes through never collides: a bound of 0.2 % is no doubt, and in the interval."""
+    flux = run(slab(8.0, 1e-4), tp.Tracking(roulette=1e-2))["bottom"].flux_out
+    assert flux.verdict == "bounded" and flux.findings[0].share == pytest.approx(0.002, rel=0.2)
+    assert flux.interval()[1] - flux.value > flux.findings[0].bound > 0.5 * (flux.interval()[1] - flux.value)
 
 
 def voxels(tau, albedo):
@@ -197,21 +196,22 @@ def voxels(tau, albedo):
 
 def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
     assert (
-        "nothing has come to detector 'bottom': what flies through voxels"
-        in run(voxels(*DEEP))["bottom"].warning
+        "unknown, not 0; what flies through voxels"
+        in doubt(run(voxels(*DEEP)), "bottom")
     )
-    assert "one history that flies through voxels" in run(voxels(10.0, 0.2), None, 20_000)["bottom"].warning
-    assert run(voxels(3.0, 0.8))["bottom"].warning is None
+    assert "only 6 scores" in doubt(run(voxels(10.0, 0.2), None, 20_000), "bottom")
+    assert doubt(run(voxels(3.0, 0.8)), "bottom") is None
 
 
 def test_splitting_goes_on_along_flights_through_voxels():
     """A flight through 20 mean free paths without a collision is split on its way, as it is in a Medium."""
-    result = run(voxels(*DEEP), tp.Tracking(splitting=splitting(1e8)), 200_000)["bottom"]
-    assert_agrees(result.flux_out, ordinates.slab(*DEEP).transmitted, FALSE_ALARM)
-    assert result.warning is None and result.flux_out.relative_error < 0.03
+    result = run(voxels(*DEEP), tp.Tracking(splitting=splitting(1e8)), 200_000)
+    flux = result["bottom"].flux_out
+    assert_agrees(flux, ordinates.slab(*DEEP).transmitted, FALSE_ALARM)
+    assert doubt(result, "bottom") is None and flux.relative_error < 0.03
 
 
 def test_a_splitting_the_wrong_way_round_is_warned_of():
     back = tp.Splitting(start=(0, 0, -1), end=(0, 0, 0), gain=1e8)
-    warning = run(slab(*DEEP), tp.Tracking(splitting=back), 20_000)["bottom"].warning
-    assert "let the Splitting rise towards it" in warning
+    warning = doubt(run(slab(*DEEP), tp.Tracking(splitting=back), 20_000), "bottom")
+    assert "Let the Splitting rise towards it" in warning

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import transport as tp
@@ -42,6 +43,21 @@ def test_steady_light_in_fog_is_in_flight_for_a_lifetime():
     lamp = tp.Source(tp.Point(), tp.Isotropic(power=LIGHT_SPEED / 2.0))
     result = run(tp.Scene(lamp, medium=fog, duration=2.0 / LIGHT_SPEED))
     assert_agrees(result.ledger["in_flight"], -math.expm1(-0.8) / 0.8, FALSE_ALARM)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.5])
+def test_light_that_met_nothing_in_fog_arrives_all_at_once(index):
+    """A lane that has come to the wall waits while others still collide, and its clock with it."""
+    sigma, way = 1.6, 0.26
+    fog = tp.Medium(scattering=sigma, phase=tp.HenyeyGreenstein(0.9), index=index)
+    times = np.linspace(0.0, 2.0, 81) * index / LIGHT_SPEED  # bins of 25 mm of way
+    wall = tp.Surface(tp.Plane(center=(0, 0, way), normal=(0, 0, -1)), tp.Mirror(), "wall")
+    lamp = tp.Source(tp.Point(), tp.Beam((0, 0, 1), energy=1.0), pulse=tp.Instant(0.0))
+    looks = tp.Detector("wall", "straight", events=0, times=times)
+    scene = tp.Scene(lamp, wall, looks, medium=fog, duration=times[-1])
+    arrived = run(scene, "analog", 20_000)["straight"].energy_in
+    assert np.flatnonzero(arrived.value).tolist() == [math.floor(way / 0.025)]
+    assert_agrees(arrived.sum(), math.exp(-sigma * way), FALSE_ALARM)
 
 
 def test_light_spreads_by_the_law_of_random_flights():

@@ -17,7 +17,7 @@ PATCH = tp.Surface(
 ROOF = tp.Surface(tp.Disk(center=(0, 0, 2.001), radius=1e-3), tp.Black(), "roof")
 BRIGHT = tp.Source(tp.Disk(center=(0, 0, 4), normal=(0, 0, -1), radius=0.5), tp.Lambertian(radiance=1.0))
 DIM = 0.0470  # W m^-2 sr^-1: a quarter of the light then comes from the dim lamp
-SAID = "hardly any history has come to Surface 'patch'"
+SAID = "light of Surface 'patch'"
 
 
 def trap(look):
@@ -55,7 +55,7 @@ def test_a_point_detector_falls_into_it_as_well_and_says_so():
 
 
 def test_it_is_silent_once_histories_have_come(truth):
-    result = tp.simulate(trap(METER), 4_000_000, seed=1, estimator="expected")
+    result = tp.simulate(trap(METER), 80_000_000, seed=1, estimator="expected")
     assert not any(SAID in warning for warning in result.warnings)
     assert abs((result["meter"].flux_in - truth).value) < 5 * (result["meter"].flux_in - truth).error
 
@@ -64,4 +64,4 @@ def test_it_is_silent_once_histories_have_come(truth):
 def test_sound_scenes_do_not_raise_it(name):
     for seed in range(5):
         result = tp.simulate(SCENES[name](), 4096, seed=seed, estimator="expected")
-        assert not any("hardly any" in warning for warning in result.warnings)
+        assert not any("hardly any history has come" in warning for warning in result.warnings)

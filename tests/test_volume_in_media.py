@@ -158,3 +158,65 @@ def test_in_a_grid_each_cell_absorbs_by_the_voxels_on_the_way(tracking, scatters
     if scatters:
         assert_agrees(result["other"].fluence_rate - result["hits"].fluence_rate, 0.0, FALSE_ALARM)
         assert_agrees(result["other"].absorbed_power - result["hits"].absorbed_power, 0.0, FALSE_ALARM)
+
+
+LAYER_SIGMA = np.array([0.3, 1.1, 0.2, 2.0, 0.7])  # [m^-1], of layers 1 m thick about the origin
+FACES = np.arange(6) - 2.5
+
+
+def along(axis, length, width):
+    """A vector of the length along one axis, of the width along the others."""
+    return tuple(length if k == axis else width for k in range(3))
+
+
+def layered(axis, scattering=0.0):
+    """Voxels in five layers across an axis: numbers of voxels that differ on all axes tell these apart."""
+    shape = along(axis, 5, 1)
+    sigma = LAYER_SIGMA.reshape(shape)
+    return tp.Grid(box=tp.Box(size=along(axis, 5.0, 3.0)), absorption=sigma, scattering=scattering * sigma)
+
+
+def faded_in(sigma, edges):
+    """Of a beam of 1 W that enters at -2.5: the integrals of its power between edges, each in some layers."""
+    places = np.union1d(FACES, edges)
+    here = sigma[np.clip(np.floor((places[1:] + places[:-1]) / 2 + 2.5).astype(int), 0, 4)]
+    left = np.exp(-np.concatenate([[0.0], np.cumsum(here * np.diff(places))]))
+    integral = np.concatenate([[0.0], np.cumsum(-np.diff(left) / here)])
+    return np.diff(integral[np.searchsorted(places, edges)])
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("filling", ["voxels", "medium"])
+def test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one(filling, axis):
+    """With weighted tracking every digit is right: volumes begin within a layer, and behind a hollow."""
+    sigma = LAYER_SIGMA if filling == "voxels" else np.full(5, SIGMA)
+    grid = layered(axis)
+    medium = grid if filling == "voxels" else tp.Medium(absorption=SIGMA)
+    radii = (0.4, 0.9, 1.3)
+    looks = [
+        tp.VolumeDetector(tp.Box(center=along(axis, 1.1, 0.0), size=along(axis, 1.4, 0.5)), "deep"),
+        tp.VolumeDetector(tp.Box(size=along(axis, 3.2, 0.5)), "cells", along(axis, 7, 1)),
+        tp.VolumeDetector(tp.Sphere(radius=radii[-1]), "shells", radii),
+    ]
+    beam = tp.Source(tp.Point(position=along(axis, -3.0, 0.0)), tp.Beam(along(axis, 1, 0), power=1.0))
+    result = run(tp.Scene(beam, [body(grid.box, medium)], looks), 100, tracking="weighted")
+    found = {name: np.ravel((result[name].fluence_rate * result[name].volumes).value) for name in result}
+    np.testing.assert_allclose(found["deep"], faded_in(sigma, np.array([0.4, 1.8])), rtol=1e-12)
+    np.testing.assert_allclose(found["cells"], faded_in(sigma, np.linspace(-1.6, 1.6, 8)), rtol=1e-12)
+    before, after = (faded_in(sigma, np.sort(sign * np.array(radii))) for sign in (-1, 1))
+    np.testing.assert_allclose(found["shells"], before[::-1] + after, rtol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do(axis):
+    """Each collision uses the coefficients of its own voxel, along whichever axis they change."""
+    cells = along(axis, 5, 1)
+    looks = [tp.VolumeDetector("body", name, cells, estimator=name) for name in ("track", "collision")]
+    grid = layered(axis, scattering=1.5)
+    lamp = tp.Source(grid.box, tp.Lambertian(power=1.0), side="back")
+    result = run(tp.Scene(lamp, [body(grid.box, grid)], looks), 50_000, tracking="weighted")
+    ways, hits = (result[look.name] for look in looks)
+    for quantity in ("fluence_rate", "absorbed_power"):
+        difference = getattr(hits, quantity) - getattr(ways, quantity)
+        assert_agrees(difference, 0.0, FALSE_ALARM)
+        rejects(difference + getattr(ways, quantity) * 0.05, 0.0)

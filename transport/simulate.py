@@ -191,14 +191,16 @@ def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, r
 
 def _choice(scene: Scene, limits: tuple, sampling: str | None, tracking, seed: int) -> Choice:
     """The cheapest way, by pilots that have random numbers of their own; limits: checked before anything runs."""
-    error = checked_limits(scene, *limits, ANALOG.usual_batches).error
+    checked = checked_limits(scene, *limits, ANALOG.usual_batches)
     pilots = {"seed": seed ^ OTHER_NUMBERS, "threads": 1}
     pilot = partial(simulate, scene, tracking=tracking, progress=False, **pilots)
     return choose(
         scene,
-        error,
+        checked.error,
         sampling,
         lambda method, particles: pilot(particles, estimator=method.estimator, sampling=method.sampling),
+        particles=checked.particles,
+        seconds=checked.seconds,
     )
 
 

@@ -1,6 +1,6 @@
 """All faults, by subject."""
 
-from tests.mutants import of_counting, of_estimates, of_flights, of_physics, of_theory
+from tests.mutants import of_combinations, of_counting, of_estimates, of_flights, of_physics, of_theory
 
 FAULTS = (
     *of_physics.FAULTS,
@@ -8,4 +8,5 @@ FAULTS = (
     *of_counting.FAULTS,
     *of_estimates.FAULTS,
     *of_theory.FAULTS,
+    *of_combinations.FAULTS,
 )

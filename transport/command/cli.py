@@ -31,6 +31,7 @@ from transport.command.options import (
 )
 from transport.command.printout import (
     draw_picture,
+    print_checks,
     print_menu,
     print_run,
     say_aside,
@@ -43,6 +44,7 @@ from transport.command.showing import docs, gallery, schema, view
 from transport.command.verifying import verify_laws
 from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.experiment import experiment, experiment_names, outcomes_of
+from transport.results.diagnostics import DIAGNOSTICS
 from transport.validation import SceneError, suggestion
 
 
@@ -250,6 +252,21 @@ def verify(
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
     limits["progress"] = "lines"
     raise typer.Exit((verify_long if long else verify_laws)(sims, limits, json))
+
+
+@app.command()
+def checks(json: Json = False) -> None:
+    """List the diagnostics of every run: what each detects, and what it cannot.
+
+    \b
+    Examples:
+      transport checks
+      transport checks --json
+    """
+    if json:
+        say_json([diagnostic._asdict() for diagnostic in DIAGNOSTICS])
+    else:
+        print_checks()
 
 
 for command in (cost, show, merge, view, effects, gallery, bench, schema, docs):

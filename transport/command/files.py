@@ -8,7 +8,7 @@ import typer
 
 from transport.command.console import say, say_json, say_labelled
 from transport.command.options import Json
-from transport.command.running import bins_record
+from transport.command.running import bins_record, numbers_of
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.report import head_of
@@ -92,7 +92,7 @@ def _record(result: Result) -> dict[str, object]:
         "method": {"estimator": method.estimator, "sampling": method.sampling},
         "complete": result.is_complete,
         "quantities": [
-            {"name": name, "value": q.value, "error": q.error, "unit": str(q.unit)}
+            {"name": name, **numbers_of(q)}
             for name, q in quantities.items()
             if isinstance(q, Estimate)
         ],

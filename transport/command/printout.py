@@ -17,6 +17,7 @@ from transport.command.tables import (
     effect_table,
     ledger_line,
 )
+from transport.results.diagnostics import DIAGNOSTICS
 from transport.experiment import Outcome, experiment, experiment_names, name_of
 from transport.pricing.price_table import price_notes
 from transport.results.report import cost_lines, method_lines, tracking_lines
@@ -45,6 +46,15 @@ def print_menu(with_commands: bool = True) -> None:
         say(
             f"transport run {example}     and: view SIM, gallery, list, verify, cost SIM, effects SIM, bench; --help tells their options"
         )
+
+
+def print_checks() -> None:
+    """The table of diagnostics."""
+    for diagnostic in DIAGNOSTICS:
+        say(diagnostic.name, style="bold")
+        say_labelled("  detects  ", diagnostic.detects, style="cyan")
+        if diagnostic.cannot:
+            say_labelled("  not      ", diagnostic.cannot, style="cyan")
 
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:

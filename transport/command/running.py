@@ -90,7 +90,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     quantities = [
         {
             "name": row_name(outcome, row.name, len(outcomes)),
-            **_numbers(row.estimate),
+            **numbers_of(row.estimate),
             "exact": row.exact,
             "z": score_of(row.estimate, row.exact),
         }
@@ -132,7 +132,8 @@ def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
     """What was measured over bins: nested lists with an axis for each of dims, whose edges coords hold."""
     coords = {dim: edges.tolist() for dim, edges in array.coords.items()}
     numbers = {"value": array.value.tolist(), "error": array.error.tolist(), "unit": str(array.unit)}
-    return {"name": name, "dims": array.dims, "coords": coords, **numbers}
+    doubtful = {"doubtful": array.is_doubtful.tolist()}
+    return {"name": name, "dims": array.dims, "coords": coords, **numbers, **doubtful}
 
 
 def _method(result) -> dict[str, object]:
@@ -141,8 +142,11 @@ def _method(result) -> dict[str, object]:
     return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
 
 
-def _numbers(estimate: Estimate) -> dict[str, object]:
-    return {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
+def numbers_of(estimate: Estimate) -> dict[str, object]:
+    """An estimate for machines, with its verdict and findings."""
+    told = [finding.record() for finding in estimate.findings]
+    numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
+    return numbers | {"verdict": estimate.verdict, "findings": told}
 
 
 def _one_or_all(one: bool, values: list[object]) -> object:

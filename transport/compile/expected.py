@@ -7,7 +7,9 @@ Their sums lie behind those of the flights' crossings, scaled so that the larges
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,6 +50,8 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
+    nearest: float  # the largest share of its weight that a flight from a birth or wall counts which a ray tells of as well
+    scattered: Callable[[float], float] | None  # that of a flight from a collision at least so far away [m]; None without any
 
 
 def fill_expected(plan: Plan) -> None:
@@ -94,7 +98,23 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
     held = _held(shape, values, is_pure, sheet)
-    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale)
+    near = [kind for kind in (*births.values(), walls) if kind is not None and not is_pure]
+    nearest = max((_flights_share(shape, *kind) for kind in near), default=0.0)
+    scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
+    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest, scattered)
+
+
+def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
+    return _flights_share(shape, peak, max(gap, distance))
+
+
+def _flights_share(shape: Shape, peak: float, gap: float) -> float:
+    """The most that a flight counts of what a ray tells as well, from so far away (physics/connections.py)."""
+    if isinstance(shape, Sphere):
+        area, distance = math.pi * shape.radius**2, gap + shape.radius
+    else:
+        area, distance = shape.area, gap
+    return peak * area / (distance**2 + peak * area)
 
 
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:

@@ -20,8 +20,8 @@ HEAVY = 1 << 22  # numbers (bins times batches) of one quantity, beyond which th
 
 
 def reading_html(reading: Quantified) -> str:
-    """The reading with its warning."""
-    warning = getattr(reading, "warning", None)
+    """The reading, with why it counted nothing where that is known."""
+    warning = reading.note and reading.note[1]
     looking = reading.phase_space if isinstance(reading, PhaseReading) else reading.detector
     title = title_of(looking, reading)
     return framed(

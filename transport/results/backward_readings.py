@@ -8,6 +8,8 @@ histories, and a bin costs the same, however small it is.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -20,8 +22,9 @@ from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
 from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
+from transport.results.findings import Finding
 from transport.results.meter_sums import ARRIVALS, MeterSums
-from transport.results.quantified import Quantified
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike, scores_of_cell
@@ -80,11 +83,27 @@ class BackwardReading(Reading):
         )
 
     @cached_property
-    def warning(self) -> str | None:
-        """What to know before trusting it."""
+    def note(self) -> Note | None:
+        """What to know of its histories, or why none met a source."""
         if not self.is_blind:
-            return warning_of(self._cell_sums, self.name)
-        return self._why_dark or (None if self.cannot_arrive else self._cell_sums.doubt(self.name))
+            return thin_note(self._cell_sums, self.name)
+        return note_of(self._why_dark)
+
+    def _classes(self, side: int) -> Iterator[Finding]:
+        """Of lamps that are met by chance alone."""
+        if side != ARRIVALS or self._is_dark(side):
+            return
+        unit = self._extent / self._plan.unit
+        for finding in self._cell_sums.missing(self.detector, self._title):
+            yield replace(finding, bound=finding.bound * unit)
+
+    @cached_property
+    def _extent(self) -> float:
+        """Area times projected solid angle that its cells cover [m^2 sr]."""
+        return sum(float(self.sums._extents(part).sum()) for part in self._cell_sums.parts)
+
+    def scores_on(self, side: int) -> Scores | None:
+        return self.scores
 
     @cached_property
     def _why_dark(self) -> str | None:
@@ -202,7 +221,8 @@ class ViewReading(Quantified):
             values = values * (self._plane_area / self.detector.solid_angles())
         edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
         counts = counts_told(counts)
-        return EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
+        made = EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
+        return self._with_findings(made, 1.0)
 
     @cached_property
     def fluence_rate(self) -> Estimate:
@@ -210,7 +230,8 @@ class ViewReading(Quantified):
         unit, run = Unit.parse("W m^-2"), self._sums.run
         counts = int(sum_of(self._sums.counts[0]))
         if isinstance(self.detector, PointDetector):
-            return Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
+            made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
+            return self._with_findings(made, 4 * math.pi)
         angles = self.detector.solid_angles()
         if not math.isclose(float(angles.sum()), 4 * math.pi, rel_tol=1e-9):
             cure = "use an EnvironmentMap of all directions"
@@ -219,7 +240,7 @@ class ViewReading(Quantified):
             )
         values = self._arranged(self._sums.means[0]) * angles
         values = totals_of(values) if isinstance(values, Stacked) else values.sum(axis=(1, 2))
-        return Estimate(values, run, unit, counts=counts)
+        return self._with_findings(Estimate(values, run, unit, counts=counts), 4 * math.pi)
 
     @cached_property
     def counts(self) -> EstimateOrArray:
@@ -264,12 +285,31 @@ class ViewReading(Quantified):
         return not self._sums.counts[0].any()
 
     @cached_property
-    def warning(self) -> str | None:
-        """What to know before trusting it."""
-        scene, title = self._result.scene, f"detector {self.name!r}"
+    def note(self) -> Note | None:
+        """What to know of its histories, or why none met a source."""
         if not self.is_blind:
-            return warning_of(self._sums, self.name)
-        return why_dark(scene, title, self.detector.position) or self._sums.doubt(self.name)
+            return thin_note(self._sums, self.name)
+        return note_of(why_dark(self._result.scene, self._title, self.detector.position))
+
+    def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
+        """A quantity with what may be missing; factor: what a mean radiance of 1 is in it."""
+
+        def findings() -> Iterator[Finding]:
+            found = [] if self.is_blind and self.note else self._sums.missing(self.detector, self._title)
+            return (replace(finding, bound=finding.bound * factor) for finding in found)
+
+        return made._with_findings(findings, self._result.allowed_of(self.name))
+
+    def totals(self) -> Iterator[tuple[str, Estimate]]:
+        """The mean over all its cells, with what may be missing of it."""
+        means = self._sums.means[0]
+        mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
+        name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
+        yield name, self._with_findings(Estimate(mean, self._sums.run, Unit()), 1.0)
+
+    @property
+    def _title(self) -> str:
+        return f"{self.title}{self.name!r}"
 
     def __repr__(self) -> str:
         what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
@@ -295,11 +335,11 @@ class ViewReading(Quantified):
         return rows[::-1] if isinstance(self.detector, Camera) else rows
 
 
-def warning_of(sums: CellSums, name: str) -> str | None:
-    """What to know of a sensor before trusting it: too few histories for its cells, or sources met too rarely."""
-    if sums.is_thin:
-        return (
-            f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
-            " noise; use more particles or fewer batches"
-        )
-    return sums.doubt(name)
+def thin_note(sums: CellSums, name: str) -> Note | None:
+    """What to know of a sensor that has too few histories for its cells."""
+    if not sums.is_thin:
+        return None
+    return "thin batches", (
+        f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
+        " noise; use more particles or fewer batches"
+    )

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from transport.cameras import Instrument
 from transport.compile.adjoint import Part, Turned
-from transport.results.estimates import Estimate
+from transport.results.findings import Finding
+from transport.results.path_classes import classes_of_lamps
 from transport.results.stacked import Stacked, is_large, totals_of
-from transport.units import Unit
-
-FEW = 10  # meetings with a source, below which one more may matter
 
 
 class CellSums:
@@ -20,7 +19,7 @@ class CellSums:
 
     def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
         turned: Turned = result.plan.turned
-        self.turned, self.batches, self.run = turned, result.batches, result.run
+        self.turned, self.batches, self.run, self.plan = turned, result.batches, result.run, result.plan
         self.parts = turned.parts_of(sensor)
         self.is_view = isinstance(sensor, Instrument)
         self.lamps = tuple(range(len(turned.lamps))) if lamps is None else lamps
@@ -81,35 +80,23 @@ class CellSums:
             return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
         return rows(0, part.cells)
 
-    def doubt(self, name: str) -> str | None:
-        """A source that was met so rarely that one more meeting would change the sensor's mean by more than its error."""
-        values = sum(_mean_of(means) for means in self.means)
-        error = Estimate(values, self.run, Unit()).error
-        for lamp in self.lamps:
-            met = sum(sum_of(self._met(part, lamp)) for part in self.parts)
-            weight = sum(sum_of(self._weights(part, lamp)) for part in self.parts) / met if met else 1.0
-            histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-            change = max(part.gains[lamp] for part in self.parts) * weight / histories
-            if met < FEW and np.isnan(error):
-                return (
-                    f"{name!r} has no score in {int(histories)} histories, so its values are unknown, not 0. If it can see"
-                    f" {self.turned.lamps[lamp].name!r}, use more particles"
-                )
-            if met < FEW and not change <= error:
-                times = "never met" if met == 0 else f"met {met} times"
-                source = self.turned.lamps[lamp].name
-                return (
-                    f"{source!r} was {times} by the histories from {name!r}, and one meeting more would change its mean by"
-                    " more than its error: if it can be seen from there at all, the mean is too low; use more particles"
-                )
-        return None
+    def _met_by(self, lamp: int, block: int) -> int:
+        """How often flights, or rays, of all cells came to a lamp; 0 where no ray is sent to it."""
+        is_told = block == 1 + lamp or lamp in self.turned.scales
+        return int(sum(sum_of(self._rows(part, "counts", block)) for part in self.parts)) if is_told else 0
+
+    def missing(self, sensor: object, title: str) -> list[Finding]:
+        """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1]."""
+        histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
+        met = {lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps}
+        found = []
+        for lamp, each in classes_of_lamps(self.plan, sensor, self.parts, met):
+            finding = each.finding(title, histories)
+            if finding is not None:
+                found.append(replace(finding, bound=finding.bound * max(part.gains[lamp] for part in self.parts)))
+        return found
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:
     """Of all batches and cells."""
     return totals_of(values).sum() if isinstance(values, Stacked) else values.sum()
-
-
-def _mean_of(values: np.ndarray | Stacked) -> np.ndarray:
-    """Of each batch over all cells, (B,)."""
-    return totals_of(values) / values.shape[1] if isinstance(values, Stacked) else values.mean(axis=1)

@@ -68,6 +68,13 @@ def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool
     return _faces_away(scene, (shape, detector.side))
 
 
+def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
+    """Whether geometry proves that no light leaves from the side of a detector: none comes to its other side, and it is no surface."""
+    if isinstance(detector.shape, str) or _has_source_on(scene, shape):
+        return False
+    return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
+
+
 def none_can_arrive(detectors: list[Detector]) -> str:
     """The warning of detectors at which no light can arrive."""
     names = listed([repr(detector.name) for detector in detectors])
@@ -79,6 +86,13 @@ def none_can_arrive(detectors: list[Detector]) -> str:
     side = detectors[0].side
     why = why.format("it", "its normal", repr(OTHER_SIDE[side]), f"its {OTHER_SIDE[side]}")
     return f"no light can arrive at detector {names}: its {side} faces away from {why}"
+
+
+def are_parted(scene: Scene, one: Sided, other: Sided) -> bool:
+    """Whether an opaque room encloses one of two shapes and not the other, so that no light passes between them."""
+    opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
+    rooms = rooms_of(opaque)
+    return any((_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other)) for room in rooms)
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
 from transport.results.aside import let_go
+from transport.results.findings import BOUNDED, DOUBTFUL, Finding
 from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
 from transport.results.pooling import Pooled
@@ -84,7 +86,21 @@ class Estimate(Quantity[float, str | None]):
         return estimate_html(self)
 
     def _in_words(self, number: str = "", sign: str = "") -> str:
-        return measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
+        words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
+        return words + self._doubt_in_words()
+
+    def _doubt_in_words(self) -> str:
+        """What the error leaves out, after a number whose error is known; "" where nothing matters."""
+        worst = next(iter(self.findings), None)
+        if worst is None or self.reason is not None:
+            return ""
+        if worst.severity == DOUBTFUL:
+            return f", doubtful: {worst.what}"
+        if worst.severity != BOUNDED:
+            return ""
+        below, above = (float(bound) for bound in self._bounds)
+        parts = [f"{bound:.1g} {way}" for bound, way in ((above, "more"), (below, "less")) if bound > 0]
+        return f", or up to {' or '.join(parts)}: {worst.what}"
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
@@ -136,14 +152,16 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     def __getitem__(self, index: Index | tuple[Index, ...]) -> EstimateOrArray:
         index = _one_index_an_axis(index, self.shape)
-        replicates = self._replicates.indexed(index)
+        replicates, shape = self._replicates.indexed(index), self.shape
         coords = {}
         for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
             if isinstance(along, slice):
                 start, stop, _ = along.indices(bins)
                 coords[name] = edges[start : max(start, stop) + len(edges) - bins]
-        made = self._like(replicates, self.unit, coords)
-        made._judged = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
+        made = self._like(replicates, self.unit, coords)._with_findings(
+            lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
+        )
+        made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
         return made
 
     def __array__(
@@ -169,11 +187,18 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     def sum(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Sum over the axis or axes of this name, or over all; bins without a score add nothing."""
-        replicates, left = self._replicates, list(self.dims)
+        replicates, left, shape = self._replicates, list(self.dims), self.shape
+        axes = tuple(left.index(name) for name in self._axes(dim, "sum"))
         for name in self._axes(dim, "sum"):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
-        return self._like(replicates, self.unit, {name: self.coords[name] for name in left})
+        return self._like(replicates, self.unit, {name: self.coords[name] for name in left})._with_findings(
+            lambda: self._changed(lambda bound: np.broadcast_to(bound, shape).sum(axis=axes)), self.allowed
+        )
+
+    def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
+        """Its findings, with bounds changed so."""
+        return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
 
     def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
@@ -270,6 +295,10 @@ def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> 
     made = object.__new__(EstimateArray if coords else Estimate)
     made._replicates, made.unit, made.coords = replicates, unit, coords
     return made
+
+
+def _number(array: np.ndarray) -> float | np.ndarray:
+    return float(array) if np.ndim(array) == 0 else array
 
 
 def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, np.ndarray]) -> None:

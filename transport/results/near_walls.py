@@ -20,6 +20,7 @@ from transport.bodies.listing import body_bits_around, nested, surrounding_of
 from transport.emissions import Beam, Lambertian
 from transport.materials import Diffuse, TwoSided, simple_parts
 from transport.materials.surface import titled
+from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
 from transport.shapes import FlatShape, Mesh, Shape, Sphere
 from transport.shapes.distances import least_distance
 from transport.sheets import pieces
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from transport.media import Grid, Medium
     from transport.results.estimates import Estimate
 
-FEW = 30  # events within d of the foot
-MOST = math.sqrt(2 / 32)  # standard errors that one event may add
-FAINT = 1 / 3000  # of the fluence rate: FEW such events are 1 % of it
 NEAR = 0.25  # of a wall's extent: from farther away a run without its light is one without light
 
 
@@ -49,70 +47,52 @@ class NearWall:
     is_about: bool = False  # a medium that the point is in; then d is its mean free path
 
 
-def near_wall(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> NearWall | None:
-    """What sends too seldom from too near, the worst of all; None where all is well known, or nothing at all."""
+def near_walls_of_point(plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int) -> Iterator[Finding]:
+    """The wall that may add most to a point detector, with the bound as a fluence rate [W m^-2]; nothing where none may."""
     if not fluence.value > 0:
-        return None
-    least = least_added(fluence)
-    found = [wall for wall in _senders(plan, point, fluence, particles, least) if wall.added > least]
-    return max(found, key=lambda wall: wall.added, default=None)
-
-
-def least_added(fluence: Estimate) -> float:
-    """What one history may add [W m^-2]."""
-    error = fluence.error if fluence.error < math.inf else fluence.value / FEW
-    return max(MOST * error, FAINT * fluence.value)
-
-
-def warning_of(plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int) -> str | None:
-    """What to know before trusting a point detector, in words."""
-    wall = near_wall(plan, point, fluence, particles)
-    if wall is None:
-        return None
-    added = f"{wall.added / fluence.value:.2g} times its figure"
-    if fluence.error > 0:
-        added = f"{wall.added / fluence.error:.2g} standard errors"
-    expected, cure = f"only about {wall.expected:.2g} histories of this run are expected", ""
-    where = f"lies {wall.distance:.3g} m off {wall.title}, which {expected} to leave so close to it"
+        return
+    found = [(unseen_scores(wall.expected) * wall.added, wall) for wall in _senders(plan, point, fluence, particles)]
+    bound, wall = max(found, key=lambda one: one[0], default=(0.0, None))
+    if not bound > 0:
+        return
+    expected = f"only about {wall.expected:.2g} histories are expected"
     if wall.is_about:
-        where = f"lies in {wall.title}, where {expected} within a mean free path of it, {wall.distance:.3g} m"
+        what = f"light scattered close by in {wall.title} not sampled: {expected} within a mean free path, {wall.distance:.3g} m"
+        cure = ""
     else:
-        clear = min(wall.distance * math.sqrt(2 * FEW / wall.expected), NEAR * wall.extent)
+        what = f"light of {wall.title}, {wall.distance:.3g} m away, not sampled: {expected} to leave so close to it"
+        clear = min(wall.distance * math.sqrt(2 * MIN_SCORES / max(wall.expected, 1e-99)), NEAR * wall.extent)
         cure = f"move the point to at least {clear:.2g} m off it, "
-    return (
-        f"point detector {name!r} {where}, and one would add {added}: what is sent from there may be missing, and its"
-        f" error is not to be trusted; {cure}use more particles, or count by a small VolumeDetector"
-    )
+    cure += "use more particles, or count by a small VolumeDetector"
+    yield Finding(DOUBTFUL, f"point detector {name!r}", "", what, bound, cure, name="near emitter")
 
 
-def _senders(
-    plan: Plan, point: Vector, fluence: Estimate, particles: int, least: float
-) -> Iterator[NearWall]:
-    """Diffuse walls, media and emitters of which one history may add more than that."""
+def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> Iterator[NearWall]:
+    """Diffuse walls, media and emitters of which fewer than MIN_SCORES histories are expected from about the foot."""
     born = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
     one = born / _importance(plan, point)
-    reach = math.sqrt(one / least)
+    reach = math.sqrt(4 * MIN_SCORES * one / fluence.value)  # from farther away so many are expected
     for title, piece, material in _walls(plan, point, reach):
         share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
-        distance = _distance(piece, point, reach * math.sqrt(share))
+        distance = _distance(piece, point, reach)
         if distance is not None and not _is_dark(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one  # as in light from everywhere
             added = one * share * _steepness(piece, point, distance)
             yield NearWall(title, distance, added, arrivals, piece.extent)
     for title, shape, medium in _scatterers(plan, point):
         path, share = _free_path(medium)
-        distance = path if shape is None else _distance(shape, point, reach * math.sqrt(share), path)
+        distance = path if shape is None else _distance(shape, point, reach, path)
         if distance is not None and not _is_dark(plan, share, fluence):
             arrivals = distance**2 * fluence.value / 4 / one
             extent = math.inf if shape is None else shape.extent
             yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
     for title, emitter in _diffuse_emitters(plan):
-        distance = _distance(emitter.shape, point, math.sqrt(born / least))
+        exitance = emitter.amount / emitter.shape.area
+        distance = _distance(emitter.shape, point, math.sqrt(MIN_SCORES * born / exitance))
         if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
             continue
-        exitance = emitter.amount / emitter.shape.area
         births = distance**2 * exitance / born
-        if births < FEW and 2 * exitance > fluence.error / 2:
+        if 2 * exitance > fluence.error / 2:
             added = born * _steepness(emitter.shape, point, distance)
             yield NearWall(title, distance, added, births, emitter.shape.extent)
 

@@ -9,48 +9,41 @@ them adds is known: the greatest density of the phase function over the square o
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile.expected import nearest_collision, peak_of
 from transport.estimators.expected import expects
-from transport.results.unvisited import MANY
+from transport.results.findings import DOUBTFUL, Finding, unseen_scores
 from transport.shapes import Point
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.media import Medium
+    from transport.results.estimates import Estimate
     from transport.results.meter_sums import MeterSums
-    from transport.results.quantities import Quantity
     from transport.vectors import Vector
 
 
-def doubt_of_forward_rays(sums: MeterSums, flux: Quantity) -> str | None:
-    """A warning for a detector that events tell what they send there; flux: all that arrived at it."""
+def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
+    """Of a detector that events tell what they send there; total: the mean weight that arrived of a history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
     told = plan.expects and plan.turned is None and expects(plan.scene, detector)
-    if not (told and plan.scatters):
-        return None
-    error = float(np.max(np.nan_to_num(flux.error)))
+    if not (told and plan.scatters and total.error > 0):
+        return
     gap, histories = nearest_collision(plan, shape), int(sums.run.sizes.sum())
-    cure = "use more particles, or estimator='backward'"
     worst = _worst(plan, gap, lambda density: min(1.0, density * shape.area))
-    return _said(worst, plan.unit / histories, error, f"detector {detector.name!r}", cure)
+    yield from _finding(worst, 1 / histories, f"detector {detector.name!r}", "use more particles, or estimator='backward'")
 
 
-def doubt_of_forward_point(plan: Plan, name: str, place: Vector, error: float, histories: int) -> str | None:
-    """The same of a point; error: that of its fluence rate [W m^-2]."""
-    if not plan.scatters:
-        return None
-    worst = _worst(plan, nearest_collision(plan, Point(position=place)), float)
-    return _said(
-        worst,
-        plan.unit / histories,
-        error,
-        f"point detector {name!r}",
-        "use more particles, or a small VolumeDetector",
-    )
+def forward_peaks_of_point(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:
+    """The same of a point, with the bound as a fluence rate [W m^-2]."""
+    if plan.scatters:
+        worst = _worst(plan, nearest_collision(plan, Point(position=place)), float)
+        cure = "use more particles, or a small VolumeDetector"
+        yield from _finding(worst, plan.unit / histories, f"point detector {name!r}", cure)
 
 
 def _worst(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
@@ -64,13 +57,10 @@ def _worst(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
     return max(found, key=lambda one: one[0], default=(0.0, None))
 
 
-def _said(worst: tuple[float, Medium | None], each: float, error: float, title: str, cure: str) -> str | None:
-    """each: the power that a history stands for [W]."""
+def _finding(worst: tuple[float, Medium | None], each: float, title: str, cure: str) -> Iterator[Finding]:
+    """each: what a history stands for.  Had some of the collisions come, the error would tell: the bound is that of none."""
     score, medium = worst
-    if not error > 0 or score * each <= MANY * error:
-        return None
-    angle = math.sqrt(1 / (math.pi * peak_of(medium.phase)))
-    return (
-        f"the {type(medium).__name__} scatters within about {angle:.2g} rad of straight on, and one collision that happens to point at"
-        f" {title} would add {score * each / error:.2g} standard errors: hardly any has, so what is scattered may be missing; {cure}"
-    )
+    if score > 0:
+        angle = math.sqrt(1 / (math.pi * peak_of(medium.phase)))
+        what = f"light that the {type(medium).__name__} scatters within {angle:.2g} rad of straight on hardly sampled"
+        yield Finding(DOUBTFUL, title, "", what, unseen_scores(0) * score * each, cure, name="forward peak")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -10,20 +10,21 @@ import numpy as np
 from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
-from transport.results import near_walls
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate
-from transport.results.peaked import doubt_of_forward_point
-from transport.results.quantified import Quantified
+from transport.results.findings import Finding
+from transport.results.near_walls import near_walls_of_point
+from transport.results.peaked import forward_peaks_of_point
+from transport.results.quality import findings_of_error
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_point
-from transport.results.unvisited import unvisited_wall
+from transport.results.unvisited import unvisited_walls
 from transport.shapes import Point
 from transport.units import Unit
 
 POINT_QUANTITIES = ("fluence_rate", "counts")
-FEW, SMALL = 20, 0.02  # scores that may carry an error above this share
 
 
 class PointReading(Quantified):
@@ -33,7 +34,7 @@ class PointReading(Quantified):
 
     def __init__(self, result, detector: PointDetector) -> None:
         self.detector, self.name = detector, detector.name
-        self._plan, self._run = result.plan, result.run
+        self._plan, self._run, self._allowed = result.plan, result.run, result.allowed_of(detector.name)
         first = self._plan.bases[detector.name]
         rows = slice(first, first + POINT_ROWS)
         self._batches = result.batches
@@ -47,7 +48,8 @@ class PointReading(Quantified):
         Without what a Beam brings straight from its source; see PointDetector for how its error falls.
         """
         unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
-        return Estimate(self.batch_values, self._run, unit, exact=self._is_sure, counts=counts)
+        made = Estimate(self.batch_values, self._run, unit, exact=self._is_sure, counts=counts)
+        return made._with_findings(self._missing, self._allowed)
 
     @property
     def batch_values(self) -> np.ndarray:
@@ -71,41 +73,26 @@ class PointReading(Quantified):
         """How many scores of each size came."""
         return scores_of_point(self._weights.sum(axis=0), self._counts.sum(axis=0))
 
-    @property
-    def carriers(self) -> float:
-        """About how many scores carry the error; infinite without any."""
-        return math.inf if self.is_blind else self.scores.carriers
-
     @cached_property
-    def warning(self) -> str | None:
-        """What to know before trusting it: it is shut in, it lies too near a wall, or a few scores carry its error."""
-        position, fluence = self.detector.position, self.fluence_rate
-        if self.is_blind:
-            title, particles = f"point detector {self.name!r}", int(self._run.sizes.sum())
-            return why_dark(self._plan.scene, title, position) or why_so_deep(
-                self._plan, title, position, particles
-            )
-        near = near_walls.warning_of(self._plan, self.name, position, fluence, int(self._run.sizes.sum()))
-        near = near or self._unvisited or self._peaked
-        if near or self.carriers >= FEW or not fluence.relative_error > SMALL:
-            return near
-        return (
-            f"the scores of point detector {self.name!r} differ so much that about {self.carriers:.2g} of them carry"
-            " its error, which is not to be trusted; use more particles, or a small VolumeDetector"
-        )
+    def note(self) -> Note | None:
+        """Why it counted nothing, where that is known."""
+        if not self.is_blind:
+            return None
+        title, position, particles = f"point detector {self.name!r}", self.detector.position, int(self._run.sizes.sum())
+        dark = why_dark(self._plan.scene, title, position)
+        return note_of(dark, why_so_deep(self._plan, title, position, particles))
 
-    @property
-    def _unvisited(self) -> str | None:
-        """A wall close by to which hardly any history has come."""
-        title, error = f"point detector {self.name!r}", float(np.nan_to_num(self.fluence_rate.error))
-        place, light = self.detector.position, self.fluence_rate.value / 4
-        return unvisited_wall(self._plan, self._batches, title, place, 0.0, light, error)
-
-    @property
-    def _peaked(self) -> str | None:
-        """Light scattered sharply forward, of which hardly any has come."""
-        error, particles = float(np.nan_to_num(self.fluence_rate.error)), int(self._run.sizes.sum())
-        return doubt_of_forward_point(self._plan, self.name, self.detector.position, error, particles)
+    def _missing(self) -> Iterator[Finding]:
+        """What may be missing of the fluence rate [W m^-2]."""
+        plan, name, place, particles = self._plan, self.name, self.detector.position, int(self._run.sizes.sum())
+        fluence = self.fluence_rate
+        if self.is_blind or fluence.exact:
+            return
+        yield from near_walls_of_point(plan, name, place, fluence, particles)
+        yield from unvisited_walls(plan, self._batches, f"point detector {name!r}", place, 0.0, fluence.value / 4)
+        yield from forward_peaks_of_point(plan, name, place, particles)
+        if fluence.error > 0:
+            yield from findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)
 
     @property
     def _is_sure(self) -> bool:

@@ -9,30 +9,32 @@ each other's consequence.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from transport.results.estimates import Estimate
+from transport.results.findings import BOUNDED, DOUBTFUL, MIN_SCORES, NOTE, SOUND, Finding, unknown_of_error
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
-FEW = 5.0  # scores that may carry an error: its variance's variance is then 0.2; MCNP wants 0.1, at more false alarms
-UNSEEN, INFINITE = 1.0, 0.5  # standard errors that larger scores may bring; where their variance is infinite
-LONE = 3.0  # that one score of a size that is possible may bring, as in survivors.py
+CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
+MORE = "use more particles, or aim the sources, another estimator or a Splitting, so that scores are more alike"
 
 
 @dataclass(frozen=True)
 class Quality:
-    """The quality of one number's error bar; nan for what is not known.
+    """The quality of a number's error bar; nan for what is not known, (*dims) of a quantity with bins where it differs by bin.
 
     relative_error: one standard error over the value;  figure_of_merit: 1/(relative error^2 seconds) [s^-1], constant while a run
     goes on;  scores: how many there are, None where they are not counted;  carriers: about how many independent ones carry the error, 1/VOV;  vov: variance of
     the variance, 1/N for normal sums, below 0.1 wanted;  tail_slope: of the density of the largest scores, size^-slope, above 3
     wanted, at most 10, nan where all are alike or too few;  unseen: standard errors that larger scores than all that came would bring if
-    the law of the largest goes on;  trend: probability that batches without a trend would look so;  doubts: what speaks against
-    the error bar, in words.
+    the law of the largest goes on;  trend: probability that batches without a trend would look so;  verdict: "sound", "bounded"
+    or "doubtful" (of bins the worst);  findings: what the run may have missed, the worst first.
     """
 
     relative_error: float
@@ -43,20 +45,32 @@ class Quality:
     tail_slope: float
     unseen: float
     trend: float
-    doubts: tuple[str, ...] = ()
+    verdict: str
+    findings: tuple[Finding, ...] = ()
 
     @property
     def is_sound(self) -> bool:
         """Whether nothing speaks against the error bar."""
-        return not self.doubts
+        return self.verdict == SOUND
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against the error bar, in words."""
+        return tuple(finding.what for finding in self.findings if finding.severity != NOTE)
 
     def __str__(self) -> str:
         scores = "unknown" if self.scores is None else self.scores
+        relative, merit = (_median(each) for each in (self.relative_error, self.figure_of_merit))
         numbers = (
-            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1, scores {scores},"
+            f"relative error {relative:.2g}, figure of merit {merit:.3g} s^-1, scores {scores},"
             f" VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g} errors, trend p = {self.trend:.2g}"
         )
-        return f"{numbers}: {'; '.join(self.doubts) or 'sound'}"
+        return f"{numbers}: {'; '.join((self.verdict, *self.doubts))}"
+
+
+def _median(values: float | np.ndarray) -> float:
+    known = np.ravel(values)[~np.isnan(np.ravel(values))]
+    return float(np.median(known)) if known.size else math.nan
 
 
 def quality_of(
@@ -65,35 +79,76 @@ def quality_of(
     """The quality of an estimate of one run.
 
     scores: how many there are of each size, None where that is not known;  particles: histories of the run, by which
-    it is told how many did not score.  What is exact is not doubted; a value without a score, or of unknown error, is.
+    it is told how many did not score.
     """
     relative = estimate.relative_error
+    is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
+    if is_known and scores is not None and not estimate._raw_findings:
+        estimate = copy(estimate)._with_findings(lambda: findings_of_error("", estimate, scores, particles))
+    if np.ndim(relative):
+        with np.errstate(divide="ignore"):
+            merit = 1 / (relative**2 * seconds)
+        return Quality(relative, merit, None, *(math.nan,) * 5, verdict_of(estimate), estimate.findings)
     merit = 1 / (relative**2 * seconds) if relative > 0 else math.inf if relative == 0 else math.nan
-    if not 0 < relative < math.inf or estimate.run is None:
-        number = None if scores is None else scores.number
-        return Quality(relative, merit, number, *(math.nan,) * 5, _of_unknown(estimate))
-    values = _alike(estimate)
-    trend, alone = trend_of(values), outlier_of(values)
     number = None if scores is None else scores.number
-    vov, slope, unseen = math.nan, math.nan, math.nan
+    numbers = (math.nan,) * 5
+    if is_known and estimate.run is not None:
+        numbers = _numbers(estimate, scores, particles)
+    return Quality(relative, merit, number, *numbers, verdict_of(estimate), estimate.findings)
+
+
+def verdict_of(estimate: Estimate) -> str:
+    """That of a number; it is doubtful as well where its error is not known."""
+    verdicts = np.atleast_1d(estimate.verdict)
+    if (verdicts == DOUBTFUL).any():
+        return DOUBTFUL
+    return BOUNDED if (verdicts == BOUNDED).any() else SOUND
+
+
+def findings_of_error(title: str, total: Estimate, scores: Scores | None, particles: int) -> Iterator[Finding]:
+    """What the scores' sizes and the batches tell of an error bar, with bounds in the unit of the number.
+
+    title: of the detector;  total: what it counted in all.
+    """
+    carriers, _, slope, unseen, trend = _numbers(total, scores, particles)
+    if scores is not None and scores.number >= MIN_SCORES:
+        if carriers < MIN_SCORES:
+            what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
+            bound = unknown_of_error(carriers) * total.error
+            yield Finding(DOUBTFUL, title, "", what, bound, MORE, name="few carriers", times=MIN_SCORES / max(carriers, 1))
+        if unseen > 0:
+            index = slope - 1
+            is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
+            what = f"rare larger scores not sampled: the largest thin out as size^-{slope:.2g}"
+            what += ", whose variance is infinite" if is_infinite else ""
+            yield Finding(DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail")
+    elif scores is not None:
+        return
+    if trend < ODD:
+        what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
+    if outlier_of(_alike(total)) < ALONE and _is_above_chance(total, scores):
+        what = "one batch is far above all others: rare histories that score much carry the error"
+        yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
+
+
+def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
+    """Whether the largest batch has more than scores alike would bring by chance: where few come, one more is no rarity."""
+    if scores is None:
+        return True
+    values = _alike(total)
+    each = scores.number / len(values)  # scores of a batch
+    return (values.max() / values.mean() - 1) * each > CHANCE * math.sqrt(max(each, 1.0))
+
+
+def _numbers(total: Estimate, scores: Scores | None, particles: int) -> tuple[float, float, float, float, float]:
+    """About how many scores carry the error, its VOV, the slope of the largest, errors that larger ones may bring, and the trend."""
+    trend = trend_of(_alike(total))
+    vov, slope, unseen, relative = math.nan, math.nan, math.nan, total.relative_error
     if scores is not None and scores.number:
-        slope = scores.slope
-        vov = _vov(scores, relative, particles)
-        unseen = scores.unseen / relative
+        vov, slope, unseen = _vov(scores, relative, particles), scores.slope, scores.unseen / relative
     carriers = 1 / vov if vov > 0 else math.nan
-    lone = scores.lone / relative if scores is not None else 0.0
-    doubts = _doubts(scores, carriers, slope, unseen, lone, trend, alone)
-    numbers = map(float, (carriers, vov, slope, unseen, trend))
-    return Quality(relative, merit, number, *numbers, tuple(doubts))
-
-
-def _of_unknown(estimate: Estimate) -> tuple[str, ...]:
-    """What speaks against an error that is not a finite number."""
-    if math.isfinite(estimate.error):
-        return ()
-    if estimate.reason == "no score":
-        return ("no score, so the value is unknown, not 0",)
-    return (f"the error is unknown: {estimate.reason or 'not finite'}",)
+    return tuple(map(float, (carriers, vov, slope, unseen, trend)))
 
 
 def _alike(estimate: Estimate) -> np.ndarray:
@@ -113,45 +168,3 @@ def _vov(scores: Scores, relative: float, particles: int) -> float:
         return max(among / scores.power(2), 1.0) / scores.carriers
     single = scores.variance(particles)
     return max(among / single, 1.0) * scores.vov(particles) if single > 0 else math.nan
-
-
-def _doubts(
-    scores: Scores | None,
-    carriers: float,
-    slope: float,
-    unseen: float,
-    lone: float,
-    trend: float,
-    alone: float,
-) -> list[str]:
-    """What speaks against an error bar, the worst first."""
-    doubts = []
-    if carriers < FEW:
-        doubts.append(_of_few(scores, carriers))
-    index = slope - 1
-    is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if scores and index > 0 else False
-    if unseen > UNSEEN or (is_infinite and unseen > INFINITE):
-        law = f"the largest scores thin out as size^-{slope:.2g}"
-        law += ", whose variance is infinite" if is_infinite else ""
-        doubts.append(
-            f"{law}: larger ones that have not come yet may bring {unseen:.2g} standard errors more"
-        )
-    if lone > LONE:
-        doubts.append(
-            "the heaviest that an aim gave birth to have not scored, and one of them would bring"
-            f" {lone:.2g} standard errors"
-        )
-    if trend < ODD and not doubts:
-        doubts.append(
-            f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
-        )
-    if alone < ALONE and not doubts:
-        doubts.append("one batch is far above all others: rare histories that score much carry the error")
-    return doubts
-
-
-def _of_few(scores: Scores, carriers: float) -> str:
-    """How few scores there are, or how few of them carry the error."""
-    if scores.number < FEW:
-        return f"only {scores.number} score{'s' if scores.number > 1 else ''} came"
-    return f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from transport.results.estimates import EstimateOrArray
+from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
+
+Note = tuple[str, str]  # the name of a diagnostic, and its words
+
+
+def note_of(dark: str | None, deep: str | None = None) -> Note | None:
+    """The note of a detector that no light can reach, or that lies too deep in media."""
+    return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
 
 
 class Quantified:
@@ -15,6 +24,16 @@ class Quantified:
     known: tuple[str, ...] = ()
     title = ""  # in front of its name, in messages
     cannot_arrive = False  # whether geometry proves that no light arrives at its side
+    note: Note | None = None  # why it counted nothing, where that is known
+    is_blind = False  # whether nothing was counted at all
+
+    def why_unscored(self) -> Iterable[Finding]:
+        """What is known of why it counted nothing, where chance alone may have missed it."""
+        return ()
+
+    def binned(self) -> Iterable[tuple[str, EstimateOrArray]]:
+        """Its quantities with bins, by name, that findings about single bins are sought in."""
+        return ()
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
@@ -11,8 +12,19 @@ from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 import numpy as np
 
 from transport.results.error_bars import error_bars_of
+from transport.results.findings import (
+    ALLOWED,
+    BOUNDED,
+    DOUBTFUL,
+    Finding,
+    carried,
+    judged,
+    of_unknown_error,
+    severities,
+    worst_of,
+)  # fmt: skip
 from transport.results.pooling import Pooled
-from transport.results.replicates import Batches, Replicates, added, power, product, ratio
+from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
@@ -34,9 +46,11 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
-    _judged: Callable[[], Pooled] | None = (
+    _bars_from: Callable[[], Pooled] | None = (
         None  # error bars known from elsewhere, such as those of a bin of an array
     )
+    allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
+    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = ()  # made when they are asked for
 
     @property
     def value(self) -> Number:
@@ -50,11 +64,6 @@ class Quantity(Generic[Number, Reason]):
         That of a bin is known from neighbouring bins as well, see `is_doubtful`; that of a sum from its batches alone.
         """
         return _plain(np.asarray(self._error_bars.error))
-
-    @property
-    def is_doubtful(self) -> Number:
-        """Whether the error is unknown, or too few scores carry it even with those of neighbouring bins."""
-        return _plain(np.asarray(self._error_bars.is_doubtful))
 
     @property
     def reason(self) -> Reason:
@@ -108,23 +117,88 @@ class Quantity(Generic[Number, Reason]):
         with np.errstate(invalid="ignore", over="ignore"):
             return self._replicates.value + deviations
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the run may have missed of it, the worst first; () where nothing speaks against the error.
+
+        They are kept through arithmetic, slices, merged and resumed runs, and files.
+        """
+        replicates = self._replicates
+        return judged(self._all_findings, replicates.value, replicates.error, self.allowed)
+
+    @property
+    def verdict(self) -> Any:
+        """"sound", "bounded" or "doubtful"; of an array (*dims) of them.
+
+        sound: what may be missing is less than the standard error;  bounded: less than the error that was asked for, or 1 %
+        of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
+        """
+        value, error = self._replicates.value, self._replicates.error
+        verdicts = [severities(finding, value, error, self.allowed) for finding in self._all_findings]
+        return _plain(worst_of(verdicts, np.shape(value)))
+
+    @property
+    def is_doubtful(self) -> Any:
+        """Whether the error is not to be trusted; of an array (*dims) of bool.
+
+        So it is by a finding, where it is unknown, and where too few scores carry it even with those of neighbouring bins.
+        """
+        return _plain(np.equal(self.verdict, DOUBTFUL) | np.asarray(self._error_bars.is_doubtful))
+
+    @property
+    def _raw_findings(self) -> tuple[Finding, ...]:
+        """What arithmetic carries: all that may matter, before it is compared with the error."""
+        if callable(self._unjudged):
+            self._unjudged = tuple(self._unjudged())
+        return self._unjudged
+
+    @property
+    def _all_findings(self) -> tuple[Finding, ...]:
+        """The same, and that the error is not known, where it is not."""
+        unknown = () if self._replicates.is_in_parts else of_unknown_error(self._replicates.reason)
+        return *unknown, *self._raw_findings
+
+    def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
+        """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
+        self._unjudged, self.allowed = findings, allowed
+        return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        made = {"_unjudged": self._raw_findings, "_error_bars": self._error_bars}
+        return {name: each for name, each in (vars(self) | made).items() if name != "_bars_from"}
+
     def to_numpy(self) -> np.ndarray:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
         return np.array(self.value)
 
     def unless(self, too_few: np.ndarray) -> Self:
         """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
-        return self._like(self._replicates.unless(too_few), self.unit)
+        made = self._like(self._replicates.unless(too_few), self.unit)
+        return made._with_findings(lambda: self._raw_findings, self.allowed)
 
     def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:
-        """(low, high) that cover the true value with this probability, by Student's t [unit]."""
+        """(low, high) that cover the true value with this probability, by Student's t [unit].
+
+        Where light may be missing they include the bound of it: see `findings`.
+        """
         if not 0 < confidence < 1:
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
         reach = 0.0
         if not self.exact:
             bars = self._error_bars
             reach = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
-        return _plain(self._replicates.value - reach), _plain(self._replicates.value + reach)
+        below, above = self._bounds
+        return _plain(self._replicates.value - reach - below), _plain(self._replicates.value + reach + above)
+
+    @property
+    def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
+        """By how much the true value may lie below and above the estimate, beside its error."""
+        below, above, value = 0.0, 0.0, self._replicates.value
+        for finding in self.findings:
+            bound = np.nan_to_num(finding.bound, posinf=np.inf, neginf=-np.inf)
+            if finding.severity in (BOUNDED, DOUBTFUL):
+                below, above = below - np.minimum(bound, 0.0), above + np.maximum(bound, 0.0)
+        return np.broadcast_to(below, np.shape(value)), np.broadcast_to(above, np.shape(value))
 
     def z(self, exact_value: float | np.ndarray) -> Number:
         """Standard normal score of the difference from a known value, by Student's t; nan without an error.
@@ -177,7 +251,7 @@ class Quantity(Generic[Number, Reason]):
     def __mul__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(product, self, other, self.unit * other.unit)
+        return _applied(product, np.multiply, self, other, self.unit * other.unit)
 
     __rmul__ = __mul__
 
@@ -188,18 +262,22 @@ class Quantity(Generic[Number, Reason]):
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, self, other, self.unit / other.unit)
+        return _applied(ratio, np.divide, self, other, self.unit / other.unit)
 
     def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, other, self, other.unit / self.unit)
+        return _applied(ratio, np.divide, other, self, other.unit / self.unit)
 
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
             return NotImplemented
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
-        _keep_judgement(made, self)
+        number = self._replicates
+        made = made._with_findings(
+            lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)), self.allowed
+        )
+        _keep_error_bars(made, self)
         return made
 
     def _plus(self, other: object, sign: int) -> Self:
@@ -213,13 +291,14 @@ class Quantity(Generic[Number, Reason]):
                 f"Cannot {verb} quantities of unlike units: [{self.unit}] and [{other.unit}];"
                 f" the second lacks a factor of [{self.unit / other.unit}]"
             )
-        return _applied(lambda first, second: added(first, second, sign), self, other, self.unit)
+        plain = np.add if sign > 0 else np.subtract
+        return _applied(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
 
     @cached_property
     def _error_bars(self) -> Pooled:
         """Error, degrees of freedom and doubt of each bin."""
-        if self._judged is not None:
-            return self._judged()
+        if self._bars_from is not None:
+            return self._bars_from()
         return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))
 
     def _operand(self, other: object) -> Quantity | None:
@@ -244,22 +323,37 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _applied(function: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
-    """function of the replicates of both, their axes matched by name."""
+def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+    """function of the replicates of both, their axes matched by name; plain: the same of bare values."""
     for name in first.coords.keys() & second.coords.keys():
         if not np.array_equal(first.coords[name], second.coords[name]):
             raise ValueError(f"The bins along {name!r} are not the same on both sides")
     coords = first.coords | second.coords
-    aligned = (each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second))
+    aligned = [each._replicates.along(tuple(each.coords), tuple(coords)) for each in (first, second)]
     made = (first if first.coords else second)._like(function(*aligned), unit, coords)
     made.axis_units = {**first.axis_units, **second.axis_units}
+
+    def findings() -> tuple[Finding, ...]:
+        both = ((one.value, _aligned_findings(each, tuple(coords))) for one, each in zip(aligned, (first, second), strict=True))
+        return carried(plain, *both)
+
+    made = made._with_findings(findings, min(first.allowed, second.allowed))
     uncertain = [each for each in (first, second) if not each.exact]
     if len(uncertain) == 1:
-        _keep_judgement(made, *uncertain)
+        _keep_error_bars(made, *uncertain)
     return made
 
 
-def _keep_judgement(made: Quantity, operand: Quantity) -> None:
+def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
+    """Its findings, with bounds along these axes."""
+    own, shape = tuple(quantity.coords), quantity._replicates.shape
+    return [
+        replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
+        for finding in quantity._raw_findings
+    ]
+
+
+def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
     """Let what is made of one uncertain quantity keep its pooled errors: they grow as those from its batches do."""
     if made._replicates.is_in_parts or tuple(operand.coords) not in ((), tuple(made.coords)):
         return
@@ -270,7 +364,7 @@ def _keep_judgement(made: Quantity, operand: Quantity) -> None:
             error = own * (bars.error / operand._replicates.error)
         return Pooled(error, *(np.broadcast_to(each, np.shape(error)) for each in bars[1:]))
 
-    made._judged = judged
+    made._bars_from = judged
 
 
 def _plain(array: np.ndarray) -> Any:

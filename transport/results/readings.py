@@ -8,20 +8,27 @@ for quantities by direction, (mu or theta, phi).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
-from transport.results.empty_detector import cannot_arrive, why_dark
+from transport.results.empty_detector import cannot_arrive, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
+from transport.results.findings import MIN_SCORES, Finding
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
-from transport.results.peaked import doubt_of_forward_rays
-from transport.results.quantified import Quantified
+from transport.results.path_classes import chances_of_detector
+from transport.results.peaked import forward_peaks_of_detector
+from transport.results.quality import findings_of_error
+from transport.results.quantified import Note, Quantified, note_of
+from transport.results.scores import Scores
+from transport.results.sizes import scores_of_meter
 from transport.results.solid_angles import solid_angles_of
-from transport.results.survivors import doubt_of_meter
-from transport.results.unvisited import doubt_of_rays
+from transport.results.survivors import roulette_survivors
+from transport.results.unvisited import unvisited_walls_of_detector
 from transport.scene_speeds import scene_mass, scene_speeds, speeds_differ, why_no_mass
 from transport.shapes import Mesh
 from transport.units import Unit
@@ -36,7 +43,7 @@ QUANTITIES = (
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
-FEW = 30  # scores, below which a mean does not tell its error
+SLANT = 2.0  # what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
@@ -53,6 +60,8 @@ class Reading(Quantified):
         self._is_light = plan.scene.measured_in == "watts"
         self._rate = Unit.parse("W" if self._is_light else "s^-1")
         self._is_exact_out = _leaves_once(plan, detector)
+        self._allowed = result.allowed_of(detector.name)
+        self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
 
     @cached_property
     def area(self) -> float:
@@ -76,15 +85,13 @@ class Reading(Quantified):
         return self._is_exact_out and side == DEPARTURES
 
     @cached_property
-    def warning(self) -> str | None:
-        """What to know before trusting it: why it counted nothing, or what a history that has not come would outweigh."""
-        sums, title = self.sums, f"detector {self.name!r}"
-        if not any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
-            particles = int(sums.run.sizes.sum())
-            if why := self._why_dark or why_so_deep(self._plan, title, sums.shape, particles):
-                return why
-        doubt = doubt_of_meter(sums, self.is_blind) or doubt_of_rays(sums, self.flux_in)
-        return doubt or doubt_of_forward_rays(sums, self.flux_in)
+    def note(self) -> Note | None:
+        """Why it counted nothing, where that is known."""
+        sums, title = self.sums, self._title
+        if any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
+            return None
+        deep = why_so_deep(self._plan, title, sums.shape, int(sums.run.sizes.sum()))
+        return note_of(self._why_dark, deep)
 
     @cached_property
     def cannot_arrive(self) -> bool:
@@ -242,6 +249,87 @@ class Reading(Quantified):
     def __repr__(self) -> str:
         return f"<{self.name}: flux_in {self.flux_in}, flux_out {self.flux_out}>"
 
+    # ---- what may be missing ----
+
+    def _with_findings(
+        self, made: EstimateOrArray, side: int, factor: float | np.ndarray, shape: tuple[int, ...]
+    ) -> EstimateOrArray:
+        """A quantity with the findings of a side; factor: what a mean weight of 1 is in it, (*shape) as its sums."""
+        bins = made._replicates.shape
+
+        def findings() -> Iterator[Finding]:
+            each = np.broadcast_to(factor, shape).reshape(bins) if bins else float(np.ravel(factor)[0])
+            for finding in self._missing(side, is_whole=not bins):
+                yield replace(finding, bound=np.abs(finding.bound * each))
+
+        return made._with_findings(findings, self._allowed)
+
+    def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
+        """What may be missing on a side, with bounds as mean weights of a history; is_whole: of all its bins together."""
+        if side not in self._found:
+            self._found[side] = [*self._classes(side)], [*self._of_scores(side)]
+        classes, of_scores = self._found[side]
+        return classes + of_scores if is_whole else classes
+
+    def _classes(self, side: int) -> Iterator[Finding]:
+        """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
+        sums = self.sums
+        if self.is_sure(side) or self._is_dark(side):
+            return
+        scores = int(sums.whole("counts", side).sum())
+        total = self._total(side)
+        yield from chances_of_detector(self._plan, sums.batches, self._title, self.name, side, scores, total.value)
+        yield from roulette_survivors(sums, side, total)
+        if side == ARRIVALS:
+            yield from unvisited_walls_of_detector(sums, total)
+            yield from forward_peaks_of_detector(sums, total)
+
+    def _of_scores(self, side: int) -> Iterator[Finding]:
+        """Of the sizes of its scores, and of its batches."""
+        total = self._total(side)
+        if not self.is_sure(side) and total.error > 0:
+            particles = int(self.sums.run.sizes.sum())
+            yield from findings_of_error(self._title, total, self.scores_on(side), particles)
+
+    def total(self, side: int) -> Estimate:
+        """The mean weight of a history that came to a side, over all times and speeds, with its findings."""
+        return self._total(side)._with_findings(lambda: self._missing(side), self._allowed)
+
+    def _total(self, side: int) -> Estimate:
+        weights = self.sums.whole("weights", side).sum(axis=(1, 2))
+        return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit())
+
+    def _is_dark(self, side: int) -> bool:
+        """Whether geometry proves that nothing comes to a side."""
+        if self.sums.whole("counts", side).any():
+            return False
+        if side == DEPARTURES and none_crosses(self._scene, self.sums.shape, self.detector):
+            return True
+        return bool(self._why_dark) if self.is_blind else side == ARRIVALS and self.cannot_arrive
+
+    def why_unscored(self) -> Iterator[Finding]:
+        """What is known of why it counted nothing."""
+        return (finding for side in (ARRIVALS, DEPARTURES) for finding in self._missing(side))
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The irradiance and exitance by position, or the radiance by direction."""
+        for side, by_place, by_direction in ((ARRIVALS, "irradiance", "radiance"), (DEPARTURES, "exitance", "radiance_out")):
+            is_scored = self.sums.whole("weights", side).any() and not self.sums.shape.is_infinite
+            name = by_direction if self.sums.direction_axes else by_place if self.sums.place_axes else None
+            if is_scored and name in self.known:
+                yield name, getattr(self, name)
+
+    def scores_on(self, side: int) -> Scores | None:
+        """The scores of one side by size; None where their sizes are not known."""
+        found = scores_of_meter(self.sums, side)
+        # Sobol's points leave no gaps: an error is then far less than single scores are apart, and no larger one is due.
+        is_even = self._plan.method.sampling == "sobol"
+        return replace(found, most=0.0) if found is not None and is_even else found
+
+    @property
+    def _title(self) -> str:
+        return f"{self.title}{self.name!r}"
+
     # ---- from sums to estimates ----
 
     def _scale(self, per_second: bool, ndim: int) -> np.ndarray:
@@ -254,17 +342,18 @@ class Reading(Quantified):
 
     def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.whole(kind, side) for kind in ("weights", "counts"))
-        exact = self._is_exact_out and side == DEPARTURES
-        return self.sums.estimate(
-            values * self._scale(per_second, 3), self._unit(per_second), {}, counts, exact
-        )
+        exact, scale = self._is_exact_out and side == DEPARTURES, self._scale(per_second, 3)
+        made = self.sums.estimate(values * scale, self._unit(per_second), {}, counts, exact)
+        return self._with_findings(made, side, scale, values.shape[1:])
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.by_place(k, side) for k in (kind, "counts"))
         exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self.sums.place_axes
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
-        return self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
+        made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
+        slant = SLANT if kind == "slants" else 1.0
+        return self._with_findings(made, side, slant * self._scale(per_second, values.ndim) / self._areas, values.shape[1:])
 
     def _by_direction(
         self,
@@ -284,14 +373,15 @@ class Reading(Quantified):
         values, counts = (sums.by_direction(kind, side) for kind in ("weights", "counts"))
         with np.errstate(divide="ignore", invalid="ignore"):
             values = values * self._scale(True, values.ndim) / np.where(angles > 0, angles, np.nan)
-        unit = self._rate / Unit.parse("sr")
+        unit, sizes = self._rate / Unit.parse("sr"), np.where(angles > 0, angles, np.nan)
         if per_area:
             areas = np.reshape(self._areas, np.shape(self._areas) + (1,) * len(sums.direction_axes))
-            values, unit = values / areas, unit / Unit.parse("m^2")
+            values, unit, sizes = values / areas, unit / Unit.parse("m^2"), sizes * areas
         if volumes is not None:
-            values = values / np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
-            unit = unit / Unit.parse(per)
-        return sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts)
+            volumes = np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
+            values, unit, sizes = values / volumes, unit / Unit.parse(per), sizes * volumes
+        made = sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts)
+        return self._with_findings(made, side, self._scale(True, values.ndim) / sizes, values.shape[1:])
 
     def _momentum(self, side: int) -> EstimateOrArray:
         self._need_moments("pressure")
@@ -300,8 +390,9 @@ class Reading(Quantified):
             one = 1.0 / (float(self._plan.moments["slowest"]) * self._plan.speed_unit)
         else:
             one = self._mass("pressure") * self._plan.fastest
-        values = values * (self._scale(True, values.ndim) * one) / self._areas
-        return self.sums.estimate(values, Unit.parse("Pa"), self.sums.place_axes, counts)
+        scale = self._scale(True, values.ndim) * one
+        made = self.sums.estimate(values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts)
+        return self._with_findings(made, side, scale / self._areas, values.shape[1:])
 
     def _mean(self, kind: str, side: int) -> EstimateOrArray:
         self._need_moments("a mean speed")
@@ -311,7 +402,7 @@ class Reading(Quantified):
         unit = Unit.parse("m s^-1") ** power
         total = self.sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
         mean = total / self.sums.estimate(weight, Unit(), {}, counts)
-        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < FEW)
+        return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES)
 
     def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:
         mass = self._mass(quantity)

@@ -12,6 +12,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
+from transport.results.findings import NO_SCORE
 from transport.results.statistics import pseudo_shifts, rounding_of, standard_error, weighted_mean, welch_dof
 
 
@@ -100,7 +101,7 @@ class Replicates:
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
         if not self.is_exact:
-            reason[~self.scored] = "no score"
+            reason[~self.scored] = NO_SCORE
         reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 
@@ -133,9 +134,7 @@ class Replicates:
 
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
         """Replicates of the axes `own` with the axes `dims` in their order, new ones of length 1."""
-        order = [own.index(name) - len(own) for name in dims if name in own]
-        index = (..., *(slice(None) if name in own else None for name in dims))
-        return self.rearranged(lambda array: np.moveaxis(array, order, range(-len(own), 0))[index])
+        return self.rearranged(lambda array: arranged(array, own, dims))
 
     def summed(self, axis: int) -> Replicates:
         """Replicates of the sum over a bin axis, counted from the end."""
@@ -143,6 +142,13 @@ class Replicates:
             deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
             value, scale = self.value.sum(axis=axis), self.scale.sum(axis=axis)
         return _replicates(value, deviations, self.scored.any(axis=axis), self.runs, scale)
+
+
+def arranged(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> np.ndarray:
+    """An array whose last axes are `own` with the axes `dims` in their order, new ones of length 1."""
+    order = [own.index(name) - len(own) for name in dims if name in own]
+    index = (..., *(slice(None) if name in own else None for name in dims))
+    return np.moveaxis(array, order, range(-len(own), 0))[index]
 
 
 def added(first: Replicates, second: Replicates, sign: int) -> Replicates:

@@ -14,17 +14,15 @@ from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.backward_readings import backward_reading
 from transport.results.batches import Batch
-from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Batches, Estimate
-from transport.results.faint_sources import faint_sources
-from transport.results.grazing import doubts_of_fluence
+from transport.results.findings import ALLOWED, Finding
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
 from transport.results.prices import BY_CHANCE, price_of
 from transport.results.quality import Quality
 from transport.results.readings import QUANTITIES, Reading
 from transport.results.statistics import rounding_of
-from transport.results.trust import doubts_of, quality_in
+from transport.results.trust import findings_of, in_words, quality_in
 from transport.results.volume_readings import VolumeReading
 from transport.tracking import Tracking
 from transport.units import Unit
@@ -89,11 +87,13 @@ class Result:
         asked: Tracking | None = None,
         choice: "Choice | None" = None,
         state: "State | None" = None,
+        wanted: Mapping[str, float] | None = None,
     ):
         """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did.
 
-        state: by which the run can go on.
+        state: by which the run can go on;  wanted: relative errors that were asked for, None for those of the state.
         """
+        self.wanted = wanted
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
             plan.scene if plan.turned is None else plan.turned.scene,
             plan,
@@ -152,8 +152,8 @@ class Result:
             raise SceneError(f"result has no quantity {quantity!r}; {suggestion(quantity, known)}")
         return getattr(self[detector], quantity)
 
-    def quality(self, name: str | Estimate) -> Quality:
-        """How far the error bar of the Estimate called "detector.quantity" is to be trusted, or that of an Estimate, as of a bin."""
+    def quality(self, name: "str | EstimateOrArray") -> Quality:
+        """How far the error bar of the quantity called "detector.quantity" is to be trusted, with bins or without, or of an Estimate."""
         return quality_in(self, name)
 
     @property
@@ -164,59 +164,21 @@ class Result:
     def ledger(self) -> "Ledger":
         return Ledger(self)
 
+    def allowed_of(self, name: str) -> float:
+        """The relative error that was asked for of a detector, up to which a bound is no doubt; 1 % where none was."""
+        asked = self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
+        errors = [error for quantity, error in asked.items() if quantity.partition(".")[0] == name]
+        return min(errors, default=ALLOWED)
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the run may have missed of each detector's totals, the worst first, and what else to know."""
+        return findings_of(self)
+
     @property
     def warnings(self) -> list[str]:
         """What a reader should know before trusting the numbers."""
-        lost = sum(batch.lost for batch in self.batches)
-        found = list(self._warnings)
-        if lost:
-            found.append(
-                f"{lost} histories were lost; their weight is in the ledger: in a finite body of a medium without a surface"
-                " ahead (its surfaces leave a gap, or a ray ran along an edge), or given up after 2^24 events"
-            )
-        unseen = sum(batch.unseen for batch in self.batches)
-        if unseen:
-            found.append(
-                f"{unseen} times a particle left a body of a medium that it was not seen to enter: its surfaces leave a"
-                " gap, or rays ran along an edge"
-            )
-        astray = sum(batch.astray for batch in self.batches)
-        if astray:
-            found.append(
-                f"{astray} times light came to a Dielectric from another index than it was in: close its gaps, or give"
-                " what lies next to one another the same index"
-            )
-        carried = sum(batch.born for batch in self.batches)
-        is_forward = self.plan.turned is None
-        is_aimed = is_forward and any(emitter.target is not None for emitter in self.plan.emitters)
-        if is_aimed and carried == 0:
-            found.append("nothing is emitted towards the aim: it lies behind its source")
-        found += faint_sources(self.plan, self.particles)
-        looks = (*self.scene.meters, *self.scene.volumes, *self.scene.points, *self.scene.instruments)
-        found += filter(None, (self[look.name].warning for look in looks))
-        if away := [meter for meter in self.scene.meters if self[meter.name].cannot_arrive]:
-            found.append(none_can_arrive(away))
-        found += doubts_of(self)
-        found += doubts_of_fluence(self)
-        aims = [source for source in self.scene.sources if source.aim is not None and is_forward]
-        for detector in self.scene.meters if aims else ():
-            looked_at = [self.scene.shape_of(meter) for meter in self._on_the_way(detector)]
-            if any(source.aim not in looked_at for source in aims):
-                found.append(
-                    f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
-                )
-        for volume in self.scene.volumes if aims else ():
-            if any(source.aim != self.scene.shape_of(volume) for source in aims):
-                found.append(
-                    f"volume detector {volume.name!r} sees an aimed source only in the directions of its aim"
-                )
-        return found
-
-    def _on_the_way(self, detector: Detector) -> list[Detector]:
-        """The detector, and those that all that it counts has crossed before."""
-        return [
-            meter for meter in self.scene.meters if meter is detector or meter.name in (detector.via or ())
-        ]
+        return [*self._warnings, *in_words(self.findings)]
 
     def price(self, name: str, error: float) -> float:
         """Seconds that a run takes, in all, to this relative error of "detector.quantity" [s].

@@ -1,32 +1,30 @@
-"""What a run knows of the quality of its error bars: by quantity, and in words where one is not to be trusted.
+"""What a run knows of the quality of its numbers: the findings about its detectors and sources, in a table and in words.
 
-What can be told: that a few scores carry an error, that the largest thin out too slowly, that batches differ, that heavy
-births of an aim have not scored, that a run backwards hardly met a source, that a point is too near to a wall.  What cannot:
-light of a kind of which nothing has come and that nothing foretells, as by a small plate that no history of a forward run
-has found.  The largest size of rays is no help there: in sound scenes as well hardly any comes up to it.
-
-Scores of volume detectors, and of runs backwards with more than one bin or sensor, count as if alike; how many come
-together is told by the batches.  So it is with all bins, and fluence rates from crossings (weight/|mu|).
+What no finding tells of: a batch of numbers that chance made wrong, light that leaves a scene through a gap that no finding
+names, and errors of the scene itself.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from transport.results.backward_readings import BackwardReading
-from transport.results.estimates import Estimate
+import numpy as np
+
+from transport.results.empty_detector import none_can_arrive
+from transport.results.estimates import Estimate, EstimateOrArray
+from transport.results.faint_sources import faint_sources
+from transport.results.findings import DOUBTFUL, NOTE, Finding, capital, severities
+from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.point_readings import PointReading
-from transport.results.quality import Quality, quality_of
+from transport.results.quality import MORE, Quality, quality_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
-from transport.results.sizes import scores_of_meter
 from transport.results.volume_readings import VolumeReading
-from transport.units import Unit
-from transport.validation import SceneError, listed
+from transport.validation import listed
 
 if TYPE_CHECKING:
     from transport.results.result import Result
@@ -35,70 +33,157 @@ SIDES = {
     "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
     "flux_out": DEPARTURES, "exitance": DEPARTURES, "energy_out": DEPARTURES,
 }  # fmt: skip
-CURE = (
-    "use more particles, or aim the sources, another estimator or a Splitting, so that scores are more alike"
-)
 
 
-def quality_in(result: Result, name: str | Estimate) -> Quality:
-    """The quality of the quantity called "detector.quantity", or of an Estimate.  Raises SceneError for an array of them."""
-    if isinstance(name, Estimate):
-        return quality_of(name, None, result.particles, result.cost.seconds if result.cost else math.nan)
-    estimate = result.quantity(name)
-    if not isinstance(estimate, Estimate):
-        raise SceneError(
-            f"quality: {name!r} has bins, {estimate!r}; pass one of its elements, or the name of a quantity of the"
-            " whole shape such as flux_in"
-        )
-    detector, _, quantity = name.partition(".")
-    scores = _scores_behind(result[detector], quantity)
+def quality_in(result: Result, name: str | EstimateOrArray) -> Quality:
+    """The quality of the quantity called "detector.quantity", or of an Estimate or an array of them."""
     seconds = result.cost.seconds if result.cost else math.nan
+    if not isinstance(name, str):
+        return quality_of(name, None, result.particles, seconds)
+    detector, _, quantity = name.partition(".")
+    estimate = result.quantity(name)
+    scores = _scores_behind(result[detector], quantity) if isinstance(estimate, Estimate) else None
     return quality_of(estimate, scores, result.particles, seconds)
 
 
-def doubts_of(result: Result) -> list[str]:
-    """A warning for each detector whose totals have an error that is not to be trusted, if it has none yet."""
-    found, unscored = [], []
-    for look in (*result.scene.meters, *result.scene.volumes, *result.scene.points):
-        reading = result[look.name]
-        if not isinstance(reading, Reading | PointReading | VolumeReading) or reading.warning is not None:
-            continue
-        if reading.is_blind:
-            unscored += [] if reading.cannot_arrive else [f"{reading.title}{look.name!r}"]
-            continue
-        judged = ((title, q) for title, q in _totals(result, reading) if not math.isnan(q.relative_error))
-        doubted = ((title, q.doubts[0]) for title, q in judged if not q.is_sound)
-        title, doubt = next(doubted, (None, None))
-        if doubt:
-            found.append(f"the error of {title} is not to be trusted: {doubt}; {CURE}")
-    if unscored:
-        particles = f"{result.particles} particle{'s' * (result.particles > 1)}"
-        have = "has no score" if len(unscored) == 1 else "have no score"
-        found.append(f"{listed(unscored)} {have} in {particles}: unknown, not 0. {CURE[0].upper()}{CURE[1:]}")
-    return found
+def findings_of(result: Result) -> tuple[Finding, ...]:
+    """All that a reader should know before trusting the numbers: of sources and particles, then of each detector."""
+    found = [_note("lost particles", what) for what in _of_particles(result)]
+    found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
+    looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
+    for look in looks:
+        found += _of_detector(result, result[look.name])
+    if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
+        found.append(_note("enclosed detector", none_can_arrive(away)))
+    found += [_note("grazing", what) for what in doubts_of_fluence(result)]
+    found += [_note("aim", what) for what in _of_aims(result)]
+    return tuple(found)
 
 
-def _totals(result: Result, reading: Reading | PointReading | VolumeReading) -> Iterator[tuple[str, Quality]]:
+def _note(name: str, what: str, title: str = "") -> Finding:
+    return Finding(NOTE, title, "", what, name=name)
+
+
+def in_words(findings: Iterable[Finding]) -> list[str]:
+    """A warning for each finding that is a note or a doubt; those of several detectors that are alike become one."""
+    alike: dict[tuple[str, str], list[Finding]] = {}
+    told = []
+    for finding in findings:
+        if finding.severity == DOUBTFUL:
+            key = (finding.what, finding.cure)
+            if key not in alike:
+                told.append(key)
+            alike.setdefault(key, []).append(finding)
+        elif finding.severity == NOTE:
+            told.append(finding.what)
+    return [each if isinstance(each, str) else _warning(alike[each]) for each in told]
+
+
+def _warning(findings: list[Finding]) -> str:
+    """A doubt about one or several detectors."""
+    titles: dict[str, list[str]] = {}
+    for finding in findings:
+        titles.setdefault(finding.object, []).append(finding.quantity)
+    names = listed([f"{listed(list(filter(None, names)))} of {title}" if any(names) else title for title, names in titles.items()])
+    first = findings[0]
+    if first.what.startswith("has no score"):
+        have = first.what if len(titles) == 1 else first.what.replace("has", "have", 1)
+        return f"{names} {have}. {capital(first.cure)}"
+    plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
+    worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
+    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}. {capital(first.cure)}"
+
+
+def _of_detector(result: Result, reading) -> Iterator[Finding]:
+    """A note why it counted nothing; the worst finding about each of its totals, or about its bins, that is more than a note."""
+    title = f"{reading.title}{reading.name!r}"
+    if (note := reading.note) is not None:
+        yield _note(*note, title)
+    elif reading.is_blind:
+        found = reading.why_unscored()
+        reasons = [each for each in found if each.severity != NOTE and not each.what.startswith("light not")]
+        what = f"has no score in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
+        if reasons:
+            yield Finding(DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name)
+        elif not reading.cannot_arrive:
+            yield Finding(DOUBTFUL, title, "", what, cure=MORE, name="unknown error")
+    else:
+        found = [
+            replace(worst, quantity=name, value=float(total.value))
+            for name, total in _totals(reading)
+            if not math.isnan(total.error) and (worst := _worst(total)) is not None
+        ]
+        yield from found
+        if not any(each.severity == DOUBTFUL for each in found):
+            yield from _of_bins(reading, title)
+
+
+def _worst(quantity: EstimateOrArray) -> Finding | None:
+    """The worst finding about a quantity that is more than a note."""
+    return next((each for each in quantity.findings if each.severity != NOTE), None)
+
+
+def _of_bins(reading, title: str) -> Iterator[Finding]:
+    """The worst finding about the bins of which any is doubtful though the total is sound."""
+    for name, array in reading.binned():
+        worst = next((each for each in array.findings if each.severity == DOUBTFUL and each.name != "unknown error"), None)
+        if worst is not None:
+            scored = array.value > 0
+            doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
+            many = int((doubtful & scored).sum())
+            if many:
+                what = f"{worst.what}, which matters in {many} of {int(scored.sum())} bins"
+                yield replace(worst, object=title, quantity=name, what=what)
+
+
+def _totals(reading) -> Iterator[tuple[str, Estimate]]:
     """What a detector counted over its whole shape, all times and speeds, on each side."""
     if isinstance(reading, PointReading):
+        yield "fluence_rate", reading.fluence_rate
+    elif isinstance(reading, VolumeReading):
+        yield "fluence_rate", reading.total
+    elif isinstance(reading, Reading):
+        for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
+            if reading.sums.whole("weights", side).any() and not reading.is_sure(side):
+                yield name, reading.total(side)
+    else:
+        yield from reading.totals()
+
+
+def _of_particles(result: Result) -> Iterator[str]:
+    """Particles that were lost or astray, and aims that nothing is born towards."""
+    batches = result.batches
+    if lost := sum(batch.lost for batch in batches):
         yield (
-            f"point detector {reading.name!r}",
-            quality_of(reading.fluence_rate, reading.scores, result.particles),
+            f"{lost} histories were lost; their weight is in the ledger: in a finite body of a medium without a surface"
+            " ahead (its surfaces leave a gap, or a ray ran along an edge), or given up after 2^24 events"
         )
-        return
-    if isinstance(reading, VolumeReading):
+    if unseen := sum(batch.unseen for batch in batches):
         yield (
-            f"the fluence rate in volume detector {reading.name!r}",
-            quality_of(reading.whole, reading.scores, result.particles),
+            f"{unseen} times a particle left a body of a medium that it was not seen to enter: its surfaces leave a"
+            " gap, or rays ran along an edge"
         )
-        return
-    sums = reading.sums
-    for side, title in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
-        weights = sums.whole("weights", side).sum(axis=(1, 2))
-        if weights.any() and not reading.is_sure(side):
-            total = Estimate(weights / result.run.sizes, result.run, Unit())
-            scores = _scores_on(reading, side)
-            yield f"{title} of detector {reading.name!r}", quality_of(total, scores, result.particles)
+    if astray := sum(batch.astray for batch in batches):
+        yield (
+            f"{astray} times light came to a Dielectric from another index than it was in: close its gaps, or give"
+            " what lies next to one another the same index"
+        )
+    is_aimed = result.plan.turned is None and any(emitter.target is not None for emitter in result.plan.emitters)
+    if is_aimed and sum(batch.born for batch in batches) == 0:
+        yield "nothing is emitted towards the aim: it lies behind its source"
+
+
+def _of_aims(result: Result) -> Iterator[str]:
+    """The detectors to which an aim does not cover every path."""
+    scene = result.scene
+    aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]
+    for detector in scene.meters if aims else ():
+        on_the_way = [meter for meter in scene.meters if meter is detector or meter.name in (detector.via or ())]
+        if any(aim not in [scene.shape_of(meter) for meter in on_the_way] for aim in aims):
+            yield f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
+    for volume in scene.volumes if aims else ():
+        if any(aim != scene.shape_of(volume) for aim in aims):
+            yield f"volume detector {volume.name!r} sees an aimed source only in the directions of its aim"
 
 
 def _scores_behind(reading: object, quantity: str) -> Scores | None:
@@ -106,15 +191,7 @@ def _scores_behind(reading: object, quantity: str) -> Scores | None:
     if isinstance(reading, PointReading) and quantity == "fluence_rate":
         return reading.scores
     if isinstance(reading, Reading) and quantity in SIDES:
-        return _scores_on(reading, SIDES[quantity])
+        return reading.scores_on(SIDES[quantity])
     if isinstance(reading, VolumeReading) and quantity in ("fluence_rate", "fluence"):
         return reading.scores
     return None
-
-
-def _scores_on(reading: Reading, side: int) -> Scores | None:
-    """The scores of one side of a meter."""
-    found = reading.scores if isinstance(reading, BackwardReading) else scores_of_meter(reading.sums, side)
-    # Sobol's points leave no gaps: an error is then far less than single scores are apart, and no larger one is due.
-    is_even = reading.sums.plan.method.sampling == "sobol"
-    return replace(found, most=0.0) if found is not None and is_even else found

@@ -9,64 +9,57 @@ it knows how much each surface has absorbed, and so how many histories have come
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, simple_parts
 from transport.materials.surface import titled
+from transport.results.findings import DOUBTFUL, Finding, unseen_scores
 from transport.shapes.distances import least_distance
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.materials import Surface
     from transport.results.batches import Batch
+    from transport.results.estimates import Estimate
     from transport.results.meter_sums import MeterSums
-    from transport.results.quantities import Quantity
     from transport.vectors import Vector
 
-FEW = 5.0  # histories that have come to a wall, below which it counts as not visited
-MANY = 3.0  # standard errors that one more may add
 
-
-def doubt_of_rays(sums: MeterSums, flux: Quantity) -> str | None:
-    """A warning for a detector that events tell what they send there; flux: all that arrived at it."""
+def unvisited_walls_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
+    """Of a detector that events tell what they send there; total: the mean weight that arrived of a history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
-    if not (plan.expects and plan.turned is None and expects(plan.scene, detector)):
-        return None
-    light = float(np.max(flux.value)) / shape.area
-    error = float(np.max(np.nan_to_num(flux.error))) / shape.area
-    title = f"detector {detector.name!r}"
-    return unvisited_wall(plan, sums.batches, title, shape.middle, shape.extent, light, error)
+    if not (plan.expects and plan.turned is None and expects(plan.scene, detector) and total.error > 0):
+        return
+    light = total.value * plan.unit / shape.area
+    for finding in unvisited_walls(plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light):
+        yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
 
-def unvisited_wall(
-    plan: Plan, batches: list[Batch], title: str, place: Vector, size: float, light: float, error: float
-) -> str | None:
-    """A warning of the wall of which one visit would add most; None where none matters.
+def unvisited_walls(
+    plan: Plan, batches: list[Batch], title: str, place: Vector, size: float, light: float
+) -> Iterator[Finding]:
+    """The wall that may add most, with a bound of the irradiance, or of the fluence rate [W m^-2]; nothing where none may.
 
     place: of the middle of what looks [m];  size: its extent [m], closer than which a wall is not taken to be;
-    light: its irradiance, or a quarter of its fluence rate;  error: one standard error of either, not divided [W m^-2].
+    light: its irradiance, or a quarter of its fluence rate [W m^-2].
     """
-    if not error > 0:
-        return None
     histories = sum(batch.histories for batch in batches)
     found = []
     for number, surface in enumerate(plan.scene.surfaces):
         share = _sent(surface)
-        if share > 0 and _visits(plan, batches, number, share, light) < FEW:
+        unseen = unseen_scores(_visits(plan, batches, number, share, light)) if share > 0 else 0.0
+        if unseen > 0:
             distance = max(least_distance(surface.shape, place), size)
             if distance > 0:
                 added = plan.unit / histories * share / (math.pi * distance**2)
-                found.append((added / error, distance, titled(surface, number)))
+                found.append((unseen * added, distance, titled(surface, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
-    if most <= MANY:
-        return None
-    return (
-        f"hardly any history has come to {wall}, {distance:.3g} m from {title}, and one that does would add {most:.2g}"
-        " standard errors: if it is lit at all, the mean is too low; use more particles, or estimator='backward'"
-    )
+    if most > 0:
+        what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has come to it"
+        yield Finding(DOUBTFUL, title, "", what, most, "use more particles, or estimator='backward'", name="unvisited surface")
 
 
 def _sent(surface: Surface) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -11,11 +13,14 @@ from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.results.quantified import Quantified
+from transport.results.findings import Finding
+from transport.results.path_classes import PathClass
+from transport.results.quality import MORE, findings_of_error
+from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import possible_of, scores_alike
 from transport.results.stacked import Stacked, counts_told, in_box, is_large, over_batches, totals_of
-from transport.results.survivors import doubt, missing_survivors
+from transport.results.survivors import missing_survivors
 from transport.shapes import Box, Sphere
 from transport.units import Unit
 from transport.validation import SceneError
@@ -39,6 +44,7 @@ class VolumeReading(Quantified):
     def __init__(self, result, detector: VolumeDetector) -> None:
         self.detector, self.name = detector, detector.name
         self._plan, self._run, self._batches = result.plan, result.run, result.batches
+        self._allowed = result.allowed_of(detector.name)
         self._volume = next(volume for volume in self._plan.volumes if volume.detector is detector)
         self._axes = detector.edges(self._volume.shape)
         self._rate = Unit.parse("W" if self._plan.scene.measured_in == "watts" else "s^-1")
@@ -62,19 +68,19 @@ class VolumeReading(Quantified):
     @cached_property
     def absorbed_power(self) -> EstimateOrArray:
         """What the media absorb in each cell [W or s^-1]: absorption coefficient times fluence rate, over its volume."""
-        return self._absorbed(self._kept / self._plan.tempo, self._rate)
+        return self._absorbed(self._kept / self._plan.tempo, self._rate, self._plan.tempo)
 
     @cached_property
     def absorbed_energy(self) -> EstimateOrArray:
         """What the media absorb in each cell within the duration [J], or particles."""
         self._need_clock("absorbed_energy")
-        return self._absorbed(self._kept, self._rate * Unit.parse("s"))
+        return self._absorbed(self._kept, self._rate * Unit.parse("s"), 1.0)
 
     @cached_property
     def absorbed_density(self) -> EstimateOrArray:
         """Absorbed power per volume [W m^-3 or s^-1 m^-3]."""
         values = self._kept / self._plan.tempo / self.volumes
-        return self._absorbed(values, self._rate / Unit.parse("m^3"))
+        return self._absorbed(values, self._rate / Unit.parse("m^3"), self._plan.tempo, self.volumes)
 
     @cached_property
     def radiance(self) -> EstimateArray:
@@ -88,7 +94,8 @@ class VolumeReading(Quantified):
         values, counts = (_by_direction(rows, angles.shape) for rows in (self._sums, self._counts))
         volumes = np.reshape(self.volumes, (*np.shape(self.volumes), *(1,) * angles.ndim))
         values = values * (self._unit / self._plan.tempo) / volumes / angles
-        return self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
+        made = self._estimate(values, self._rate / Unit.parse("m^2 sr"), counts, axes)
+        return self._with_findings(made, self._unit / self._plan.tempo / volumes / angles)
 
     @cached_property
     def counts(self) -> EstimateOrArray:
@@ -97,27 +104,47 @@ class VolumeReading(Quantified):
         return self._estimate(counts * float(self._run.sizes.sum()), Unit.parse("1"), counts)
 
     @cached_property
-    def warning(self) -> str | None:
-        """What to know before trusting it, where a history that survives roulette would outweigh all that came.
-
-        And why nothing came, where that is sure.
-        """
-        title = f"volume detector {self.name!r}"
+    def note(self) -> Note | None:
+        """Why it counted nothing, where that is known."""
+        title, shape, particles = f"volume detector {self.name!r}", self._volume.shape, int(self._run.sizes.sum())
         if self.is_blind or not self._sums.any():
-            shape, particles = self._volume.shape, int(self._run.sizes.sum())
-            why = why_dark(self._plan.scene, title, shape) or why_so_deep(self._plan, title, shape, particles)
-            if why:
-                return why
-        cells = self._sums.sum(axis=-1)
-        found = missing_survivors(
-            self._plan, self._batches, self._run, cells, self._volume.shape.middle, self._way_through_cell()
-        )
-        return doubt(self._plan, f"the fluence rate in {title}", found)
+            return note_of(why_dark(self._plan.scene, title, shape), why_so_deep(self._plan, title, shape, particles))
+        return None
+
+    @cached_property
+    def _missing(self) -> list[Finding]:
+        """What may be missing, with bounds as a mean way of weight [scene lengths]."""
+        title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
+        if self.is_blind and self.note:
+            return []
+        number = int(totals_of(self._counts).sum())
+        few = PathClass("light", number, self._way_through(), MORE).finding(title, particles)
+        found = [] if few is None else [few]
+        middle, most = self._volume.shape.middle, self._way_through_cell()
+        cells = None if isinstance(self._sums, Stacked) or not self._axes else self._sums.sum(axis=-1)
+        found += missing_survivors(self._plan, self._batches, title, self.whole, middle, cells, most)
+        if self.whole.error > 0:
+            found += findings_of_error(title, self.whole, self.scores, particles)
+        return found
 
     @cached_property
     def whole(self) -> Estimate:
         """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
         return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit())
+
+    def why_unscored(self) -> list[Finding]:
+        """What is known of why it counted nothing."""
+        return self._missing
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The fluence rate by cell."""
+        if self._axes:
+            yield "fluence_rate", self.fluence_rate
+
+    @property
+    def total(self) -> Estimate:
+        """The same with its findings."""
+        return Estimate(self.whole.values, self._run, Unit())._with_findings(lambda: self._missing, self._allowed)
 
     @cached_property
     def scores(self) -> Scores:
@@ -131,6 +158,10 @@ class VolumeReading(Quantified):
         if len(counts) == 3:
             return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
         return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
+
+    def _way_through(self) -> float:
+        """The longest way through the whole volume [scene lengths]."""
+        return 2 * self._volume.shape.extent / self._volume.unit
 
     @property
     def is_blind(self) -> bool:
@@ -212,10 +243,23 @@ class VolumeReading(Quantified):
 
     def _per_volume(self, seconds: float, unit: Unit) -> EstimateOrArray:
         values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes
-        return self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
+        made = self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
+        return self._with_findings(made, self._unit / seconds / self.volumes)
 
-    def _absorbed(self, values: np.ndarray, unit: Unit) -> EstimateOrArray:
-        return self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
+    def _absorbed(self, values: np.ndarray, unit: Unit, seconds: float, volumes: np.ndarray | float = 1.0) -> EstimateOrArray:
+        made = self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
+        most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
+        return self._with_findings(made, most * self._unit / seconds / volumes)
+
+    def _with_findings(self, made: EstimateOrArray, factor: float | np.ndarray) -> EstimateOrArray:
+        """A quantity with its findings; factor: what a mean way of 1 is in it, of each cell."""
+        shape = made._replicates.shape
+
+        def findings() -> Iterator[Finding]:
+            each = np.broadcast_to(factor, shape) if shape else float(np.ravel(factor)[0])
+            return (replace(finding, bound=finding.bound * each) for finding in self._missing)
+
+        return made._with_findings(findings, self._allowed)
 
     def _estimate(
         self,

@@ -5,7 +5,7 @@ import time
 import warnings
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from transport.compile.plan import Plan
 from transport.results import Cost, Result
@@ -24,6 +24,7 @@ from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 from transport.validation import SceneError
 
+OPEN = 1 << 18  # histories after which a class of paths without a score is taken for one that none may ever score
 SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
 
 
@@ -227,6 +228,8 @@ class Run:
         look = self._look()
         self.looks.append(look)
         if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
+            return not self._may_settle(look)
+        if not look.is_blind and look.doubted.unseen > 1 and not self._may_settle(look):
             return True
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
         self.outlook.plan(self._elapsed, self.particles, *to_come)
@@ -235,20 +238,44 @@ class Run:
             self.forecast = self.outlook.forecast
         return False
 
+    def _may_settle(self, look: Look) -> bool:
+        """Whether what has not scored yet, and matters, may be settled before the other limits of the run are reached.
+
+        Without any other limit a run ends where its error should be reached, and goes on for nothing else.
+        """
+        times = look.doubted.unseen
+        if times <= 1:
+            return False
+        if look.particles < OPEN:
+            return True
+        limits, enough = self.limits, times * look.particles
+        if limits.particles is None and limits.seconds is None:
+            return enough <= look.needed
+        rate = self.particles / max(self._elapsed, 1e-9)
+        by_time = math.inf if limits.seconds is None else rate * limits.seconds
+        return enough <= min(by_time, math.inf if limits.particles is None else limits.particles)
+
     def _look(self) -> Look:
         """What is known about the errors asked for."""
         result = Result(self.plan, self.batches, self.seed, None, True, [])
         standings = [
             standing_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
         ]
+        if result.particles < OPEN:
+            times = OPEN / result.particles
+            standings = [replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings]
         return Look(result.particles, len(self.batches), tuple(standings))
 
     def _not_reached(self) -> str | None:
         """What to say when the run ended before the error asked for was reached."""
         if not self.limits.error:
             return None
-        worst = self._look().worst
+        look = self._look()
+        worst, doubted = look.worst, look.doubted
         ratio = worst.relative / worst.target
+        if doubted.unseen > 1 and ratio < math.inf:
+            why = f"because no run within its limits settles a doubt: {doubted.doubt}"
+            return f"{doubted.name}: stopped after {self.particles} particles, {why}"
         if ratio <= 1:
             return None
         times = "without a score for it" if ratio == math.inf else f"at {ratio:.3g} times the error asked for"

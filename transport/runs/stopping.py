@@ -18,28 +18,42 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from transport.results.estimates import Estimate
+from transport.results.findings import MIN_SCORES, times_needed
 from transport.results.quantities import Quantity
 from transport.results.statistics import skewness_of_mean
 
-LOPSIDED = 0.2  # skewness of a mean, above which intervals cover too little
+LOPSIDED = 1 / math.sqrt(MIN_SCORES)  # skewness of a mean, above which intervals cover too little
 LEAP = 16.0  # most times as many histories from a look to the next
 BLIND_LEAP = 4.0  # where nothing is known yet
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a quantity stands: its relative error (of the worst bin; inf while unknown) and its mean's skewness."""
+    """Where a quantity stands: its relative error (of the worst bin; inf while unknown) and its mean's skewness.
+
+    foretold, unseen: how many times as many histories until nothing about it is doubtful any more, by what has scored and by what
+    may never score (results.findings.times_needed);  doubt: what that is.
+    """
 
     name: str
     target: float
     relative: float
     skewness: float
     allowed: float
+    foretold: float = 1.0
+    unseen: float = 1.0
+    doubt: str = ""
 
     @property
     def shortfall(self) -> float:
         """By how much it is off what is asked for: its square is how many times the histories it takes."""
-        return max(self.relative / self.target, self.skewness / self.allowed)
+        return max(self.relative / self.target, self.skewness / self.allowed, self._doubted)
+
+    @property
+    def _doubted(self) -> float:
+        """The same of what has scored too seldom; a run for an error goes on until it knows that."""
+        return math.sqrt(self.foretold) if self.foretold > 1 else 0.0
 
 
 @dataclass(frozen=True)
@@ -54,6 +68,11 @@ class Look:
     def worst(self) -> Standing:
         """The quantity that will take longest."""
         return max(self.standings, key=lambda standing: standing.shortfall)
+
+    @property
+    def doubted(self) -> Standing:
+        """The quantity of which most is unseen."""
+        return max(self.standings, key=lambda standing: standing.unseen)
 
     def of(self, name: str) -> Standing:
         """Where that quantity stood."""
@@ -102,4 +121,7 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
     for run, deviations in replicates.deviations.items():
         skewness = np.fmax(skewness, np.abs(np.atleast_1d(skewness_of_mean(deviations, run.sizes))))
     worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
-    return Standing(name, target, float(relative.flat[worst]), float(skewness.flat[worst]), allowed)
+    doubts = (1.0, 1.0, "")
+    if isinstance(quantity, Estimate):
+        doubts = times_needed(quantity._raw_findings, quantity.value, quantity.error, target)
+    return Standing(name, target, float(relative.flat[worst]), float(skewness.flat[worst]), allowed, *doubts)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from transport.estimators.choosing import Choice, Pilot
+from transport.estimators.choosing import Choice, Mean, Pilot
 from transport.estimators.methods import Method
 from transport.results.batches import Batch
 from transport.results.result import Cost
@@ -23,7 +23,7 @@ from transport.runs.state import State
 from transport.runs.stopping import Look, Standing
 from transport.tracking import Splitting, Tracking
 
-_ALL = (Choice, Cost, Forecast, Limits, Look, Method, Origin, Pilot, Splitting, Standing, State, Tracking)
+_ALL = (Choice, Cost, Forecast, Limits, Look, Mean, Method, Origin, Pilot, Splitting, Standing, State, Tracking)
 KINDS = {kind.__name__: kind for kind in _ALL}
 
 

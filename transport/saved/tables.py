@@ -7,6 +7,7 @@ xarray.open_dataset("run.nc", engine="h5netcdf", group="run")        batches, an
 
 from __future__ import annotations
 
+import json
 import shlex
 import sys
 from collections.abc import Container, Iterator
@@ -133,7 +134,13 @@ def _with_error(
     units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
-    yield name, Variable(dims, np.asarray(quantity.value), units)
+    is_judged = not quantity._replicates.is_in_parts  # as judging very many bins takes all of their errors at once
+    told = [finding.record() for finding in quantity.findings if not dims]
+    judged = {"verdict": quantity.verdict, "findings": json.dumps(told)} if not dims else {}
+    yield name, Variable(dims, np.asarray(quantity.value), units | judged)
+    if dims and is_judged and np.any(doubtful := quantity.is_doubtful):
+        words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}
+        yield f"{name}_doubtful", Variable(dims, np.asarray(doubtful, dtype=np.int8), words)
     units = units | {"long_name": f"standard error of {units['long_name']}"}
     yield f"{name}_error", Variable(dims, np.asarray(quantity.error), units)
 

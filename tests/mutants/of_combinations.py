@@ -1,0 +1,201 @@
+"""Faults where seldom-combined features meet: aims with clocks and volumes, hollows, waiting lanes."""
+
+from tests.mutants.fault import Fault
+
+AIMED = "test_aimed_in_time::test_the_fluence_of_an_aimed_flash_is_on_the_way_that_it_has_flown"
+FADES = "test_volume_in_media::test_a_beam_fades_on_its_way_to_a_volume_and_in_the_hollow_of_one"
+SEEN = "test_azimuths::test_a_lamp_is_seen_at_its_own_azimuth"
+SHARP = "test_sharp_laws::test_every_row_agrees_with_its_closed_form"
+DENSITY = "test_sampling::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
+CLOCKS, VOLUMES, CELLS = "engine/clocks.py", "engine/volumes.py", "engine/volume_cells.py"
+REFINED = "engine/refinements.py"
+ROTATED = "turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)"
+
+FAULTS = (
+    Fault(
+        VOLUMES,
+        "last = b.start[k] + (1.0 - b.time[k]) / slowness",
+        "last = (1.0 - b.time[k]) / slowness",
+        "an aimed pulse that flies on in volumes for as long as its clock runs beyond its target",
+        (AIMED,),
+    ),
+    Fault(
+        VOLUMES,
+        "last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]",
+        "last = (1.0 - b.time[k]) * b.speed[k]",
+        "the same where each flies at its own speed",
+        (AIMED,),
+    ),
+    Fault(
+        VOLUMES,
+        "last = b.start[k] + (1.0 - b.time[k]) / pace",
+        "last = (1.0 - b.time[k]) / pace",
+        "the same in media",
+        (AIMED,),
+    ),
+    Fault(
+        "engine/snapshots.py",
+        "way = b.start[k] + (instant - b.time[k]) * speed\n"
+        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)\n"
+        "        inside",
+        "way = (instant - b.time[k]) * speed\n"
+        "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)\n"
+        "        inside",
+        "aimed particles that phase space finds beyond their target",
+        ("test_aimed_in_time::test_phase_space_finds_an_aimed_flash_as_far_as_it_has_flown",),
+    ),
+    Fault(
+        CLOCKS,
+        "way = b.distance[k] - b.start[k]",
+        "way = b.distance[k]",
+        "an aimed flight in a medium that takes no time as far as its target",
+        ("test_aimed_in_time::test_an_aimed_flash_crosses_each_pane_when_it_has_flown_there",),
+    ),
+    Fault(
+        CLOCKS,
+        "b.arrival[k] = b.time[k] + (way * pace if b.flies[k] != 0 else 0.0)",
+        "b.arrival[k] = b.time[k] + way * pace",
+        "lanes that grow older while they wait for collisions of others",
+        ("test_tracking_in_time::test_light_that_met_nothing_in_fog_arrives_all_at_once",),
+    ),
+    Fault(
+        CLOCKS,
+        "b.u0[k] = start + uniform(w0, w1) * width, uniform(w2, w3)",
+        "b.u0[k] = start + uniform(w0, w1) * width, uniform(w0, w1)",
+        "a number used twice: for the time of birth and the speed",
+        ("test_clocks::test_when_a_particle_is_born_does_not_tell_how_fast_it_is",),
+    ),
+    Fault(
+        REFINED,
+        ROTATED,
+        "turn = azimuth_turn(ux * eux + uy * euy + uz * euz, -(ux * evx + uy * evy + uz * evz))",
+        "azimuths that turn the wrong way",
+        (SEEN,),
+    ),
+    Fault(
+        "compile/looks.py",
+        'values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}',
+        'values |= {"handed": -1.0}',
+        "a frame of directions that is left-handed from behind",
+        (SEEN,),
+    ),
+    Fault(
+        "vectors.py",
+        "return unit_vector(_cross(e_v, normal)), e_v, normal",
+        "return unit_vector(_cross(normal, e_v)), e_v, normal",
+        "left-handed frames of all shapes",
+        (SEEN,),
+    ),
+    Fault(
+        REFINED,
+        "nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]",
+        "nx, ny, nz = b.nx[k], b.ny[k], b.nz[k]",
+        "directions seen from within a curved shape in the frame of its outside",
+        ("test_azimuths::test_on_curved_shapes_e_v_is_along_the_axis_and_e_u_on_its_right",),
+    ),
+    Fault(
+        REFINED,
+        "                    u = m.handed * u\n                    u, v = math.sqrt",
+        "                    u, v = math.sqrt",
+        "places on a disk that are mirrored from behind",
+        ("test_azimuths::test_a_place_on_a_flat_shape_has_the_same_bin_from_either_side",),
+    ),
+    Fault(
+        CELLS,
+        "            elif table.kept != 0:\n                weight *= exp_negative(-fade * way)\n",
+        "",
+        "light that does not fade in the hollow of a volume",
+        (FADES,),
+    ),
+    Fault(
+        CELLS,
+        "                weight *= exp_negative(-fade * before)\n",
+        "",
+        "light that does not fade in voxels before a volume begins",
+        (FADES,),
+    ),
+    Fault(
+        CELLS,
+        "m = number_along(b.z[k] - table.cz, table.per_z, table.nz)\n            keep",
+        "m = number_along(b.z[k] - table.cz, table.per_z, table.ny)\n            keep",
+        "the number of voxels along y for that along z, where collisions are counted",
+        ("test_volume_in_media::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",),
+    ),
+    Fault(
+        "engine/importances.py",
+        "start = b.start[k] if b.start[k] < 0.0 else 0.0",
+        "start = 0.0",
+        "aimed histories weighed by the importance of their target where they are born",
+        ("test_splitting::test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does",),
+    ),
+    Fault(
+        "engine/bank.py",
+        "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])",
+        "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.path[k])",
+        "forced copies that roulette compares with the whole history",
+        ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
+    ),
+    Fault(
+        "engine/birthplaces.py",
+        "        b.z[k] += b.start[k] * b.uz[k]\n",
+        "",
+        "aimed births that are counted beside their source",
+        ("test_emission::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
+    ),
+    Fault(
+        "engine/casting.py",
+        "near = max(0.0, max(near_x, max(near_y, near_z)))",
+        "near = max(near_x, max(near_y, near_z))",
+        "what glows behind a point seen before it",
+        ("test_point_straight::test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar",),
+    ),
+    Fault(
+        "engine/sensors.py",
+        "track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way",
+        "track = b.weight[k] * mean * way",
+        "a glow whose light does not fade on the way to a camera",
+        ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
+    ),
+    Fault(
+        "engine/meters.py",
+        "momentum = slowest / b.speed[k] if is_light != 0 else v",
+        "momentum = v",
+        "the momentum of matter for that of light",
+        ("test_fields_at_meters::test_light_of_each_speed_presses_by_its_energy_over_its_own_speed",),
+    ),
+    Fault(
+        "engine/collisions.py",
+        "b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
+        "b.u0[k] = 0.0 * low + u",
+        "an experiment of verify in which a mixture uses its number twice",
+        (SHARP,),
+    ),
+    Fault(
+        "physics/sight.py",
+        "return 0.05968310365946075 * (1.0 + mu * mu)",
+        "return 0.0599815191 * (1.0 + mu * mu)",
+        "half a percent too much of Rayleigh's density",
+        (DENSITY,),
+    ),
+    Fault(
+        "physics/sight.py",
+        "return 0.05968310365946075 * (1.0 + mu * mu)",
+        "return 0.05998151917775764 * (1.0 + mu * mu)",
+        "the same, in an experiment of verify",
+        (SHARP,),
+    ),
+    Fault(
+        "physics/interfaces.py",
+        "return 0.5 * (s * s + p * p) if",
+        "return 0.5 * (s * s + 1.0007 * p * p) if",
+        "0.07 % too much of R_p",
+        ("test_sampling::test_fresnel_in_the_engine_is_that_of_theory",),
+    ),
+    Fault(
+        "physics/interfaces.py",
+        "return 0.5 * (s * s + p * p) if",
+        "return 0.5 * (s * s + 1.00070 * p * p) if",
+        "the same R_p, in an experiment of verify",
+        (SHARP,),
+    ),
+)

@@ -1,0 +1,217 @@
+"""Findings: what a run may have missed of a number, by how much, and what to do about it.
+
+An estimator connects some classes of paths exactly and finds others only by chance.  A class without a score has no
+variance, so the standard error omits it.  What such a class may be worth is bounded by Poisson's law, and one judge compares
+the bound with the standard error, the value and the error that was asked for.  Warnings, reports, `quality()`, pictures,
+stopping and the choice of an estimator read the same findings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from transport.results.enough import MIN_SCORES
+
+CONFIDENCE = 0.95  # of the bound of what has not been seen
+TINY = 0.01  # of the error: a smaller bound is not worth a word
+ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked for
+
+NOTE, SOUND, BOUNDED, DOUBTFUL = "note", "sound", "bounded", "doubtful"
+NO_SCORE = "no score"  # the reason of an error that is not known
+SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What a check found out about a number.
+
+    Parameters
+    ----------
+    severity : {"note", "bounded", "doubtful"}
+        "note": good to know, the number stands.  "bounded": the number may be off by `bound`, which `interval()` includes.
+        "doubtful": the number may be off by more than its error, by more than is allowed.
+    object : str
+        The detector, source or surface that it is about, such as "detector 'desk'".
+    quantity : str
+        The quantity, such as "irradiance"; "" for all of the object.
+    what : str
+        What may be wrong, such as "light by 'mirror' not sampled".
+    bound : float or numpy.ndarray
+        By how much the true value may exceed the estimate (fall below it, where negative), in the unit of the
+        quantity, with 95 % confidence; nan where no bound is known.  Of an array (*dims).
+    cure : str
+        What to do, such as "use estimator='backward'".
+    """
+
+    severity: str
+    object: str
+    quantity: str
+    what: str
+    bound: Any = np.nan
+    cure: str = ""
+    value: float = np.nan  # of the number that it is about
+    name: str = ""  # of its entry in the table of diagnostics
+    times: float = np.nan  # as many histories after which the error knows it; nan where no score foretells that
+
+    @property
+    def share(self) -> float:
+        """The bound as a share of the value; nan where it is not known."""
+        return abs(self.bound / self.value) if np.ndim(self.bound) == 0 and self.value else np.nan
+
+    @property
+    def worth(self) -> str:
+        """What the bound is worth, in words; "" where it is not known."""
+        share = self.share
+        if not np.isfinite(share):
+            return ""
+        return f", worth up to {100 * share:.2g} % of it" if share < 0.995 else f", worth up to {share:.2g} times it"
+
+    def record(self) -> dict[str, Any]:
+        """Its parts for machines."""
+        bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
+        words = {"severity": self.severity, "object": self.object, "quantity": self.quantity, "what": self.what}
+        return {"name": self.name, **words, "bound": bound, "cure": self.cure}
+
+    def __str__(self) -> str:
+        of = " of ".join(filter(None, (self.quantity, self.object)))
+        what = f"{of}: {self.what}{self.worth}" if of else self.what
+        return f"{what}. {capital(self.cure)}" if self.cure else what
+
+    @property
+    def largest_bound(self) -> float:
+        """The bound, of an array that of the bin where it is largest; nan where none is known."""
+        known = np.abs(np.atleast_1d(self.bound))
+        return float(np.max(known, where=np.isfinite(known), initial=0.0)) if np.isfinite(known).any() else np.nan
+
+
+def unseen_scores(scores: float | np.ndarray) -> Any:
+    """How many scores more than those that came may have been expected: U(n) - n, with U Poisson's 95 % upper limit.
+
+    3.0 where none came; 0 from MIN_SCORES on, for the spread of so many is in the standard error.
+
+    Examples
+    --------
+    >>> round(unseen_scores(0), 2), round(unseen_scores(1), 2), unseen_scores(MIN_SCORES)
+    (3.0, 3.74, 0.0)
+    """
+    from scipy.special import gammaincinv
+
+    scores = np.asarray(scores, dtype=float)
+    unseen = np.where(scores < MIN_SCORES, gammaincinv(scores + 1.0, CONFIDENCE) - scores, 0.0)
+    return unseen.item() if unseen.ndim == 0 else unseen
+
+
+def unknown_of_error(carriers: float) -> float:
+    """By how many standard errors a 95 % interval may be too short where about so many scores carry the error.
+
+    Their variance is as well known as that of 2n normal numbers (chi squared, 95 %); 0.7 for ten, 1.2 for five.
+
+    Examples
+    --------
+    >>> round(unknown_of_error(5.0), 1), round(unknown_of_error(1e6), 1)
+    (1.2, 0.0)
+    """
+    from scipy.special import chdtri
+
+    if not carriers > 0:
+        return np.inf
+    dof = 2 * max(carriers, 0.5)
+    return 1.96 * (np.sqrt(dof / chdtri(dof, CONFIDENCE)) - 1)
+
+
+def severities(finding: Finding, value: np.ndarray, error: np.ndarray, allowed: float) -> np.ndarray:
+    """The verdict about each number of an array, by one finding: the one judge.
+
+    Sound where the bound is below the standard error, bounded where it is below what is allowed (a share of the value),
+    doubtful otherwise and where no bound is known.
+    """
+    if finding.severity == NOTE:
+        return np.broadcast_to(SOUND, np.shape(value))
+    bound = np.abs(np.broadcast_to(finding.bound, np.shape(value)))
+    with np.errstate(invalid="ignore"):
+        is_small, is_allowed = bound <= error, bound <= allowed * np.abs(value)
+    is_small |= bound == 0
+    return np.where(is_small, SOUND, np.where(is_allowed, BOUNDED, DOUBTFUL))
+
+
+def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
+    """What speaks against numbers of which no error is known; reasons: (*dims) of str, or None where it is known."""
+    known = [reason for reason in np.ravel(reasons) if reason is not None]
+    if not known:
+        return ()
+    what = f"the error is unknown: {known[0]}" if known[0] != NO_SCORE else "no score, so the value is unknown, not 0"
+    many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
+    bound = np.where(np.equal(reasons, None), 0.0, np.inf)
+    return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles", name="unknown error"),)
+
+
+def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
+    """The worst verdict about each number, (*shape)."""
+    worst = np.full(shape, SOUND, dtype="<U8")
+    for verdict in verdicts:
+        worst = np.where(worst == DOUBTFUL, worst, np.where(verdict == SOUND, worst, verdict))
+    return worst
+
+
+def times_needed(findings: Iterable[Finding], value: float, error: float, allowed: float) -> tuple[float, float, str]:
+    """How many times as many histories a number takes until no finding about it is a doubt, and the finding that takes most.
+
+    The first is that of findings that scores foretell, the second that of those that may never score, whose bounds fall as one over
+    the number of histories; 1 where there are none, infinite where there is no bound.
+    """
+    foretold, open_end, worst, what = 1.0, 1.0, 1.0, ""
+    number, spread = np.asarray(value), np.asarray(error)
+    doubts = [each for each in findings if str(severities(each, number, spread, allowed)) == DOUBTFUL]
+    bounded = [each for each in doubts if not np.isnan(each.bound)]  # which explain what batches look like
+    for finding in bounded or doubts:
+        if np.isfinite(finding.times):
+            times = foretold = max(foretold, float(finding.times))
+        else:
+            times = abs(finding.bound) / (allowed * abs(value)) if value else np.inf
+            times = open_end = max(open_end, float(np.nan_to_num(times, nan=np.inf)))
+        if times >= worst:
+            worst, what = times, finding.what
+    return foretold, open_end, what
+
+
+def judged(findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float) -> tuple[Finding, ...]:
+    """The findings with the severity that they have for a number, the worst first; those that do not matter are notes."""
+    found, size = [], np.nan_to_num(np.abs(value))
+    for finding in findings:
+        verdicts = severities(finding, value, error, allowed)
+        if finding.severity != NOTE and np.all(np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= TINY * error):
+            continue
+        severity = DOUBTFUL if (verdicts == DOUBTFUL).any() else BOUNDED if (verdicts == BOUNDED).any() else NOTE
+        known = float(value) if np.ndim(value) == 0 else np.nan
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.abs(finding.bound) / size
+        weight = np.max(np.where(np.isnan(shares), 0.0, shares), initial=0.0)
+        found.append((SEVERITIES.index(severity), weight, replace(finding, severity=severity, value=known)))
+    return tuple(finding for *_, finding in sorted(found, key=lambda each: each[:2], reverse=True))
+
+
+def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]) -> tuple[Finding, ...]:
+    """The findings of a function of numbers: each bound becomes what it moves the function by.
+
+    operands: of each number its value and its findings.  Findings of one kind become one.
+    """
+    values = [value for value, _ in operands]
+    found: dict[tuple[str, str], Finding] = {}
+    with np.errstate(all="ignore"):
+        base = function(*values)
+        for place, (value, findings) in enumerate(operands):
+            for finding in findings:
+                moved = function(*values[:place], value + finding.bound, *values[place + 1 :])
+                key = finding.object, finding.what
+                bound = moved - base + (found[key].bound if key in found else 0.0)
+                found[key] = replace(finding, bound=bound)
+    return tuple(found.values())
+
+
+def capital(sentence: str) -> str:
+    """The sentence with a capital letter."""
+    return sentence[:1].upper() + sentence[1:]
