@@ -6,6 +6,8 @@ choices of seeds; without pooling they are missed by far.
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -148,6 +150,7 @@ def test_elements_slices_and_multiples_keep_their_errors_and_sums_theirs():
     assert element.z(0.0) == array.z(0.0)[3, 4]
     np.testing.assert_array_equal(part.error, array.error[2:5, 1:7])
     assert part[1, 3].error == element.error
+    assert pickle.loads(pickle.dumps(element)).error == element.error
     assert (2 * element).error == pytest.approx(2 * element.error, rel=1e-12)
     assert (element**2).relative_error == pytest.approx(2 * element.relative_error, rel=0.1)
     factors = np.arange(1.0, 10.0)
