@@ -294,10 +294,6 @@ class Quantity(Generic[Number, Reason]):
         plain = np.add if sign > 0 else np.subtract
         return _applied(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
 
-    def __getstate__(self) -> dict[str, Any]:
-        made = {"_error_bars": self._error_bars}  # now, for what makes them cannot be pickled
-        return {name: each for name, each in (vars(self) | made).items() if name != "_judged"}
-
     @cached_property
     def _error_bars(self) -> Pooled:
         """Error, degrees of freedom and doubt of each bin."""
