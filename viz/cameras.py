@@ -52,7 +52,8 @@ def seen(
     -----
     Both pictures are seen from the instrument's place: what is on the right of a camera's picture is on the
     right in a map.  The azimuth of a map, which turns from +x towards +y, therefore grows to the left, as
-    in a map of the sky.  Pixels without a known error (no score, or the same in every batch) are hatched.
+    in a map of the sky.  Pixels without a known error (no score, or the same in every batch) are hatched on
+    grey, those with a doubtful one above their colour.
 
     Examples
     --------
@@ -76,9 +77,22 @@ def seen(
         worst = _error_norm(percent)
         bar = _picture(figure, right, reading, percent, worst, ERRORS, TITLE, "both")
         tick_errors(bar.ax.xaxis, worst)
-        if np.isnan(percent).any():
-            right.set_title("hatched: no error known", fontsize=15, color=MUTED, pad=8)
+        doubtful = _doubtful(reading) & ~np.isnan(percent)
+        if _is_map(reading):
+            theta, phi = (np.degrees(edges) for edges in reading.radiance.coords.values())
+        else:
+            theta, phi = (np.arange(n + 1) - 0.5 for n in doubtful.shape)
+        hatch(right, doubtful, phi, theta)
+        kinds = {"no error known": np.isnan(percent), "doubtful error": doubtful}
+        if hatched := [words for words, where in kinds.items() if where.any()]:
+            right.set_title(f"hatched: {', '.join(hatched)}", fontsize=15, color=MUTED, pad=8)
     return path
+
+
+def _doubtful(reading: object) -> np.ndarray:
+    """Which pixels have a doubtful error, in the order of `image`."""
+    doubtful = reading.radiance.is_doubtful
+    return doubtful if _is_map(reading) else doubtful[::-1]
 
 
 def _is_map(reading: object) -> bool:

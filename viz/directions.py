@@ -24,6 +24,7 @@ class DirectionBins:
     value: np.ndarray
     error: np.ndarray
     unscored: np.ndarray
+    doubtful: np.ndarray
     unit: object
 
     @property
@@ -80,5 +81,5 @@ def direction_bins(radiance: EstimateArray) -> DirectionBins:
         array = array if "phi" in radiance.dims else array[:, None]
         return (array.T if radiance.dims[0] == "phi" else array)[upwards]
 
-    fields = (radiance.value, radiance.error, radiance.reason == "no score")
+    fields = (radiance.value, radiance.error, radiance.reason == "no score", radiance.is_doubtful)
     return DirectionBins(theta[upwards], phi, *map(arranged, fields), radiance.unit)

@@ -27,19 +27,23 @@ COMPASS = ((0, "left", "center"), (90, "center", "bottom"), (180, "right", "cent
 
 def draw_map(axes: Axes, bins: DirectionBins, field: np.ndarray, norm: Normalize, colours: str) -> QuadMesh:
     """Colour the bins by a field (n, m); where it is nan they are hatched grey."""
-    times = max(1, math.ceil(np.diff(bins.phi).max() / FINEST))
-    phi = np.interp(np.arange((len(bins.phi) - 1) * times + 1) / times, np.arange(len(bins.phi)), bins.phi)
-    radius = np.degrees(bins.theta)[:, None]
-    x, y = radius * np.cos(phi), radius * np.sin(phi)
-    field = np.repeat(field, times, axis=1)
+    field, x, y = on_plan(bins, field)
     known = np.isfinite(field)
     if not known.all():
         # One hatched face below all bins: hatching each of them takes seconds.
         edge = [np.concatenate([side[-1], side[0, ::-1]]) for side in (x, y)]
         axes.fill(*edge, facecolor=PALE, hatch=HATCHING, edgecolor=MUTED, linewidth=0)
     mesh = axes.pcolormesh(x, y, np.ma.masked_where(~known, field), norm=norm, cmap=colours, rasterized=True)
-    _furnish(axes, radius.max(), spokes=not bins.is_round)
+    _furnish(axes, np.degrees(bins.theta).max(), spokes=not bins.is_round)
     return mesh
+
+
+def on_plan(bins: DirectionBins, field: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A field (n, m) with its arcs cut so fine that they look round, and the corners of its bins."""
+    times = max(1, math.ceil(np.diff(bins.phi).max() / FINEST))
+    phi = np.interp(np.arange((len(bins.phi) - 1) * times + 1) / times, np.arange(len(bins.phi)), bins.phi)
+    radius = np.degrees(bins.theta)[:, None]
+    return np.repeat(field, times, axis=1), radius * np.cos(phi), radius * np.sin(phi)
 
 
 def mark_azimuth(axes: Axes, bins: DirectionBins, column: int, colour: str) -> None:

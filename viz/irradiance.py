@@ -148,9 +148,14 @@ def _map_errors(axes: Axes, below: Axes, places: Places) -> None:
     percent = percent_of(places.value, places.error)
     norm = error_norm(percent)
     drawn = _draw(axes, places, percent, norm, ERRORS)
+    doubtful = places.doubtful & ~np.isnan(percent)
+    if places.is_round:
+        hatch(axes, *_on_disk(places, doubtful))
+    else:
+        hatch(axes, doubtful.T, *places.edges)
     axes.set_title(TITLE)
     error_bar(drawn, norm, cax=below)
-    if words := gap_words(percent, places.unscored):
+    if words := gap_words(percent, places.unscored, places.doubtful):
         axes.legend(handles=[hatch_key(words)], loc="lower left", fontsize=14)
 
 
@@ -175,20 +180,25 @@ def _draw_round(
     axes: Axes, places: Places, field: np.ndarray, norm: Normalize, colours: str
 ) -> ScalarMappable:
     """Rings and sectors as they lie on the disk."""
-    radius, turn = places.edges
-    times = max(1, math.ceil(np.diff(turn).max() / FINEST))
-    fine = np.radians(np.interp(np.arange((len(turn) - 1) * times + 1) / times, np.arange(len(turn)), turn))
-    x, y = radius[:, None] * np.cos(fine), radius[:, None] * np.sin(fine)
     if np.isnan(field).any():
         hatch(axes)
-    field = np.ma.masked_invalid(np.repeat(field, times, axis=1))
-    drawn = axes.pcolormesh(x, y, field, norm=norm, cmap=colours, rasterized=True)
+    field, x, y = _on_disk(places, field)
+    drawn = axes.pcolormesh(x, y, np.ma.masked_invalid(field), norm=norm, cmap=colours, rasterized=True)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(_ticks(places.axes[0]))
     unit = places.axes[0].unit
     axes.set_xlabel(rf"along $e_u$  [{unit}]")
     axes.set_ylabel(rf"along $e_v$  [{unit}]")
     return drawn
+
+
+def _on_disk(places: Places, field: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A field with its sectors cut so fine that they look round, and the corners of its bins."""
+    radius, turn = places.edges
+    times = max(1, math.ceil(np.diff(turn).max() / FINEST))
+    fine = np.radians(np.interp(np.arange((len(turn) - 1) * times + 1) / times, np.arange(len(turn)), turn))
+    x, y = radius[:, None] * np.cos(fine), radius[:, None] * np.sin(fine)
+    return np.repeat(field, times, axis=1), x, y
 
 
 def _ticks(coordinate: Coordinate) -> MaxNLocator:

@@ -46,7 +46,7 @@ OF_REVOLVED = {"u": Coordinate("height along the axis", "m"), "v": TURN}
 class Places:
     """Bins over one or two coordinates; the first one is across the picture.
 
-    edges: of each, in the unit of its axis;  value, error, unscored: (across, up), or (across,);  is_round: a radius and an azimuth;
+    edges: of each, in the unit of its axis;  value, error, unscored, doubtful: (across, up), or (across,);  is_round: a radius and an azimuth;
     taken, order: which bins of the detector's these are, and in which order of its axes.
     """
 
@@ -55,6 +55,7 @@ class Places:
     value: np.ndarray
     error: np.ndarray
     unscored: np.ndarray
+    doubtful: np.ndarray
     unit: object
     is_round: bool
     taken: tuple[int | slice, ...]
@@ -85,7 +86,7 @@ def places_of(reading: object, quantity: str, at: Mapping[str, int] | None = Non
         cure = "give it positions=Positions(...), or cells=..."
         raise ValueError(f"{reading.name!r}: {quantity} has no bins of place; {cure}")
     taken = _taken(array, at or {}, f"{reading.name!r}: {quantity}")
-    shown, field = array[taken], (array.value, array.error, array.reason == "no score")
+    shown, field = array[taken], (array.value, array.error, array.reason == "no score", array.is_doubtful)
     names = _in_order(shown.dims, _shape_of(reading))
     order = tuple(shown.dims.index(name) for name in names)
     axes = tuple(names.values())

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from transport import EstimateArray
 from viz.cuts import draw_exact, draw_points, explain_exact, finish_radiance_axis
 from viz.directions import DirectionBins, Radiance, direction_bins
-from viz.hemisphere import draw_map, explain_hatching, mark_azimuth
+from viz.hemisphere import draw_map, explain_hatching, mark_azimuth, on_plan
 from viz.style import BLUE, INK, VERMILLION, axes_at, figure_at, with_unit
 from viz.uncertainty import (
     ERRORS,
@@ -22,6 +22,7 @@ from viz.uncertainty import (
     error_bar,
     error_norm,
     gap_words,
+    hatch,
     on_scale,
     percent_of,
     value_bar,
@@ -104,8 +105,9 @@ def _map_errors(axes: Axes, below: Axes, bins: DirectionBins) -> None:
     mesh = draw_map(axes, bins, percent, norm, ERRORS)
     axes.set_title(TITLE)
     error_bar(mesh, norm, cax=below)
-    if words := gap_words(percent, bins.unscored):
-        explain_hatching(axes, words)
+    hatch(axes, *on_plan(bins, bins.doubtful & ~np.isnan(percent)))
+    if words := gap_words(percent, bins.unscored, bins.doubtful):
+        explain_hatching(axes, words.replace(", ", ",\n"))
 
 
 def _draw_cut(

@@ -8,7 +8,8 @@ from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 from viz.style import HATCHING, MUTED, PALE
@@ -85,20 +86,52 @@ def tick_errors(axis: Axis, norm: Normalize) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def hatch(axes: Axes) -> None:
-    """Hatched grey for the whole of axes, which shows where a map drawn upon it has a gap."""
-    axes.fill(
-        (0, 1, 1, 0), (0, 0, 1, 1), transform=axes.transAxes, facecolor=PALE, hatch=HATCHING, ec=MUTED, lw=0,
-        zorder=-5,
-    )  # fmt: skip
+def hatch(
+    axes: Axes,
+    doubtful: np.ndarray | None = None,
+    across: np.ndarray | None = None,
+    up: np.ndarray | None = None,
+) -> None:
+    """Hatch bins of a map.
+
+    Parameters
+    ----------
+    axes : Axes
+        The map.
+    doubtful : ndarray (up, across) of bool, optional
+        Bins to hatch above their colours: those with a doubtful error.  Without it the whole ground is hatched, in grey,
+        which shows where a map that is drawn upon it has a gap.
+    across, up : ndarray, optional
+        Edges of the bins (across + 1,) and (up + 1,), or their corners (up + 1, across + 1).
+    """
+    if doubtful is None:
+        axes.fill(
+            (0, 1, 1, 0), (0, 0, 1, 1), transform=axes.transAxes, facecolor=PALE, hatch=HATCHING, ec=MUTED,
+            lw=0, zorder=-5,
+        )  # fmt: skip
+    elif doubtful.any():
+        if np.ndim(across) == 1:
+            across, up = np.meshgrid(across, up)
+        corners = np.stack([across, up], axis=-1)
+        ways = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1], corners[:-1, :-1]
+        outlines = np.stack([way[doubtful] for way in ways], axis=1)
+        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+        # One path for all bins: hatching each of them takes seconds.
+        path = Path(outlines.reshape(-1, 2), np.tile(codes, len(outlines)))
+        axes.add_patch(
+            PathPatch(path, facecolor="none", edgecolor=MUTED, linewidth=0, hatch=HATCHING, zorder=3)
+        )
 
 
-def gap_words(percent: np.ndarray, unscored: np.ndarray) -> str | None:
-    """Why some errors are not drawn; None where all are."""
+def gap_words(percent: np.ndarray, unscored: np.ndarray, doubtful: np.ndarray | None = None) -> str | None:
+    """Why bins of a map of errors are hatched; None where none is."""
     gaps = np.isnan(percent)
-    if not gaps.any():
-        return None
-    return "no score" if unscored[gaps].all() else "not known"
+    why = []
+    if gaps.any():
+        why.append("no score" if unscored[gaps].all() else "not known")
+    if doubtful is not None and (doubtful & ~gaps).any():
+        why.append("doubtful")
+    return ", ".join(why) or None
 
 
 def hatch_key(words: str) -> Patch:

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
+from transport.results.aside import let_go
 from transport.results.findings import BOUNDED, DOUBTFUL, Finding
 from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
-from transport.results.quantities import Operand, Quantity
+from transport.results.pooling import Pooled
+from transport.results.quantities import AXIS_UNITS, Operand, Quantity
 from transport.results.replicates import Batches, Replicates
 from transport.units import Unit
 
@@ -22,10 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
 
-AXIS_UNITS = {  # of axes; those of u and v depend on the shape
-    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
-    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
-}  # fmt: skip
 _KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
 
 
@@ -160,9 +158,11 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             if isinstance(along, slice):
                 start, stop, _ = along.indices(bins)
                 coords[name] = edges[start : max(start, stop) + len(edges) - bins]
-        return self._like(replicates, self.unit, coords)._with_findings(
+        made = self._like(replicates, self.unit, coords)._with_findings(
             lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
         )
+        made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
+        return made
 
     def __array__(
         self, dtype: object = None, copy: bool | None = None
@@ -206,7 +206,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return self.sum(dim) / math.prod(bins)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Dataset with `value` and `error`; coordinates are the bins' centres, and <name>_low and <name>_high.
+        """Dataset with `value`, `error` and `doubtful`; coordinates are the bins' centres, and <name>_low and <name>_high.
 
         Instants of time have neither.
         """
@@ -214,6 +214,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
         attributes = {"units": str(self.unit) or "1"}
         data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
+        data["doubtful"] = (self.dims, self.is_doubtful)
         coords = {}
         for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
             known = AXIS_UNITS | dict(self.axis_units)
@@ -236,6 +237,8 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         if unknown:
             parts.append(f"error unknown in {unknown} of {self.value.size} bins")
         self._replicates.let_go()
+        for each in self._error_bars:
+            let_go(each)
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
@@ -269,6 +272,7 @@ if TYPE_CHECKING:
         reason: Any
         relative_error: Any
         dof: Any
+        is_doubtful: Any
 
         def interval(self, confidence: float = 0.95) -> tuple[Any, Any]: ...
         def z(self, exact_value: float | np.ndarray) -> Any: ...

@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-# Fewer scores than this are too few, wherever the question arises: the mean of 25 scores of one size has a skewness of
-# 25^-1/2 = 0.2, by which a 95 % interval covers 1 % less than it claims (Hall 1988, equation 2.5).
-MIN_SCORES = 25
+from transport.results.enough import MIN_SCORES
+
 CONFIDENCE = 0.95  # of the bound of what has not been seen
 TINY = 0.01  # of the error: a smaller bound is not worth a word
 ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked for

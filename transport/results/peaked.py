@@ -22,8 +22,8 @@ from transport.shapes import Point
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.media import Medium
-    from transport.results.meter_sums import MeterSums
     from transport.results.estimates import Estimate
+    from transport.results.meter_sums import MeterSums
     from transport.vectors import Vector
 
 

@@ -9,8 +9,8 @@ each other's consequence.
 from __future__ import annotations
 
 import math
-from copy import copy
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np

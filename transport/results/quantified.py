@@ -9,7 +9,6 @@ from transport.results.estimates import EstimateOrArray
 from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
 
-
 Note = tuple[str, str]  # the name of a diagnostic, and its words
 
 

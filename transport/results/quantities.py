@@ -4,19 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
 
 import numpy as np
 
+from transport.results.error_bars import error_bars_of
 from transport.results.findings import (
-    ALLOWED, BOUNDED, DOUBTFUL, Finding, carried, judged, of_unknown_error, severities, worst_of,
+    ALLOWED,
+    BOUNDED,
+    DOUBTFUL,
+    Finding,
+    carried,
+    judged,
+    of_unknown_error,
+    severities,
+    worst_of,
 )  # fmt: skip
+from transport.results.pooling import Pooled
 from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
+AXIS_UNITS = {  # of axes; those of u and v depend on the shape
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
+    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
+}  # fmt: skip
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
 Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
@@ -31,6 +46,9 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
+    _bars_from: Callable[[], Pooled] | None = (
+        None  # error bars known from elsewhere, such as those of a bin of an array
+    )
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = ()  # made when they are asked for
 
@@ -41,8 +59,11 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def error(self) -> Number:
-        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`)."""
-        return _plain(self._replicates.error)
+        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`).
+
+        That of a bin is known from neighbouring bins as well, see `is_doubtful`; that of a sum from its batches alone.
+        """
+        return _plain(np.asarray(self._error_bars.error))
 
     @property
     def reason(self) -> Reason:
@@ -57,7 +78,7 @@ class Quantity(Generic[Number, Reason]):
     @property
     def relative_error(self) -> Number:
         """One standard error as a fraction of the value's size; 0 where exact, infinite at a value of 0."""
-        error = self._replicates.error
+        error = np.asarray(self._error_bars.error)
         with np.errstate(divide="ignore", invalid="ignore"):
             return _plain(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
 
@@ -77,8 +98,8 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def dof(self) -> Number:
-        """Degrees of freedom of the error: batches - 1, effective ones for several runs, inf if exact."""
-        return _plain(self._replicates.dof)
+        """Degrees of freedom of the error: batches - 1, effective ones for several runs or bins, inf if exact."""
+        return _plain(np.asarray(self._error_bars.dof))
 
     @property
     def values(self) -> np.ndarray:
@@ -118,8 +139,11 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def is_doubtful(self) -> Any:
-        """Whether the error is not to be trusted; of an array (*dims) of bool."""
-        return _plain(np.equal(self.verdict, DOUBTFUL))
+        """Whether the error is not to be trusted; of an array (*dims) of bool.
+
+        So it is by a finding, where it is unknown, and where too few scores carry it even with those of neighbouring bins.
+        """
+        return _plain(np.equal(self.verdict, DOUBTFUL) | np.asarray(self._error_bars.is_doubtful))
 
     @property
     def _raw_findings(self) -> tuple[Finding, ...]:
@@ -140,8 +164,8 @@ class Quantity(Generic[Number, Reason]):
         return self
 
     def __getstate__(self) -> dict[str, Any]:
-        self._raw_findings  # are made now
-        return dict(vars(self))
+        made = {"_unjudged": self._raw_findings, "_error_bars": self._error_bars}
+        return {name: each for name, each in (vars(self) | made).items() if name != "_bars_from"}
 
     def to_numpy(self) -> np.ndarray:
         """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
@@ -161,7 +185,8 @@ class Quantity(Generic[Number, Reason]):
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
         reach = 0.0
         if not self.exact:
-            reach = student_quantile(0.5 + confidence / 2, self._replicates.dof) * self._replicates.error
+            bars = self._error_bars
+            reach = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
         below, above = self._bounds
         return _plain(self._replicates.value - reach - below), _plain(self._replicates.value + reach + above)
 
@@ -189,8 +214,8 @@ class Quantity(Generic[Number, Reason]):
                 )
                 surely_not = np.where(np.isnan(value), np.nan, np.copysign(np.inf, value - expected))
                 return _plain(np.where(agree, 0.0, surely_not))
-            t = (value - expected) / self._replicates.error
-        return _plain(normal_score(t, self._replicates.dof))
+            t = (value - expected) / self._error_bars.error
+        return _plain(normal_score(t, self._error_bars.dof))
 
     def __add__(self, other: Operand) -> Self:
         return self._plus(other, +1)
@@ -249,9 +274,11 @@ class Quantity(Generic[Number, Reason]):
             return NotImplemented
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
         number = self._replicates
-        return made._with_findings(
+        made = made._with_findings(
             lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)), self.allowed
         )
+        _keep_error_bars(made, self)
+        return made
 
     def _plus(self, other: object, sign: int) -> Self:
         if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
@@ -266,6 +293,13 @@ class Quantity(Generic[Number, Reason]):
             )
         plain = np.add if sign > 0 else np.subtract
         return _applied(lambda first, second: added(first, second, sign), plain, self, other, self.unit)
+
+    @cached_property
+    def _error_bars(self) -> Pooled:
+        """Error, degrees of freedom and doubt of each bin."""
+        if self._bars_from is not None:
+            return self._bars_from()
+        return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))
 
     def _operand(self, other: object) -> Quantity | None:
         """The other side of an operator; a number or array becomes an exact quantity with the same axes."""
@@ -303,7 +337,11 @@ def _applied(function: Callable, plain: Callable, first: Quantity, second: Quant
         both = ((one.value, _aligned_findings(each, tuple(coords))) for one, each in zip(aligned, (first, second), strict=True))
         return carried(plain, *both)
 
-    return made._with_findings(findings, min(first.allowed, second.allowed))
+    made = made._with_findings(findings, min(first.allowed, second.allowed))
+    uncertain = [each for each in (first, second) if not each.exact]
+    if len(uncertain) == 1:
+        _keep_error_bars(made, *uncertain)
+    return made
 
 
 def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
@@ -313,6 +351,20 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
         replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
         for finding in quantity._raw_findings
     ]
+
+
+def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
+    """Let what is made of one uncertain quantity keep its pooled errors: they grow as those from its batches do."""
+    if made._replicates.is_in_parts or tuple(operand.coords) not in ((), tuple(made.coords)):
+        return
+
+    def judged() -> Pooled:
+        bars, own = operand._error_bars, made._replicates.error
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = own * (bars.error / operand._replicates.error)
+        return Pooled(error, *(np.broadcast_to(each, np.shape(error)) for each in bars[1:]))
+
+    made._bars_from = judged
 
 
 def _plain(array: np.ndarray) -> Any:

@@ -18,8 +18,8 @@ from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import cannot_arrive, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
-from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.findings import MIN_SCORES, Finding
+from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
 from transport.results.quality import findings_of_error

@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, simple_parts
 from transport.materials.surface import titled

@@ -1,0 +1,90 @@
+"""Error bars that are printed: of a single number from its own batches, of bins with the help of their neighbours.
+
+Batches, their correlations and sums over bins are not touched by it: see pooling.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import reduce
+
+import numpy as np
+
+from transport.results.aside import let_go, room_for
+from transport.results.pooling import Pooled, covers_circle, pooled_errors
+from transport.results.replicates import Replicates
+from transport.results.statistics import standard_error, welch_dof
+
+POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # axes of place and direction
+CONSTANT = "every batch gave the same"  # the one reason for an unknown error that is no cause for doubt
+
+
+def error_bars_of(
+    replicates: Replicates, coords: Mapping[str, np.ndarray], units: Mapping[str, str]
+) -> Pooled:
+    """Return the error bar of each bin, its degrees of freedom, and whether it is doubtful or unknown.
+
+    Parameters
+    ----------
+    replicates : Replicates
+        Of bins (*dims).  Of very many bins, made part by part, each part is pooled by itself.
+    coords : mapping of str to ndarray
+        Edges of the bins along each axis, in the order of `dims`.
+    units : mapping of str to str
+        Units of the axes; those in rad that go round are periodic.
+
+    Returns
+    -------
+    Pooled
+        Read-only arrays (*dims).
+    """
+    axes = [axis for axis, name in enumerate(coords) if name in POOLED]
+    periodic = [
+        axis
+        for axis, (name, edges) in enumerate(coords.items())
+        if axis in axes and units.get(name) == "rad" and covers_circle(edges)
+    ]
+    if not replicates.is_in_parts:
+        return _read_only(_of_bins(replicates, axes, periodic))
+    kinds = (float, float, bool)
+    rooms = Pooled(*(room_for(replicates.shape, kind) for kind in kinds))
+    for box in replicates.boxes:
+        whole = [axis for axis in periodic if _is_whole(box[axis], replicates.shape[axis])]
+        for room, numbers in zip(rooms, _of_bins(replicates.part(box), axes, whole), strict=True):
+            room[box] = numbers
+            let_go(room)
+    return _read_only(rooms)
+
+
+def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
+    """Error bars of bins that are made at once."""
+    is_known = np.equal(replicates.reason, None)
+    unknown = ~is_known & np.not_equal(replicates.reason, CONSTANT)
+    found = []
+    for run, deviations in replicates.deviations.items() if axes else ():
+        spread = np.abs(deviations).max(axis=0)
+        pooled = pooled_errors(deviations, run.sizes, is_known & (spread > 0), axes, periodic)
+        if pooled is None:  # too few batches: the run's own errors, beside those of other runs
+            own = np.where(is_known, standard_error(deviations, run.sizes), np.nan)
+            pooled = Pooled(own, np.full(own.shape, len(run) - 1.0), np.zeros(own.shape, dtype=bool))
+        found.append(pooled)
+    if not found:
+        return Pooled(replicates.error, replicates.dof, unknown)
+    errors = [np.where(is_known, np.nan_to_num(each.error), np.nan) for each in found]
+    dof = found[0].dof
+    if len(found) > 1:
+        with np.errstate(invalid="ignore"):
+            dof = np.where(is_known, welch_dof(errors, [each.dof for each in found]), replicates.dof)
+    doubtful = reduce(np.logical_or, [each.is_doubtful for each in found], unknown)
+    return Pooled(reduce(np.hypot, errors), dof, doubtful)
+
+
+def _is_whole(along: slice, count: int) -> bool:
+    return along.indices(count)[:2] == (0, count)
+
+
+def _read_only(bars: Pooled) -> Pooled:
+    bars = Pooled(*(each if isinstance(each, np.ndarray) else np.array(each) for each in bars))
+    for each in bars:
+        each.flags.writeable = False
+    return bars
