@@ -300,6 +300,11 @@ class ViewReading(Quantified):
 
         return made._with_findings(findings, self._result.allowed_of(self.name))
 
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The radiance by pixel or bin."""
+        if self._sums.is_view:
+            yield "radiance", self.radiance
+
     def totals(self) -> Iterator[tuple[str, Estimate]]:
         """The mean over all its cells, with what may be missing of it."""
         means = self._sums.means[0]

@@ -149,6 +149,17 @@ def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
     return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles", name="unknown error"),)
 
 
+def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
+    """What speaks against bins whose error is not known even with the scores of their neighbours; is_doubtful: (*dims) of bool."""
+    many = int(np.count_nonzero(is_doubtful))
+    if not many:
+        return ()
+    what = "too few or too unlike scores, even with those of neighbouring bins"
+    what += f", in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
+    bound = np.where(is_doubtful, np.nan, 0.0)
+    return (Finding(DOUBTFUL, "", "", what, float(bound) if bound.ndim == 0 else bound, "use more particles", name="bins"),)
+
+
 def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
     """The worst verdict about each number, (*shape)."""
     worst = np.full(shape, SOUND, dtype="<U8")

@@ -14,15 +14,16 @@ import numpy as np
 from transport.results.error_bars import error_bars_of
 from transport.results.findings import (
     ALLOWED,
-    BOUNDED,
     DOUBTFUL,
+    SOUND,
     Finding,
     carried,
     judged,
+    of_bins,
     of_unknown_error,
     severities,
     worst_of,
-)  # fmt: skip
+)
 from transport.results.pooling import Pooled
 from transport.results.replicates import Batches, Replicates, added, arranged, power, product, ratio
 from transport.results.statistics import normal_score, student_quantile
@@ -123,8 +124,7 @@ class Quantity(Generic[Number, Reason]):
 
         They are kept through arithmetic, slices, merged and resumed runs, and files.
         """
-        replicates = self._replicates
-        return judged(self._all_findings, replicates.value, replicates.error, self.allowed)
+        return judged(self._all_findings, self._replicates.value, np.asarray(self._error_bars.error), self.allowed)
 
     @property
     def verdict(self) -> Any:
@@ -133,17 +133,14 @@ class Quantity(Generic[Number, Reason]):
         sound: what may be missing is less than the standard error;  bounded: less than the error that was asked for, or 1 %
         of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
         """
-        value, error = self._replicates.value, self._replicates.error
+        value, error = self._replicates.value, np.asarray(self._error_bars.error)
         verdicts = [severities(finding, value, error, self.allowed) for finding in self._all_findings]
         return _plain(worst_of(verdicts, np.shape(value)))
 
     @property
     def is_doubtful(self) -> Any:
-        """Whether the error is not to be trusted; of an array (*dims) of bool.
-
-        So it is by a finding, where it is unknown, and where too few scores carry it even with those of neighbouring bins.
-        """
-        return _plain(np.equal(self.verdict, DOUBTFUL) | np.asarray(self._error_bars.is_doubtful))
+        """Whether the verdict is "doubtful"; of an array (*dims) of bool."""
+        return _plain(np.equal(self.verdict, DOUBTFUL))
 
     @property
     def _raw_findings(self) -> tuple[Finding, ...]:
@@ -155,8 +152,9 @@ class Quantity(Generic[Number, Reason]):
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
         """The same, and that the error is not known, where it is not."""
-        unknown = () if self._replicates.is_in_parts else of_unknown_error(self._replicates.reason)
-        return *unknown, *self._raw_findings
+        reasons = self._replicates.reason
+        is_doubtful = np.asarray(self._error_bars.is_doubtful) & np.equal(reasons, None)
+        return *of_unknown_error(reasons), *of_bins(is_doubtful), *self._raw_findings
 
     def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
         """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
@@ -194,10 +192,10 @@ class Quantity(Generic[Number, Reason]):
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
         """By how much the true value may lie below and above the estimate, beside its error."""
         below, above, value = 0.0, 0.0, self._replicates.value
-        for finding in self.findings:
-            bound = np.nan_to_num(finding.bound, posinf=np.inf, neginf=-np.inf)
-            if finding.severity in (BOUNDED, DOUBTFUL):
-                below, above = below - np.minimum(bound, 0.0), above + np.maximum(bound, 0.0)
+        for finding in self._raw_findings:
+            matters = severities(finding, value, np.asarray(self._error_bars.error), self.allowed) != SOUND
+            bound = np.where(matters, np.nan_to_num(finding.bound, posinf=np.inf, neginf=-np.inf), 0.0)
+            below, above = below - np.minimum(bound, 0.0), above + np.maximum(bound, 0.0)
         return np.broadcast_to(below, np.shape(value)), np.broadcast_to(above, np.shape(value))
 
     def z(self, exact_value: float | np.ndarray) -> Number:

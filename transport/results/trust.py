@@ -29,6 +29,8 @@ from transport.validation import listed
 if TYPE_CHECKING:
     from transport.results.result import Result
 
+MANY = 0.05  # of the bins that scored: so many may have too few scores without a warning
+
 SIDES = {
     "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
     "flux_out": DEPARTURES, "exitance": DEPARTURES, "energy_out": DEPARTURES,
@@ -130,9 +132,9 @@ def _of_bins(reading, title: str) -> Iterator[Finding]:
         if worst is not None:
             scored = array.value > 0
             doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
-            many = int((doubtful & scored).sum())
-            if many:
-                what = f"{worst.what}, which matters in {many} of {int(scored.sum())} bins"
+            many, of = int((doubtful & scored).sum()), int(scored.sum())
+            if many > (MANY * of if worst.name == "bins" else 0):
+                what = f"{worst.what.partition(', in ')[0]}, which matters in {many} of {of} bins"
                 yield replace(worst, object=title, quantity=name, what=what)
 
 
