@@ -22,7 +22,7 @@ from transport.results.trends import outlier_of, trend_of
 
 CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
-MORE = "use more particles, or aim the sources, another estimator or a Splitting, so that scores are more alike"
+MORE = "use more particles, or estimator='auto', which tries all that go with the scene"
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,11 @@ class Quality:
 
     def __str__(self) -> str:
         scores = "unknown" if self.scores is None else self.scores
-        relative, merit = (_median(each) for each in (self.relative_error, self.figure_of_merit))
+        if np.ndim(self.relative_error):
+            relative, merit = (_median(each) for each in (self.relative_error, self.figure_of_merit))
+            return f"medians: relative error {relative:.2g}, figure of merit {merit:.3g} s^-1: {'; '.join((self.verdict, *self.doubts))}"
         numbers = (
-            f"relative error {relative:.2g}, figure of merit {merit:.3g} s^-1, scores {scores},"
+            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1, scores {scores},"
             f" VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g} errors, trend p = {self.trend:.2g}"
         )
         return f"{numbers}: {'; '.join((self.verdict, *self.doubts))}"

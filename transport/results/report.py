@@ -4,15 +4,17 @@ from collections.abc import Iterator
 
 from transport.cameras import Camera, Instrument
 from transport.estimators.expected import counted_as_they_come
-from transport.estimators.methods import ANALOG
+from transport.estimators.methods import ANALOG, methods_for
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.estimates import Estimate
 from transport.results.footprint import batches_that_fit, bytes_of_a_batch
 from transport.results.prices import price_lines
+from transport.validation import listed
 from transport.volumes import VolumeDetector
 
 MOST_SEEDS = 6  # that are told one by one
+SELDOM = 0.1  # scores per history: another estimator may do better
 
 
 def report_of(result) -> str:
@@ -21,6 +23,7 @@ def report_of(result) -> str:
         head_of(result),
         *memory_lines(result),
         *method_lines(result),
+        *better_lines(result),
         *tracking_lines(result),
         "",
         ledger_title(result),
@@ -145,6 +148,23 @@ def method_lines(result) -> list[str]:
     method = result.plan.method
     told = [f"estimator: {method.title}{_as_they_come(result)}"] if method != ANALOG else []
     return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
+
+
+def better_lines(result) -> list[str]:
+    """The estimators that suit the scene better than counting what comes: where few histories come to a detector."""
+    scene = result.scene
+    if result.plan.method != ANALOG or result.choice is not None:
+        return []
+    seldom = [
+        meter.name
+        for meter in scene.meters
+        if not result[meter.name].is_blind and result[meter.name].sums.whole("counts", 0).sum() < SELDOM * result.particles
+    ]
+    others = [method.estimator for method in methods_for(scene) if method.sampling == "random"][1:] if seldom else []
+    if not others:
+        return []
+    names = " or ".join(map(repr, others))
+    return [f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {names} may suit better: 'auto' tries them"]
 
 
 def memory_lines(result) -> list[str]:
