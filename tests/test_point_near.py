@@ -12,7 +12,6 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from tests.doubts import doubts
 from tests.point_scenes import LAMP, M, filled, seen
 
 ROOM = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.8), "room")
@@ -20,7 +19,8 @@ ROOM = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.8), "room")
 
 def told(result, name="p0"):
     """What a result says of one point and what is near it."""
-    return [doubt for doubt in doubts(result, name) if "histories are expected" in doubt]
+    doubts = (each for each in result[name].fluence_rate.findings if each.severity == "doubtful")
+    return [str(each) for each in doubts if "histories are expected" in each.what]
 
 
 def test_near_a_diffuse_wall_half_is_missing_and_a_result_says_so():

@@ -186,8 +186,8 @@ FAULTS = (
     ),
     Fault(
         "results/backward_readings.py",
-        "return Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
-        "return Estimate(2 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
+        "made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
+        "made = Estimate(2 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
         "a hemisphere for the sphere round a point",
         ("test_cameras",),
     ),

@@ -256,7 +256,7 @@ def verify(
 
 @app.command()
 def checks(json: Json = False) -> None:
-    """List the diagnostics of every run: what each detects, and what it cannot.
+    """List what every run is checked for, and what no check sees.
 
     \b
     Examples:
