@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from tests.bench.coverage import radiance_of, room, row_of
+from tests.bench.interval_coverage import radiance_of, room, row_of
 from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.pooling import pooled_errors, window_sums
 from transport.results.statistics import student_quantile

@@ -1,6 +1,6 @@
 """How often the 95 % intervals of single pixels hold the truth: by scene, number of histories and claimed error.
 
-    python -m tests.bench.coverage [SCENE ...] [--seeds 50] [--histories 100 --histories 1000] [--reference 1e8]
+    python -m tests.bench.interval_coverage [SCENE ...] [--seeds 50] [--histories 100 --histories 1000] [--reference 1e8]
 
 One row per scene and number of histories per pixel.  `before` is the coverage of errors from a pixel's own batches,
 `after` that of pooled errors, with the share of doubtful pixels, which are left out.  The four quarters of pixels by
