@@ -11,7 +11,7 @@ from transport.compile.beyond import empty_sides
 from transport.compile.coats import coat_rows, nothing
 from transport.compile.contacts import contacts_of
 from transport.compile.emitters import emitters_of
-from transport.compile.expected import fill_expected
+from transport.compile.expected import fill_expected, fill_guards
 from transport.compile.instants import fill_phase_spaces, fill_snapshots
 from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
 from transport.compile.media import default_tracking, fill_media
@@ -90,6 +90,7 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
     fill_volumes(plan)
     fill_points(plan)
     fill_sizes(plan)
+    fill_guards(plan, sheets)
     return plan
 
 

@@ -21,7 +21,7 @@ from transport.compile.points import scatters_anywhere
 from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
 from transport.estimators.expected import expects
-from transport.materials import Diffuse, Mixture, simple_parts
+from transport.materials import Diffuse, Mixture, is_specular, simple_parts
 from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
 from transport.shapes.distances import is_behind, least_distance, least_height
 from transport.shapes.supports import are_on_one_support
@@ -30,6 +30,7 @@ from transport.validation import refuse, shown
 if TYPE_CHECKING:
     from transport.compile.emitters import Emitter
     from transport.compile.plan import Plan
+    from transport.sheets import Sheet
 
 LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]
 BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
@@ -64,6 +65,43 @@ def fill_expected(plan: Plan) -> None:
             plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
     by_name = {each.detector.name: each for each in plan.expectations}
     plan.expected_layers = [_expected_layer(plan, layer, by_name) for layer in plan.layers]
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A ball about a detector in which flights from mirrors, glass, gloss and lenses are counted, by the sheet that they come from.
+
+    They are never added to an estimate, and never prove that there is no such light: a focus is narrower than any ball.
+    """
+
+    detector: str
+    radius: float  # [m]
+    row: np.ndarray  # of layout.GUARD
+    surfaces: dict[int, int]  # by sheet the number of a specular surface on it
+
+
+def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
+    """A Guard for each detector that is told what to expect, where surfaces send light that no ray tells of."""
+    if plan.turned is not None or not plan.expectations:
+        return
+    scene = plan.scene
+    specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
+    found = {
+        number: scene.surfaces.index(member.surface)
+        for number, sheet in enumerate(sheets, start=1)
+        for member in sheet.members
+        if member.surface is not None and scene.surfaces.index(member.surface) in specular
+    }
+    for each in plan.expectations if found else ():
+        shape = scene.shape_of(each.detector)
+        apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)
+        radius = math.sqrt(shape.extent * max(apart, shape.extent))
+        place = layout.center_columns(plan.space.place(shape.middle))
+        row = layout.row(layout.GUARD, **place, radius2=(radius / plan.space.size) ** 2, first=plan.size_cells)
+        plan.guards.append(Guard(each.detector.name, radius, row, found))
+        plan.size_cells += len(sheets) + 1
+    for guard in plan.guards:
+        guard.row["cells"] = plan.size_cells
 
 
 def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectation]) -> np.ndarray:

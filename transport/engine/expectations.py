@@ -47,6 +47,12 @@ def expected_of_collisions(plan):
     yield step(told.tell_collisions, _told(float(rows[0][1]["peak"])))
 
 
+def guards(plan):
+    """Flights that no ray tells of, counted where they pass near a detector: they name the surfaces that bring such light."""
+    for guard in plan.guards:
+        yield step(told.count_in_guard, guard.row)
+
+
 def _connected(plan, each, row, send, densities=()):
     """A ray from each lane's event to the point that it has drawn, and what it brings."""
     shape = plan.scene.shape_of(each.detector)

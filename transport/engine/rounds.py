@@ -23,7 +23,7 @@ from transport.engine import (
     surfaces,
     volume_steps,
 )
-from transport.engine.expectations import expected_of_collisions
+from transport.engine.expectations import expected_of_collisions, guards
 from transport.engine.lookouts import casts_of_flights, detours_of_collisions
 from transport.engine.registry import named, rows_of, step
 
@@ -79,6 +79,7 @@ def rounds_of(plan, moved):
         yield step(grids.collide_in_grid, row)
     yield from casts_of_flights(plan)
     yield from volume_steps.ways(plan)
+    yield from guards(plan)
     if plan.has_clock:
         yield from _clock(plan)
     if plan.attenuates:

@@ -1,16 +1,22 @@
 """What of flights' crossings rays have told detectors already: a flight knows where it took its direction, and how."""
 
+import numpy as np
+from numba import uint64
+
 from transport.compile.layout import (
     DIFFUSE,
+    GUARD,
     HELD,
     MATERIAL_MASK,
     MATERIAL_SHIFT,
     NO_TABLE,
     SHEET_SHIFT,
+    STANDING,
     SURFACE_MASK,
     SURFACE_SHIFT,
     TOLD,
 )
+from transport.engine.addresses import view
 from transport.engine.passes import lane_pass
 from transport.physics.connections import flights_share
 from transport.physics.directions import either
@@ -77,4 +83,23 @@ def give_back(b, table, first, live):
     """The whole weight flies on."""
     for k in range(first, live):
         b.weight[k] = b.kept[k]
+    return live
+
+
+@lane_pass(GUARD)
+def count_in_guard(b, table, first, live):
+    """Count flights that no ray tells of and that pass through a ball about a detector, by the sheet that they come from."""
+    cx, cy, cz, radius2, begin = table.cx, table.cy, table.cz, table.radius2, table.first
+    counts, n = view(b.sizes, table.cells, np.int64), 0
+    for k in range(first, live):
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        along = rx * b.ux[k] + ry * b.uy[k] + rz * b.uz[k]
+        along = b.start[k] if along < b.start[k] else along
+        along = b.distance[k] if along > b.distance[k] else along
+        dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
+        b.listed[n] = k
+        n += 1 if (b.told[k] == 0.0) & (b.weight[k] != 0.0) & (dx * dx + dy * dy + dz * dz <= radius2) else 0
+    for j in range(n):
+        k = uint64(b.listed[j])
+        counts[uint64(begin + (b.sheet[k] & STANDING))] += 1
     return live

@@ -9,7 +9,7 @@ import numpy as np
 from transport.fields import Converted
 from transport.materials.base import Material
 from transport.materials.optical import Dielectric, ThinLens
-from transport.materials.plain import Diffuse, Mirror, Transparent
+from transport.materials.plain import Black, Diffuse, Mirror, Transparent
 from transport.media import Phase
 from transport.media.base import is_phase
 from transport.validation import as_float, check_type, refuse, scene_object, shown, store
@@ -143,6 +143,17 @@ def simple_parts(material: Material) -> tuple[Material, ...]:
 def lets_through(material: Material) -> bool:
     """Whether light that arrives at one of the sides may go on beyond the surface."""
     return any(_passes(part) for part in simple_parts(material))
+
+
+def is_specular(material: Material) -> bool:
+    """Whether light leaves a material into directions that no ray can be aimed along: mirrors, glass, gloss and lenses."""
+    return any(_is_specular(part) for part in simple_parts(material))
+
+
+def _is_specular(part: Material) -> bool:
+    if isinstance(part, Mirror):
+        return part.reflectance > 0 or part.transmission > 0
+    return not isinstance(part, (Black, Diffuse, Transparent))
 
 
 def _passes(part: Material) -> bool:

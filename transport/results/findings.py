@@ -55,6 +55,7 @@ class Finding:
     cure: str = ""
     value: float = np.nan  # of the number that it is about
     name: str = ""  # of its entry in the table of diagnostics
+    seen: str = ""  # what shows that it is no mere possibility
     times: float = np.nan  # as many histories after which the error knows it; nan where no score foretells that
 
     @property
@@ -74,11 +75,12 @@ class Finding:
         """Its parts for machines."""
         bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
         words = {"severity": self.severity, "object": self.object, "quantity": self.quantity, "what": self.what}
-        return {"name": self.name, **words, "bound": bound, "cure": self.cure}
+        return {"name": self.name, **words, "bound": bound, "seen": self.seen, "cure": self.cure}
 
     def __str__(self) -> str:
         of = " of ".join(filter(None, (self.quantity, self.object)))
         what = f"{of}: {self.what}{self.worth}" if of else self.what
+        what += f" ({self.seen})" if self.seen else ""
         return f"{what}. {capital(self.cure)}" if self.cure else what
 
     @property

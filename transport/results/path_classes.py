@@ -23,16 +23,7 @@ from transport.compile.sizes import EDGES
 from transport.detectors import Detector
 from transport.emissions import Beam
 from transport.estimators import backward
-from transport.materials import (
-    Black,
-    Diffuse,
-    Material,
-    Mirror,
-    Transparent,
-    TwoSided,
-    lets_through,
-    simple_parts,
-)
+from transport.materials import Material, TwoSided, is_specular, lets_through
 from transport.materials.surface import titled
 from transport.points import PointDetector
 from transport.results.empty_detector import are_parted
@@ -56,6 +47,7 @@ PAIRS = 1 << 14  # lines between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 
+
 @dataclass(frozen=True)
 class PathClass:
     """Paths that are found by chance: what they are, how often they scored, and the most that one score adds to the sum."""
@@ -64,6 +56,7 @@ class PathClass:
     scores: int
     largest: float
     cure: str
+    seen: str = ""  # by a guard about the detector
 
     def finding(self, title: str, histories: float) -> Finding | None:
         """What of it a run of so many histories may have missed; None where nothing that its error does not tell."""
@@ -72,7 +65,7 @@ class PathClass:
         few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}" if self.scores else f"{self.what} not sampled"
         bound = unseen_scores(self.scores) * self.largest / histories
         times = MIN_SCORES / self.scores if self.scores else math.nan
-        return Finding(DOUBTFUL, title, "", few, bound, self.cure, name="path class", times=times)
+        return Finding(DOUBTFUL, title, "", few, bound, self.cure, name="path class", times=times, seen=self.seen)
 
 
 def chances_of_detector(
@@ -138,7 +131,11 @@ def _classes_of_detector(
     flights, rays = (int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches)) for k in plan.size_blocks[name, side][:2])
     number = large_scores(plan, batches, name, side, largest, flights)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
-    yield PathClass(what, number, largest, _cure(scene))
+    seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
+    if seen:
+        what = f"light by {listed(list(seen))}"
+    flights = " and ".join(f"{passed} flights from {title}" for title, passed in seen.items())
+    yield PathClass(what, number, largest, _cure(scene), f"{flights} passed within {radius:.2g} m" if seen else "")
     yield PathClass("light that rays connect", rays, 1 / expectation.scale, "use more particles")
 
 
@@ -181,6 +178,21 @@ def _classes_of_lamps(
             yield number, PathClass(what, met[number][1], scales[number], "use more particles")
 
 
+def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
+    """How many flights a guard saw pass a detector, by the surface that they came from, and within what distance [m]."""
+    guard = next((each for each in plan.guards if each.detector == name), None)
+    if guard is None:
+        return {}, 0.0
+    first, seen = int(guard.row["first"]), {}
+    for sheet, number in guard.surfaces.items():
+        passed = int(sum(batch.sizes[first + sheet] for batch in batches))
+        surface = plan.scene.surfaces[number]
+        title = repr(surface.name) if surface.name else titled(surface, number)
+        if passed:
+            seen[title] = seen.get(title, 0) + passed
+    return seen, guard.radius
+
+
 def large_scores(plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int) -> int:
     """How many scores of flights are at least a quarter of the largest that there can be; all where they are alike."""
     blocks = plan.size_blocks.get((name, side))
@@ -207,17 +219,6 @@ def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[str]:
             continue
         found.append(repr(surface.name) if surface.name else titled(surface, number))
     return found
-
-
-def is_specular(material: Material) -> bool:
-    """Whether light leaves a material into directions that no ray can connect: mirrors, glass, gloss and lenses."""
-    return any(_is_specular(part) for part in simple_parts(material))
-
-
-def _is_specular(part: Material) -> bool:
-    if isinstance(part, Mirror):
-        return part.reflectance > 0 or part.transmission > 0
-    return not isinstance(part, Black | Diffuse | Transparent)
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:

@@ -92,8 +92,9 @@ def _warning(findings: list[Finding]) -> str:
         have = first.what if len(titles) == 1 else first.what.replace("has", "have", 1)
         return f"{names} {have}. {capital(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
+    seen = f" ({first.seen})" if first.seen else ""
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
-    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}. {capital(first.cure)}"
+    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capital(first.cure)}"
 
 
 def _of_detector(result: Result, reading) -> Iterator[Finding]:
