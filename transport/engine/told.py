@@ -1,5 +1,7 @@
 """What of flights' crossings rays have told detectors already: a flight knows where it took its direction, and how."""
 
+import math
+
 import numpy as np
 from numba import uint64
 
@@ -97,8 +99,11 @@ def count_in_guard(b, table, first, live):
         along = b.start[k] if along < b.start[k] else along
         along = b.distance[k] if along > b.distance[k] else along
         dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
+        is_told = (b.told[k] != 0.0) | (b.weight[k] == 0.0)
+        b.score[k] = math.inf if is_told else dx * dx + dy * dy + dz * dz
+    for k in range(first, live):
         b.listed[n] = k
-        n += 1 if (b.told[k] == 0.0) & (b.weight[k] != 0.0) & (dx * dx + dy * dy + dz * dz <= radius2) else 0
+        n += 1 if b.score[k] <= radius2 else 0
     for j in range(n):
         k = uint64(b.listed[j])
         counts[uint64(begin + (b.sheet[k] & STANDING))] += 1
