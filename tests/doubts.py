@@ -8,7 +8,11 @@ from transport.results.findings import DOUBTFUL, NOTE
 def doubts(result, name: str) -> list[str]:
     """The doubts about a detector, and why it counted nothing."""
     told = [each for each in result.findings if repr(name) in each.object]
-    return [str(each) if each.severity == DOUBTFUL else each.what for each in told if each.severity in (DOUBTFUL, NOTE)]
+    return [
+        str(each) if each.severity == DOUBTFUL else each.what
+        for each in told
+        if each.severity in (DOUBTFUL, NOTE)
+    ]
 
 
 def doubt(result, name: str) -> str | None:

@@ -26,17 +26,25 @@ EYE = tp.Detector(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=1e-3)
 PANEL = tp.Rectangle(center=(-1, 0, 0), normal=(1, 0, 0), up=(0, 0, 1), width=3, height=3)
 
 
-def estimate(value: float, error: float, bound: float | None = None, what: str = "light by 'mirror' not sampled"):
+def estimate(
+    value: float, error: float, bound: float | None = None, what: str = "light by 'mirror' not sampled"
+):
     """An estimate of this value and standard error, of which so much may be missing."""
     signs = np.resize([1.0, -1.0], 32)
     made = Estimate(value + error * math.sqrt(31) * signs, RUN, "W")
-    found = () if bound is None else (Finding("doubtful", "detector 'm'", "flux_in", what, bound, "use more particles"),)
+    found = (
+        ()
+        if bound is None
+        else (Finding("doubtful", "detector 'm'", "flux_in", what, bound, "use more particles"),)
+    )
     return made._with_findings(lambda: found)
 
 
 def mirror(material=None, **more):
     """The scene of a mirror whose light no ray connects."""
-    return tp.Scene([LAMP], [tp.Surface(PANEL, material or tp.Mirror(1.0), "mirror")], more.get("detectors", [EYE]))
+    return tp.Scene(
+        [LAMP], [tp.Surface(PANEL, material or tp.Mirror(1.0), "mirror")], more.get("detectors", [EYE])
+    )
 
 
 # ---- bounds ----
@@ -63,7 +71,8 @@ def test_an_error_that_few_scores_carry_may_be_too_small_by_the_law_of_chi_squar
 
 
 @pytest.mark.parametrize(
-    ("bound", "verdict"), [(0.009, "sound"), (0.011, "bounded"), (0.099, "bounded"), (0.101, "doubtful"), (math.nan, "doubtful")]
+    ("bound", "verdict"),
+    [(0.009, "sound"), (0.011, "bounded"), (0.099, "bounded"), (0.101, "doubtful"), (math.nan, "doubtful")],
 )
 def test_a_bound_is_compared_with_the_error_then_with_what_is_allowed(bound, verdict):
     found = estimate(10.0, 0.01, bound)
@@ -76,7 +85,10 @@ def test_a_bound_is_compared_with_the_error_then_with_what_is_allowed(bound, ver
 
 def test_what_is_printed():
     assert str(estimate(10.0, 0.01)) == "(10.000 ± 0.010) W"
-    assert str(estimate(10.0, 0.01, 0.05)) == "(10.000 ± 0.010) W, or up to 0.05 more: light by 'mirror' not sampled"
+    assert (
+        str(estimate(10.0, 0.01, 0.05))
+        == "(10.000 ± 0.010) W, or up to 0.05 more: light by 'mirror' not sampled"
+    )
     assert str(estimate(10.0, 0.01, 3.0)) == "(10.000 ± 0.010) W, doubtful: light by 'mirror' not sampled"
 
 
@@ -105,7 +117,10 @@ def test_slices_sums_means_and_pickles_keep_them():
     array = EstimateArray(values + 0.01 * signs, RUN, "W", ("u", "v"), {"u": np.arange(3), "v": np.arange(4)})
     finding = Finding("doubtful", "detector 'm'", "", "what", np.full((2, 3), 0.03), "")
     array._with_findings(lambda: (finding,))
-    assert array.verdict.tolist() == [["doubtful", "doubtful", "sound"], ["bounded"] * 3] or array.verdict[0, 0] == "doubtful"
+    assert (
+        array.verdict.tolist() == [["doubtful", "doubtful", "sound"], ["bounded"] * 3]
+        or array.verdict[0, 0] == "doubtful"
+    )
     assert array[0, 0].findings[0].bound == 0.03 and array[1].findings[0].bound.shape == (3,)
     assert array.sum().findings[0].bound == pytest.approx(0.18)
     assert array.sum("u").findings[0].bound == pytest.approx([0.06] * 3)
@@ -146,7 +161,9 @@ def test_a_mirror_is_left_out_only_where_it_cannot_be_the_last_that_light_meets(
         assert mirrors_of(scene, disk, "front") == ([] if name == "below" else [repr(name)])
         assert mirrors_of(scene, disk, None) == [repr(name)]
     box = tp.Surface(tp.Box(center=(0, 0, 1), size=1.5), tp.Diffuse(0.5), "box")
-    scene = tp.Scene(scene.sources, [tp.Surface(tp.Sphere(center=(0, 0, 1), radius=0.5), tp.Mirror(0.9), "in a box"), box])
+    scene = tp.Scene(
+        scene.sources, [tp.Surface(tp.Sphere(center=(0, 0, 1), radius=0.5), tp.Mirror(0.9), "in a box"), box]
+    )
     assert mirrors_of(scene, disk, "front") == []
     away = tp.TwoSided(tp.Diffuse(0.5), tp.Mirror(0.9))  # its back mirrors
     for normal, found in (((0, 0, -1), []), ((0, 0, 1), ["'panel'"])):
@@ -155,7 +172,8 @@ def test_a_mirror_is_left_out_only_where_it_cannot_be_the_last_that_light_meets(
 
 
 @pytest.mark.parametrize(
-    "material", [tp.Mirror(0.5, 0.5), tp.Glossy(0.05, 0.9), tp.Mixture({tp.Mirror(1.0): 0.2, tp.Diffuse(0.5): 0.8})]
+    "material",
+    [tp.Mirror(0.5, 0.5), tp.Glossy(0.05, 0.9), tp.Mixture({tp.Mirror(1.0): 0.2, tp.Diffuse(0.5): 0.8})],
 )
 def test_every_material_that_no_ray_connects_is_named(material):
     result = tp.simulate(mirror(material), 20_000, seed=1, estimator="expected", threads=1, progress=False)
@@ -171,7 +189,9 @@ def test_a_beam_from_behind_or_beside_is_no_doubt():
         ((0, 0, -1), (0, 0, 1), False), ((1, 0, 1), (0, 0, -1), False), ((0, 0.01, 1), (0, 0, -1), True),
     ):  # fmt: skip
         beam = tp.Source(tp.Disk(center=place, normal=direction, radius=0.05), tp.Beam(direction, power=1.0))
-        result = tp.simulate(tp.Scene([lamp, beam], (), meter), 2000, seed=1, estimator="expected", threads=1, progress=False)
+        result = tp.simulate(
+            tp.Scene([lamp, beam], (), meter), 2000, seed=1, estimator="expected", threads=1, progress=False
+        )
         assert result["m"].irradiance.is_doubtful == is_doubtful, place
 
 
@@ -181,7 +201,10 @@ def test_a_beam_from_behind_or_beside_is_no_doubt():
 def test_a_run_for_an_error_stops_where_nothing_within_its_limits_settles_a_doubt():
     result = tp.simulate(mirror(), error={"m.irradiance": 1e-3}, seed=1, estimator="expected", progress=False)
     assert result.particles < 1e6 and result["m"].irradiance.is_doubtful
-    assert any("because no run within its limits settles a doubt: light by 'mirror' not sampled" in each for each in result.warnings)
+    assert any(
+        "because no run within its limits settles a doubt: light by 'mirror' not sampled" in each
+        for each in result.warnings
+    )
     wide = tp.Detector(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=0.1), "m")
     settled = tp.simulate(
         mirror(detectors=[wide]), error={"m.irradiance": 0.03}, seed=1, estimator="expected", progress=False

@@ -148,7 +148,9 @@ def test_a_detector_that_faces_away_from_all_light_is_warned_of():
     assert not run(meter=away, side="back").warnings
     assert run(meter=tp.Disk(center=(0, 0, 2), radius=1e-6)).warnings == [note]
     two = [tp.Detector(tp.Disk(center=(0, 0, z), radius=0.5), name) for z, name in ((1, "a"), (2, "b"))]
-    (both,) = tp.simulate(tp.Scene(LAMP, (), two), particles=20_000, seed=1, threads=1, progress=False).warnings
+    (both,) = tp.simulate(
+        tp.Scene(LAMP, (), two), particles=20_000, seed=1, threads=1, progress=False
+    ).warnings
     assert "no light can arrive at detectors 'a' and 'b': they face away from every source" in both
     assert not run(meter=tp.Disk(radius=0.5)).warnings  # on the lamp: its exitance
     plate = tp.Surface(away, tp.Black(), "plate")
@@ -156,7 +158,9 @@ def test_a_detector_that_faces_away_from_all_light_is_warned_of():
     for estimator in ("analog", "expected", "backward"):
         for surfaces, shape, words in (((), away, note), (plate, "plate", proof)):
             scene = tp.Scene(LAMP, surfaces, tp.Detector(shape, "meter"))
-            result = tp.simulate(scene, particles=10_000, seed=1, threads=1, estimator=estimator, progress=False)
+            result = tp.simulate(
+                scene, particles=10_000, seed=1, threads=1, estimator=estimator, progress=False
+            )
             assert result.warnings == [words] and not result.quality("meter.flux_in").is_sound
 
 

@@ -11,8 +11,8 @@ import transport as tp
 from transport.compile.compiler import compile_scene
 from transport.compile.sizes import EDGES, EVERY
 from transport.results.estimates import Batches, Estimate
-from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.findings import MIN_SCORES as FEW
+from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.quality import quality_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_meter

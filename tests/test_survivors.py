@@ -130,9 +130,8 @@ def test_what_never_comes_is_doubted_too():
     assert "nothing has come to detector 'bottom': on the straight way" in doubt(result, "bottom")
     assert "gain of about 1 / transmission: 2e+14" in doubt(result, "bottom")
     assert doubt(result, "top") is None
-    assert (
-        "raise its gain, got 10"
-        in doubt(run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000), "bottom")
+    assert "raise its gain, got 10" in doubt(
+        run(slab(60.0, 0.9), tp.Tracking(splitting=splitting(10.0)), 2000), "bottom"
     )
 
 
@@ -195,10 +194,7 @@ def voxels(tau, albedo):
 
 
 def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
-    assert (
-        "unknown, not 0; what flies through voxels"
-        in doubt(run(voxels(*DEEP)), "bottom")
-    )
+    assert "unknown, not 0; what flies through voxels" in doubt(run(voxels(*DEEP)), "bottom")
     assert "only 6 scores" in doubt(run(voxels(10.0, 0.2), None, 20_000), "bottom")
     assert doubt(run(voxels(3.0, 0.8)), "bottom") is None
 

@@ -92,9 +92,7 @@ def _record(result: Result) -> dict[str, object]:
         "method": {"estimator": method.estimator, "sampling": method.sampling},
         "complete": result.is_complete,
         "quantities": [
-            {"name": name, **numbers_of(q)}
-            for name, q in quantities.items()
-            if isinstance(q, Estimate)
+            {"name": name, **numbers_of(q)} for name, q in quantities.items() if isinstance(q, Estimate)
         ],
         "bins": [bins_record(name, q) for name, q in arrays.items() if q.value.size <= MOST_BINS],
         "left out": [name for name, q in arrays.items() if q.value.size > MOST_BINS],

@@ -17,9 +17,9 @@ from transport.command.tables import (
     effect_table,
     ledger_line,
 )
-from transport.results.diagnostics import DIAGNOSTICS
 from transport.experiment import Outcome, experiment, experiment_names, name_of
 from transport.pricing.price_table import price_notes
+from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.report import cost_lines, method_lines, tracking_lines
 
 

@@ -51,8 +51,12 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
-    nearest: dict[str, float]  # by side, the largest share of its weight that a flight from a birth or a wall there counts which a ray tells of as well
-    scattered: Callable[[float], float] | None  # that of a flight from a collision at least so far away [m]; None without any
+    nearest: dict[
+        str, float
+    ]  # by side, the largest share of its weight that a flight from a birth or a wall there counts which a ray tells of as well
+    scattered: (
+        Callable[[float], float] | None
+    )  # that of a flight from a collision at least so far away [m]; None without any
 
 
 def fill_expected(plan: Plan) -> None:
@@ -97,7 +101,9 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
         apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)
         radius = math.sqrt(shape.extent * max(apart, shape.extent))
         place = layout.center_columns(plan.space.place(shape.middle))
-        row = layout.row(layout.GUARD, **place, radius2=(radius / plan.space.size) ** 2, first=plan.size_cells)
+        row = layout.row(
+            layout.GUARD, **place, radius2=(radius / plan.space.size) ** 2, first=plan.size_cells
+        )
         plan.guards.append(Guard(each.detector.name, radius, row, found))
         plan.size_cells += len(sheets) + 1
     for guard in plan.guards:
@@ -138,7 +144,9 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     held = _held(shape, values, is_pure, sheet)
     nearest = {side: 0.0 if is_pure else _nearest(plan, shape, side) for side in ("front", "back")}
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
-    return Expectation(detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest, scattered)
+    return Expectation(
+        detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest, scattered
+    )
 
 
 def _nearest(plan: Plan, shape: Shape, side: str) -> float:
@@ -155,7 +163,10 @@ def _nearest(plan: Plan, shape: Shape, side: str) -> float:
     ]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
-    return max((_flights_share(shape, peak, _gap(where, shape, filled)) for where, peak, filled in places), default=0.0)
+    return max(
+        (_flights_share(shape, peak, _gap(where, shape, filled)) for where, peak, filled in places),
+        default=0.0,
+    )
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:

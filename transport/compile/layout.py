@@ -227,7 +227,9 @@ EXPECTATION = np.dtype(
 # from the event to the crossing (2) or to the centre of a ball (3);  passing: 1 where what acts counts as it comes.
 HELD = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
 TOLD = np.dtype(_floats("peak"))
-GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))  # a ball; first: its cell of sheet 0 among `cells`
+GUARD = np.dtype(
+    _floats("cx cy cz radius2") + _integers("first cells")
+)  # a ball; first: its cell of sheet 0 among `cells`
 WORD = np.dtype(
     _integers("source target")
 )  # of two bundles: a word of the one is moved into a word of the other; -1: 0

@@ -64,7 +64,9 @@ class Plan:
     expectations: list = field(
         default_factory=list
     )  # a compile.expected.Expectation for each detector that events tell what they send it
-    guards: list = field(default_factory=list)  # a compile.expected.Guard for each of them that mirrors may send light to
+    guards: list = field(
+        default_factory=list
+    )  # a compile.expected.Guard for each of them that mirrors may send light to
     expected_layers: list[np.ndarray] = field(default_factory=list)  # as `layers`, of rays to these detectors
     meter_names: list[str] = field(default_factory=list)  # of the detectors of the rows of `meters`
     size_numbers: np.ndarray | None = None  # by row of a meter, where its cells of sizes begin, if it has any

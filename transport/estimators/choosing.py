@@ -187,7 +187,9 @@ def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
             dof = error**4 / (mine.error**4 / mine.dof + other.error**4 / other.dof)
             score = float(normal_score((mine.value - other.value) / error, dof))
             if score < least and score < found.get(low, (0.0, ""))[0]:
-                words = f"lies {-score:.2g} standard errors below {pilots[high].method.title}, so it misses light"
+                words = (
+                    f"lies {-score:.2g} standard errors below {pilots[high].method.title}, so it misses light"
+                )
                 found[low] = score, words
     return {low: words for low, (_, words) in found.items()}
 
@@ -245,9 +247,13 @@ def _pilot(
                 break
             particles *= FACTOR
         price, rate = price_of(result, targets, seconds)
-        means, doubts = zip(*(_mean_of(name, result.quantity(name), allowed[name]) for name in targets), strict=True)
+        means, doubts = zip(
+            *(_mean_of(name, result.quantity(name), allowed[name]) for name in targets), strict=True
+        )
         foretold, unseen, doubt = max(doubts, key=lambda each: max(each[:2]))
-        return Pilot(method, price, rate, result.particles, "", seconds, tuple(means), foretold, unseen, doubt)
+        return Pilot(
+            method, price, rate, result.particles, "", seconds, tuple(means), foretold, unseen, doubt
+        )
     except SceneError as refusal:
         return Pilot(method, note=str(refusal))
 

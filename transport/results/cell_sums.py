@@ -87,7 +87,9 @@ class CellSums:
     def missing(self, sensor: object, title: str) -> list[Finding]:
         """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1]."""
         histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-        met = {lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps}
+        met = {
+            lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps
+        }
         return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories))
 
 

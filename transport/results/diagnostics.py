@@ -58,7 +58,9 @@ DIAGNOSTICS = (
         "What all batches miss alike.",
     ),
     Diagnostic(
-        "unknown error", "A number without a score, or of batches that gave all the same.", "Why there is no score."
+        "unknown error",
+        "A number without a score, or of batches that gave all the same.",
+        "Why there is no score.",
     ),
     Diagnostic(
         "bins",
@@ -86,7 +88,9 @@ DIAGNOSTICS = (
         "Lopsided light that batches do not agree about.",
     ),
     Diagnostic(
-        "aim", "A detector that sees an aimed source only in the directions of its aim.", "How much light the aim leaves out."
+        "aim",
+        "A detector that sees an aimed source only in the directions of its aim.",
+        "How much light the aim leaves out.",
     ),
     Diagnostic(
         "lost particles",

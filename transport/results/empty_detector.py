@@ -95,7 +95,10 @@ def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None
     """
     opaque = {k: s for k, s in enumerate(scene.surfaces) if not lets_through(s.material)}
     rooms = [room for room in rooms_of(opaque) if number not in room.numbers]
-    return any((_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other)) for room in rooms)
+    return any(
+        (_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other))
+        for room in rooms
+    )
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:

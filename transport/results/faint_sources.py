@@ -10,6 +10,7 @@ from transport.results.findings import MIN_SCORES
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
+
 def faint_sources(plan: Plan, particles: int) -> list[str]:
     """A warning for each source of which a run of so many histories has next to none; sources are drawn by their power."""
     if plan.turned is not None:

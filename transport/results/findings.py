@@ -56,7 +56,9 @@ class Finding:
     value: float = np.nan  # of the number that it is about
     name: str = ""  # of its entry in the table of diagnostics
     seen: str = ""  # what shows that it is no mere possibility
-    times: float = np.nan  # as many histories after which the error knows it; nan where no score foretells that
+    times: float = (
+        np.nan
+    )  # as many histories after which the error knows it; nan where no score foretells that
 
     @property
     def share(self) -> float:
@@ -69,12 +71,21 @@ class Finding:
         share = self.share
         if not np.isfinite(share):
             return ""
-        return f", worth up to {100 * share:.2g} % of it" if share < 0.995 else f", worth up to {share:.2g} times it"
+        return (
+            f", worth up to {100 * share:.2g} % of it"
+            if share < 0.995
+            else f", worth up to {share:.2g} times it"
+        )
 
     def record(self) -> dict[str, Any]:
         """Its parts for machines."""
         bound = self.bound.tolist() if isinstance(self.bound, np.ndarray) else float(self.bound)
-        words = {"severity": self.severity, "object": self.object, "quantity": self.quantity, "what": self.what}
+        words = {
+            "severity": self.severity,
+            "object": self.object,
+            "quantity": self.quantity,
+            "what": self.what,
+        }
         return {"name": self.name, **words, "bound": bound, "seen": self.seen, "cure": self.cure}
 
     def __str__(self) -> str:
@@ -87,7 +98,11 @@ class Finding:
     def largest_bound(self) -> float:
         """The bound, of an array that of the bin where it is largest; nan where none is known."""
         known = np.abs(np.atleast_1d(self.bound))
-        return float(np.max(known, where=np.isfinite(known), initial=0.0)) if np.isfinite(known).any() else np.nan
+        return (
+            float(np.max(known, where=np.isfinite(known), initial=0.0))
+            if np.isfinite(known).any()
+            else np.nan
+        )
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
@@ -145,10 +160,24 @@ def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
     known = [reason for reason in np.ravel(reasons) if reason is not None]
     if not known:
         return ()
-    what = f"the error is unknown: {known[0]}" if known[0] != NO_SCORE else "no score, so the value is unknown, not 0"
+    what = (
+        f"the error is unknown: {known[0]}"
+        if known[0] != NO_SCORE
+        else "no score, so the value is unknown, not 0"
+    )
     many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
     bound = np.where(np.equal(reasons, None), 0.0, np.inf)
-    return (Finding(DOUBTFUL, "", "", what + many, float(bound) if bound.ndim == 0 else bound, "use more particles", name="unknown error"),)
+    return (
+        Finding(
+            DOUBTFUL,
+            "",
+            "",
+            what + many,
+            float(bound) if bound.ndim == 0 else bound,
+            "use more particles",
+            name="unknown error",
+        ),
+    )
 
 
 def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
@@ -159,7 +188,17 @@ def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
     what = "too few or too unlike scores, even with those of neighbouring bins"
     what += f", in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
     bound = np.where(is_doubtful, np.nan, 0.0)
-    return (Finding(DOUBTFUL, "", "", what, float(bound) if bound.ndim == 0 else bound, "use more particles", name="bins"),)
+    return (
+        Finding(
+            DOUBTFUL,
+            "",
+            "",
+            what,
+            float(bound) if bound.ndim == 0 else bound,
+            "use more particles",
+            name="bins",
+        ),
+    )
 
 
 def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
@@ -170,7 +209,9 @@ def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarr
     return worst
 
 
-def times_needed(findings: Iterable[Finding], value: float, error: float, allowed: float) -> tuple[float, float, str]:
+def times_needed(
+    findings: Iterable[Finding], value: float, error: float, allowed: float
+) -> tuple[float, float, str]:
     """How many times as many histories a number takes until no finding about it is a doubt, and the finding that takes most.
 
     The first is that of findings that scores foretell, the second that of those that may never score, whose bounds fall as one over
@@ -191,14 +232,20 @@ def times_needed(findings: Iterable[Finding], value: float, error: float, allowe
     return foretold, open_end, what
 
 
-def judged(findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float) -> tuple[Finding, ...]:
+def judged(
+    findings: Iterable[Finding], value: np.ndarray, error: np.ndarray, allowed: float
+) -> tuple[Finding, ...]:
     """The findings with the severity that they have for a number, the worst first; those that do not matter are notes."""
     found, size = [], np.nan_to_num(np.abs(value))
     for finding in findings:
         verdicts = severities(finding, value, error, allowed)
-        if finding.severity != NOTE and np.all(np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= TINY * error):
+        if finding.severity != NOTE and np.all(
+            np.nan_to_num(np.abs(finding.bound), nan=np.inf) <= TINY * error
+        ):
             continue
-        severity = DOUBTFUL if (verdicts == DOUBTFUL).any() else BOUNDED if (verdicts == BOUNDED).any() else NOTE
+        severity = (
+            DOUBTFUL if (verdicts == DOUBTFUL).any() else BOUNDED if (verdicts == BOUNDED).any() else NOTE
+        )
         known = float(value) if np.ndim(value) == 0 else np.nan
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = np.abs(finding.bound) / size

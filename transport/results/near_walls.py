@@ -47,11 +47,16 @@ class NearWall:
     is_about: bool = False  # a medium that the point is in; then d is its mean free path
 
 
-def near_walls_of_point(plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int) -> Iterator[Finding]:
+def near_walls_of_point(
+    plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int
+) -> Iterator[Finding]:
     """The wall that may add most to a point detector, with the bound as a fluence rate [W m^-2]; nothing where none may."""
     if not fluence.value > 0:
         return
-    found = [(unseen_scores(wall.expected) * wall.added, wall) for wall in _senders(plan, point, fluence, particles)]
+    found = [
+        (unseen_scores(wall.expected) * wall.added, wall)
+        for wall in _senders(plan, point, fluence, particles)
+    ]
     bound, wall = max(found, key=lambda one: one[0], default=(0.0, None))
     if not bound > 0:
         return

@@ -62,10 +62,16 @@ class PathClass:
         """What of it a run of so many histories may have missed; None where nothing that its error does not tell."""
         if self.scores >= MIN_SCORES or self.largest == 0:
             return None
-        few = f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}" if self.scores else f"{self.what} not sampled"
+        few = (
+            f"only {self.scores} score{'s' * (self.scores > 1)} of {self.what}"
+            if self.scores
+            else f"{self.what} not sampled"
+        )
         bound = unseen_scores(self.scores) * self.largest / histories
         times = MIN_SCORES / self.scores if self.scores else math.nan
-        return Finding(DOUBTFUL, title, "", few, bound, self.cure, name="path class", times=times, seen=self.seen)
+        return Finding(
+            DOUBTFUL, title, "", few, bound, self.cure, name="path class", times=times, seen=self.seen
+        )
 
 
 def chances_of_detector(
@@ -76,7 +82,10 @@ def chances_of_detector(
     side: 0 for arrivals;  scores: how many there are in all;  mean: the mean weight of a history that came.
     """
     histories = sum(batch.histories for batch in batches)
-    found = (each.finding(title, histories) for each in _classes_of_detector(plan, batches, name, side, scores, mean))
+    found = (
+        each.finding(title, histories)
+        for each in _classes_of_detector(plan, batches, name, side, scores, mean)
+    )
     yield from filter(None, found)
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     if expectation is not None and expectation.scattered is not None:
@@ -84,7 +93,13 @@ def chances_of_detector(
 
 
 def _near_collisions(
-    plan: Plan, batches: list[Batch], title: str, name: str, side: int, mean: float, share: Callable[[float], float]
+    plan: Plan,
+    batches: list[Batch],
+    title: str,
+    name: str,
+    side: int,
+    mean: float,
+    share: Callable[[float], float],
 ) -> Finding:
     """Collisions near a detector in a medium, whose flights count up to all of their weight.
 
@@ -92,14 +107,25 @@ def _near_collisions(
     such a length.  From farther away a score has a limit.  The distance taken is that of the least bound.
     """
     scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
-    extent, histories = plan.scene.shape_of(_detector(plan, name)).extent, sum(batch.histories for batch in batches)
+    extent, histories = (
+        plan.scene.shape_of(_detector(plan, name)).extent,
+        sum(batch.histories for batch in batches),
+    )
     bounds = []
     for distance in np.geomspace(1e-2, 1e4, 61) * extent:
         largest = share(distance)
         unseen = unseen_scores(large_scores(plan, batches, name, side, largest, 0))
         bounds.append(scattering * distance * mean + unseen * largest / histories)
     what = "light scattered very near not sampled"
-    return Finding(DOUBTFUL, title, "", what, min(bounds), "use more particles, or estimator='backward'", name="path class")
+    return Finding(
+        DOUBTFUL,
+        title,
+        "",
+        what,
+        min(bounds),
+        "use more particles, or estimator='backward'",
+        name="path class",
+    )
 
 
 def _detector(plan: Plan, name: str) -> Detector:
@@ -119,7 +145,9 @@ def _classes_of_detector(
             if not is_aimed:
                 return
             born = sum(batch.born for batch in batches)
-            heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0  # on its way
+            heaviest *= (
+                min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
+            )  # on its way
         number = large_scores(plan, batches, name, side, heaviest, scores)
         yield PathClass("the heaviest births of an aim" if is_aimed else "light", number, heaviest, MORE)
         return
@@ -128,19 +156,29 @@ def _classes_of_detector(
     shape = scene.shape_of(detector)
     unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape, looks)]
     largest = 1.0 if unconnected else expectation.nearest[looks]
-    flights, rays = (int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches)) for k in plan.size_blocks[name, side][:2])
+    flights, rays = (
+        int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches))
+        for k in plan.size_blocks[name, side][:2]
+    )
     number = large_scores(plan, batches, name, side, largest, flights)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
     seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
     if seen:
         what = f"light by {listed(list(seen))}"
     flights = " and ".join(f"{passed} flights from {title}" for title, passed in seen.items())
-    yield PathClass(what, number, largest, _cure(scene), f"{flights} passed within {radius:.2g} m" if seen else "")
+    yield PathClass(
+        what, number, largest, _cure(scene), f"{flights} passed within {radius:.2g} m" if seen else ""
+    )
     yield PathClass("light that rays connect", rays, 1 / expectation.scale, "use more particles")
 
 
 def chances_of_sensor(
-    plan: Plan, title: str, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]], histories: float
+    plan: Plan,
+    title: str,
+    sensor: object,
+    parts: list[Part],
+    met: dict[int, tuple[int, int]],
+    histories: float,
 ) -> Iterator[Finding]:
     """What a detector that histories start from may have missed, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
@@ -158,15 +196,25 @@ def _classes_of_lamps(
     """Those of each lamp by its number; largest: in units of what a sum of 1 over one history is."""
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
-    told = {k: expected[lamp.seen_by.name] for k, lamp in enumerate(plan.turned.lamps) if lamp.seen_by.name in expected}
-    scales = {k: 1 / each.scale for k, each in told.items() if each.walls is not None or each.collisions is not None}
+    told = {
+        k: expected[lamp.seen_by.name]
+        for k, lamp in enumerate(plan.turned.lamps)
+        if lamp.seen_by.name in expected
+    }
+    scales = {
+        k: 1 / each.scale for k, each in told.items() if each.walls is not None or each.collisions is not None
+    }
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = list(mirrors_of(scene, shape, side))
         seen = not _is_hidden(scene, sensor, parts, shape, side)
-        if seen and not met[number][0] and (bound := _unseen_by_pairs(scene, sensor, parts, shape, side)) is not None:
+        if (
+            seen
+            and not met[number][0]
+            and (bound := _unseen_by_pairs(scene, sensor, parts, shape, side)) is not None
+        ):
             seen = False
             what = f"light straight from {lamp.name!r}, which no line between them shows"
             yield number, Finding(DOUBTFUL, "", "", what, bound, "use more particles", name="path class")
@@ -237,7 +285,7 @@ def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
         if not isinstance(emission, Beam) or _misses(emitter.shape, emission.direction, shape):
             continue
         along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
-        if not isinstance(shape, FlatShape) or (along > 0) == IS_BACK[side] and along != 0:
+        if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
             yield _source_name(plan.scene, emitter.source)
 
 
@@ -269,7 +317,9 @@ def _is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, sid
     return True
 
 
-def _unseen_by_pairs(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> float | None:
+def _unseen_by_pairs(
+    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None
+) -> float | None:
     """A bound of the share of a sensor's view that a lamp fills, of which no line between the two shows any.
 
     As of scores that none has seen, of PAIRS lines between even points on both; None where a line shows it, or where no points can be
@@ -289,7 +339,9 @@ def _unseen_by_pairs(scene: Scene, sensor: object, parts: list[Part], lamp: Shap
         with np.errstate(divide="ignore", invalid="ignore"):
             ways = ways / distances[:, None]
             there = np.maximum(-(ways * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
-            here = np.maximum((ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0)
+            here = np.maximum(
+                (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
+            )
             kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
         lit = kernel > 0
         if (lit & ~_are_blocked(scene, start, ways, distances)).any():
@@ -309,7 +361,10 @@ def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray
         normals = np.stack([rho * np.cos(turn), rho * np.sin(turn), z], axis=1)
         return np.array(shape.center) + shape.radius * normals, normals
     if isinstance(shape, Disk):
-        r, turn = np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)), 2 * math.pi * v
+        r, turn = (
+            np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)),
+            2 * math.pi * v,
+        )
         x, y = r * np.cos(turn), r * np.sin(turn)
     elif isinstance(shape, Rectangle) and shape.hole is None:
         x, y = (u - 0.5) * shape.width, (v - 0.5) * shape.height

@@ -35,7 +35,9 @@ def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Find
         return
     gap, histories = nearest_collision(plan, shape), int(sums.run.sizes.sum())
     worst = _worst(plan, gap, lambda density: min(1.0, density * shape.area))
-    yield from _finding(worst, 1 / histories, f"detector {detector.name!r}", "use more particles, or estimator='backward'")
+    yield from _finding(
+        worst, 1 / histories, f"detector {detector.name!r}", "use more particles, or estimator='backward'"
+    )
 
 
 def forward_peaks_of_point(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:

@@ -78,18 +78,29 @@ class PointReading(Quantified):
         """Why it counted nothing, where that is known."""
         if not self.is_blind:
             return None
-        title, position, particles = f"point detector {self.name!r}", self.detector.position, int(self._run.sizes.sum())
+        title, position, particles = (
+            f"point detector {self.name!r}",
+            self.detector.position,
+            int(self._run.sizes.sum()),
+        )
         dark = why_dark(self._plan.scene, title, position)
         return note_of(dark, why_so_deep(self._plan, title, position, particles))
 
     def _missing(self) -> Iterator[Finding]:
         """What may be missing of the fluence rate [W m^-2]."""
-        plan, name, place, particles = self._plan, self.name, self.detector.position, int(self._run.sizes.sum())
+        plan, name, place, particles = (
+            self._plan,
+            self.name,
+            self.detector.position,
+            int(self._run.sizes.sum()),
+        )
         fluence = self.fluence_rate
         if self.is_blind or fluence.exact:
             return
         yield from near_walls_of_point(plan, name, place, fluence, particles)
-        yield from unvisited_walls(plan, self._batches, f"point detector {name!r}", place, 0.0, fluence.value / 4)
+        yield from unvisited_walls(
+            plan, self._batches, f"point detector {name!r}", place, 0.0, fluence.value / 4
+        )
         yield from forward_peaks_of_point(plan, name, place, particles)
         if fluence.error > 0:
             yield from findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)

@@ -107,7 +107,9 @@ def verdict_of(estimate: Estimate) -> str:
     return BOUNDED if (verdicts == BOUNDED).any() else SOUND
 
 
-def findings_of_error(title: str, total: Estimate, scores: Scores | None, particles: int) -> Iterator[Finding]:
+def findings_of_error(
+    title: str, total: Estimate, scores: Scores | None, particles: int
+) -> Iterator[Finding]:
     """What the scores' sizes and the batches tell of an error bar, with bounds in the unit of the number.
 
     title: of the detector;  total: what it counted in all.
@@ -117,13 +119,24 @@ def findings_of_error(title: str, total: Estimate, scores: Scores | None, partic
         if carriers < MIN_SCORES:
             what = f"about {max(carriers, 1):.2g} of {scores.number} scores carry the error"
             bound = unknown_of_error(carriers) * total.error
-            yield Finding(DOUBTFUL, title, "", what, bound, MORE, name="few carriers", times=MIN_SCORES / max(carriers, 1))
+            yield Finding(
+                DOUBTFUL,
+                title,
+                "",
+                what,
+                bound,
+                MORE,
+                name="few carriers",
+                times=MIN_SCORES / max(carriers, 1),
+            )
         if unseen > 0:
             index = slope - 1
             is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
             what = f"rare larger scores not sampled: the largest thin out as size^-{slope:.2g}"
             what += ", whose variance is infinite" if is_infinite else ""
-            yield Finding(DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail")
+            yield Finding(
+                DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail"
+            )
     elif scores is not None:
         return
     if trend < ODD:
@@ -139,11 +152,15 @@ def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
     if scores is None:
         return True
     values = _alike(total)
-    excess = (values.max() / values.mean() - 1) * scores.power(1) / len(values)  # in scores as large as the largest
+    excess = (
+        (values.max() / values.mean() - 1) * scores.power(1) / len(values)
+    )  # in scores as large as the largest
     return excess > CHANCE * math.sqrt(max(scores.carriers / len(values), 1.0))
 
 
-def _numbers(total: Estimate, scores: Scores | None, particles: int) -> tuple[float, float, float, float, float]:
+def _numbers(
+    total: Estimate, scores: Scores | None, particles: int
+) -> tuple[float, float, float, float, float]:
     """About how many scores carry the error, its VOV, the slope of the largest, errors that larger ones may bring, and the trend."""
     trend = trend_of(_alike(total))
     vov, slope, unseen, relative = math.nan, math.nan, math.nan, total.relative_error

@@ -124,11 +124,13 @@ class Quantity(Generic[Number, Reason]):
 
         They are kept through arithmetic, slices, merged and resumed runs, and files.
         """
-        return judged(self._all_findings, self._replicates.value, np.asarray(self._error_bars.error), self.allowed)
+        return judged(
+            self._all_findings, self._replicates.value, np.asarray(self._error_bars.error), self.allowed
+        )
 
     @property
     def verdict(self) -> Any:
-        """"sound", "bounded" or "doubtful"; of an array (*dims) of them.
+        """ "sound", "bounded" or "doubtful"; of an array (*dims) of them.
 
         sound: what may be missing is less than the standard error;  bounded: less than the error that was asked for, or 1 %
         of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
@@ -273,7 +275,8 @@ class Quantity(Generic[Number, Reason]):
         made = self._like(power(self._replicates, exponent), self.unit**exponent)
         number = self._replicates
         made = made._with_findings(
-            lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)), self.allowed
+            lambda: carried(lambda x: np.power(x, float(exponent)), (number.value, self._raw_findings)),
+            self.allowed,
         )
         _keep_error_bars(made, self)
         return made
@@ -332,7 +335,10 @@ def _applied(function: Callable, plain: Callable, first: Quantity, second: Quant
     made.axis_units = {**first.axis_units, **second.axis_units}
 
     def findings() -> tuple[Finding, ...]:
-        both = ((one.value, _aligned_findings(each, tuple(coords))) for one, each in zip(aligned, (first, second), strict=True))
+        both = (
+            (one.value, _aligned_findings(each, tuple(coords)))
+            for one, each in zip(aligned, (first, second), strict=True)
+        )
         return carried(plain, *both)
 
     made = made._with_findings(findings, min(first.allowed, second.allowed))

@@ -43,7 +43,9 @@ QUANTITIES = (
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
-SLANT = 2.0  # what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
+SLANT = (
+    2.0  # what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
+)
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
@@ -278,7 +280,9 @@ class Reading(Quantified):
             return
         scores = int(sums.whole("counts", side).sum())
         total = self._total(side)
-        yield from chances_of_detector(self._plan, sums.batches, self._title, self.name, side, scores, total.value)
+        yield from chances_of_detector(
+            self._plan, sums.batches, self._title, self.name, side, scores, total.value
+        )
         yield from roulette_survivors(sums, side, total)
         if side == ARRIVALS:
             yield from unvisited_walls_of_detector(sums, total)
@@ -313,7 +317,10 @@ class Reading(Quantified):
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
         """The irradiance and exitance by position, or the radiance by direction."""
-        for side, by_place, by_direction in ((ARRIVALS, "irradiance", "radiance"), (DEPARTURES, "exitance", "radiance_out")):
+        for side, by_place, by_direction in (
+            (ARRIVALS, "irradiance", "radiance"),
+            (DEPARTURES, "exitance", "radiance_out"),
+        ):
             is_scored = self.sums.whole("weights", side).any() and not self.sums.shape.is_infinite
             name = by_direction if self.sums.direction_axes else by_place if self.sums.place_axes else None
             if is_scored and name in self.known:
@@ -353,7 +360,9 @@ class Reading(Quantified):
         unit = self._unit(per_second) / Unit.parse("m^2")
         made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
         slant = SLANT if kind == "slants" else 1.0
-        return self._with_findings(made, side, slant * self._scale(per_second, values.ndim) / self._areas, values.shape[1:])
+        return self._with_findings(
+            made, side, slant * self._scale(per_second, values.ndim) / self._areas, values.shape[1:]
+        )
 
     def _by_direction(
         self,
@@ -391,7 +400,9 @@ class Reading(Quantified):
         else:
             one = self._mass("pressure") * self._plan.fastest
         scale = self._scale(True, values.ndim) * one
-        made = self.sums.estimate(values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts)
+        made = self.sums.estimate(
+            values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts
+        )
         return self._with_findings(made, side, scale / self._areas, values.shape[1:])
 
     def _mean(self, kind: str, side: int) -> EstimateOrArray:

@@ -158,13 +158,20 @@ def better_lines(result) -> list[str]:
     seldom = [
         meter.name
         for meter in scene.meters
-        if not result[meter.name].is_blind and result[meter.name].sums.whole("counts", 0).sum() < SELDOM * result.particles
+        if not result[meter.name].is_blind
+        and result[meter.name].sums.whole("counts", 0).sum() < SELDOM * result.particles
     ]
-    others = [method.estimator for method in methods_for(scene) if method.sampling == "random"][1:] if seldom else []
+    others = (
+        [method.estimator for method in methods_for(scene) if method.sampling == "random"][1:]
+        if seldom
+        else []
+    )
     if not others:
         return []
     names = " or ".join(map(repr, others))
-    return [f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {names} may suit better: 'auto' tries them"]
+    return [
+        f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {names} may suit better: 'auto' tries them"
+    ]
 
 
 def memory_lines(result) -> list[str]:

@@ -166,7 +166,9 @@ class Result:
 
     def allowed_of(self, name: str) -> float:
         """The relative error that was asked for of a detector, up to which a bound is no doubt; 1 % where none was."""
-        asked = self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
+        asked = (
+            self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
+        )
         errors = [error for quantity, error in asked.items() if quantity.partition(".")[0] == name]
         return min(errors, default=ALLOWED)
 

@@ -66,7 +66,9 @@ def missing_survivors(
     if bound > 0:
         error = total.error if total.error > 0 else math.inf
         if bins is not None:
-            errors = replicates_of(bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None).error
+            errors = replicates_of(
+                bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None
+            ).error
             error = float(np.min(errors, where=errors > 0, initial=error))
         roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
         yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound), name="roulette survivors")
@@ -103,7 +105,9 @@ def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, st
     """What is missing, the bound of it, and the cure; roulette: a weight at which it would do."""
     if plan.splits:
         gain = plan.tracking.splitting.gain
-        cure = f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
+        cure = (
+            f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
+        )
         return "rare heavy histories that the Splitting thins out not sampled", bound, cure
     if plan.absorbs_by_share:
         what = "what flies through voxels without a collision not sampled"

@@ -86,7 +86,12 @@ def _warning(findings: list[Finding]) -> str:
     titles: dict[str, list[str]] = {}
     for finding in findings:
         titles.setdefault(finding.object, []).append(finding.quantity)
-    names = listed([f"{listed(list(filter(None, names)))} of {title}" if any(names) else title for title, names in titles.items()])
+    names = listed(
+        [
+            f"{listed(list(filter(None, names)))} of {title}" if any(names) else title
+            for title, names in titles.items()
+        ]
+    )
     first = findings[0]
     if first.what.startswith("has no score"):
         have = first.what if len(titles) == 1 else first.what.replace("has", "have", 1)
@@ -107,7 +112,9 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
         reasons = [each for each in found if each.severity != NOTE and not each.what.startswith("light not")]
         what = f"has no score in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
         if reasons:
-            yield Finding(DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name)
+            yield Finding(
+                DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name
+            )
         elif not reading.cannot_arrive:
             yield Finding(DOUBTFUL, title, "", what, cure=MORE, name="unknown error")
     else:
@@ -129,7 +136,10 @@ def _worst(quantity: EstimateOrArray) -> Finding | None:
 def _of_bins(reading, title: str) -> Iterator[Finding]:
     """The worst finding about the bins of which any is doubtful though the total is sound."""
     for name, array in reading.binned():
-        worst = next((each for each in array.findings if each.severity == DOUBTFUL and each.name != "unknown error"), None)
+        worst = next(
+            (each for each in array.findings if each.severity == DOUBTFUL and each.name != "unknown error"),
+            None,
+        )
         if worst is not None:
             scored = array.value > 0
             doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
@@ -171,7 +181,9 @@ def _of_particles(result: Result) -> Iterator[str]:
             f"{astray} times light came to a Dielectric from another index than it was in: close its gaps, or give"
             " what lies next to one another the same index"
         )
-    is_aimed = result.plan.turned is None and any(emitter.target is not None for emitter in result.plan.emitters)
+    is_aimed = result.plan.turned is None and any(
+        emitter.target is not None for emitter in result.plan.emitters
+    )
     if is_aimed and sum(batch.born for batch in batches) == 0:
         yield "nothing is emitted towards the aim: it lies behind its source"
 
@@ -181,7 +193,9 @@ def _of_aims(result: Result) -> Iterator[str]:
     scene = result.scene
     aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]
     for detector in scene.meters if aims else ():
-        on_the_way = [meter for meter in scene.meters if meter is detector or meter.name in (detector.via or ())]
+        on_the_way = [
+            meter for meter in scene.meters if meter is detector or meter.name in (detector.via or ())
+        ]
         if any(aim not in [scene.shape_of(meter) for meter in on_the_way] for aim in aims):
             yield f"detector {detector.name!r} sees an aimed source only in the directions of its aim"
     for volume in scene.volumes if aims else ():

@@ -34,7 +34,9 @@ def unvisited_walls_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Fi
     if not (plan.expects and plan.turned is None and expects(plan.scene, detector) and total.error > 0):
         return
     light = total.value * plan.unit / shape.area
-    for finding in unvisited_walls(plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light):
+    for finding in unvisited_walls(
+        plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light
+    ):
         yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
 
@@ -59,7 +61,15 @@ def unvisited_walls(
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
         what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has come to it"
-        yield Finding(DOUBTFUL, title, "", what, most, "use more particles, or estimator='backward'", name="unvisited surface")
+        yield Finding(
+            DOUBTFUL,
+            title,
+            "",
+            what,
+            most,
+            "use more particles, or estimator='backward'",
+            name="unvisited surface",
+        )
 
 
 def _sent(surface: Surface) -> float:

@@ -106,9 +106,15 @@ class VolumeReading(Quantified):
     @cached_property
     def note(self) -> Note | None:
         """Why it counted nothing, where that is known."""
-        title, shape, particles = f"volume detector {self.name!r}", self._volume.shape, int(self._run.sizes.sum())
+        title, shape, particles = (
+            f"volume detector {self.name!r}",
+            self._volume.shape,
+            int(self._run.sizes.sum()),
+        )
         if self.is_blind or not self._sums.any():
-            return note_of(why_dark(self._plan.scene, title, shape), why_so_deep(self._plan, title, shape, particles))
+            return note_of(
+                why_dark(self._plan.scene, title, shape), why_so_deep(self._plan, title, shape, particles)
+            )
         return None
 
     @cached_property
@@ -144,7 +150,9 @@ class VolumeReading(Quantified):
     @property
     def total(self) -> Estimate:
         """The same with its findings."""
-        return Estimate(self.whole.values, self._run, Unit())._with_findings(lambda: self._missing, self._allowed)
+        return Estimate(self.whole.values, self._run, Unit())._with_findings(
+            lambda: self._missing, self._allowed
+        )
 
     @cached_property
     def scores(self) -> Scores:
@@ -246,7 +254,9 @@ class VolumeReading(Quantified):
         made = self._estimate(values, unit / Unit.parse("m^2"), self._counts.sum(axis=-1))
         return self._with_findings(made, self._unit / seconds / self.volumes)
 
-    def _absorbed(self, values: np.ndarray, unit: Unit, seconds: float, volumes: np.ndarray | float = 1.0) -> EstimateOrArray:
+    def _absorbed(
+        self, values: np.ndarray, unit: Unit, seconds: float, volumes: np.ndarray | float = 1.0
+    ) -> EstimateOrArray:
         made = self._estimate(values, unit, self._kept_counts, is_sure=not self._may_absorb.any())
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
         return self._with_findings(made, most * self._unit / seconds / volumes)

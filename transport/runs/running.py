@@ -24,7 +24,9 @@ from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 from transport.validation import SceneError
 
-OPEN = 1 << 18  # histories after which a class of paths without a score is taken for one that none may ever score
+OPEN = (
+    1 << 18
+)  # histories after which a class of paths without a score is taken for one that none may ever score
 SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
 
 
@@ -263,7 +265,9 @@ class Run:
         ]
         if result.particles < OPEN:
             times = OPEN / result.particles
-            standings = [replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings]
+            standings = [
+                replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings
+            ]
         return Look(result.particles, len(self.batches), tuple(standings))
 
     def _not_reached(self) -> str | None:

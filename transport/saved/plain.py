@@ -23,7 +23,21 @@ from transport.runs.state import State
 from transport.runs.stopping import Look, Standing
 from transport.tracking import Splitting, Tracking
 
-_ALL = (Choice, Cost, Forecast, Limits, Look, Mean, Method, Origin, Pilot, Splitting, Standing, State, Tracking)
+_ALL = (
+    Choice,
+    Cost,
+    Forecast,
+    Limits,
+    Look,
+    Mean,
+    Method,
+    Origin,
+    Pilot,
+    Splitting,
+    Standing,
+    State,
+    Tracking,
+)
 KINDS = {kind.__name__: kind for kind in _ALL}
 
 

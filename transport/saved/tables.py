@@ -134,10 +134,15 @@ def _with_error(
     units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
-    is_judged = not quantity._replicates.is_in_parts  # as judging very many bins takes all of their errors at once
+    is_judged = (
+        not quantity._replicates.is_in_parts
+    )  # as judging very many bins takes all of their errors at once
     judged = {}
     if not dims:
-        judged = {"verdict": quantity.verdict, "findings": json.dumps([each.record() for each in quantity.findings])}
+        judged = {
+            "verdict": quantity.verdict,
+            "findings": json.dumps([each.record() for each in quantity.findings]),
+        }
     yield name, Variable(dims, np.asarray(quantity.value), units | judged)
     if dims and is_judged and np.any(doubtful := quantity.is_doubtful):
         words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}
