@@ -12,6 +12,7 @@ from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
 from transport.results.aside import let_go
 from transport.results.batches import Batch
+from transport.results.enough import MIN_SCORES
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.quantified import Quantified
 from transport.results.records import chance_alike, chosen_of, told_apart
@@ -22,7 +23,6 @@ from transport.units import Unit
 from transport.validation import SceneError
 
 ROUNDING = 8 * 2.0**-52  # of sums that are subtracted from one another
-FEW = 30  # particles, below which a mean over a bin does not tell its error
 PHASE_QUANTITIES = (
     "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
     "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
@@ -237,7 +237,7 @@ class PhaseReading(Quantified):
         """The mean of one velocity sum: of a speed, or of what is taken about the reference velocity."""
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
         mean = self._binned(self._moment(name), self._unit * unit) / self.number
-        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < FEW)
+        return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < MIN_SCORES)
 
     def _reference(self, axis: str) -> Estimate:
         """The component of the velocity about which moments are taken."""
