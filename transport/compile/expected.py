@@ -51,9 +51,8 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
-    nearest: dict[
-        str, float
-    ]  # by side, the largest share of its weight that a flight from a birth or a wall there counts which a ray tells of as well
+    strongest: dict[str, float]  # by side, the most that a ray of weight 1 from a birth or wall there brings
+    nearest: dict[str, float]  # by side, the largest share that a flight counts of what a ray tells as well
     scattered: (
         Callable[[float], float] | None
     )  # that of a flight from a collision at least so far away [m]; None without any
@@ -142,15 +141,23 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
     held = _held(shape, values, is_pure, sheet)
-    nearest = {side: 0.0 if is_pure else _nearest(plan, shape, side) for side in ("front", "back")}
+    places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
+    strongest = {
+        side: max((_bound(shape, is_pure, *kind) for kind in kinds), default=0.0)
+        for side, kinds in places.items()
+    }
+    nearest = {
+        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for kind in kinds), default=0.0)
+        for side, kinds in places.items()
+    }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
     return Expectation(
-        detector, by_emitter, row(walls), row(collisions), held, layer, scale, nearest, scattered
+        detector, by_emitter, row(walls), row(collisions), held, layer, scale, strongest, nearest, scattered
     )
 
 
-def _nearest(plan: Plan, shape: Shape, side: str) -> float:
-    """The largest share of births and of diffuse walls that are not behind a side of a detector."""
+def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[float, float]]:
+    """Of each emitter and diffuse wall that is not behind a side of a detector the greatest density and how near it comes [m]."""
     places = [
         (emitter.shape, max(law.values()), isinstance(emitter.source.emission, Isotropic))
         for emitter in plan.emitters
@@ -163,10 +170,7 @@ def _nearest(plan: Plan, shape: Shape, side: str) -> float:
     ]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
-    return max(
-        (_flights_share(shape, peak, _gap(where, shape, filled)) for where, peak, filled in places),
-        default=0.0,
-    )
+    return [(peak, _gap(where, shape, filled)) for where, peak, filled in places]
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
@@ -244,8 +248,8 @@ def nearest_collision(plan: Plan, shape: Shape) -> float:
     bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
     shapes = [plan.scene.surfaces[number].shape for number in sorted(bounds)]
     if isinstance(shape, Point):
-        return min(least_distance(bound, shape.position) for bound in shapes)
-    return min(_gap(bound, shape) for bound in shapes)
+        return min((least_distance(bound, shape.position) for bound in shapes), default=math.inf)
+    return min((_gap(bound, shape) for bound in shapes), default=math.inf)
 
 
 def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:

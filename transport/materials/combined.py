@@ -147,7 +147,11 @@ def lets_through(material: Material) -> bool:
 
 def is_specular(material: Material) -> bool:
     """Whether light leaves a material into directions that no ray can be aimed along: mirrors, glass, gloss and lenses."""
-    return any(_is_specular(part) for part in simple_parts(material))
+    parts = list(simple_parts(material))
+    is_sieve = (
+        any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
+    )  # no ray passes it
+    return is_sieve or any(_is_specular(part) for part in parts)
 
 
 def _is_specular(part: Material) -> bool:

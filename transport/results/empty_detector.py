@@ -17,7 +17,7 @@ from transport.compile.media import glowing_sources
 from transport.enclosures import ClosedShape, Patches, rooms_of
 from transport.materials import Black, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import titled
-from transport.shapes import FlatShape, Point, Shape
+from transport.shapes import Box, FlatShape, Mesh, Point, Shape, Sphere
 from transport.shapes.distances import is_behind, least_distance, point_beside
 from transport.shapes.supports import are_on_one_support
 from transport.sheets import pieces
@@ -93,8 +93,7 @@ def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None
 
     number: of the surface that the other one is, if it is any; a room of which it is a wall parts it from nothing.
     """
-    opaque = {k: s for k, s in enumerate(scene.surfaces) if not lets_through(s.material)}
-    rooms = [room for room in rooms_of(opaque) if number not in room.numbers]
+    rooms = [room for room in _opaque_rooms(scene) if number not in room.numbers]
     return any(
         (_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other))
         for room in rooms
@@ -120,8 +119,7 @@ def _has_source_on(scene: Scene, shape: Shape) -> bool:
 
 def _walled_off(scene: Scene, looks: Sided) -> str | None:
     """Opaque surfaces enclose the detector but not a source, or the source but not the detector, for every source."""
-    opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
-    rooms = [room for room in rooms_of(opaque) if _is_in(room, looks) or _is_out(room, looks)]
+    rooms = [room for room in _opaque_rooms(scene) if _is_in(room, looks) or _is_out(room, looks)]
     sources = list(_emitting(scene))
     for room in rooms:
         if all(_parts(room, looks, source) for source in sources):
@@ -195,8 +193,27 @@ def _is_out(room: Room, sided: Sided) -> bool:
         return True
     is_round = shape.is_closed and not shape.is_infinite
     if is_round and all(least_distance(shape, wall.middle) > wall.extent for wall in room.shapes):
-        return True  # a surface about the room, or beside it
+        place = _place_on(shape)
+        return place is not None and not room.holds(place)  # a surface about the room, or beside it
     return room.clears(shape)
+
+
+def _place_on(shape: Shape) -> Vector | None:
+    """A point of a closed surface; None of those that are not asked here."""
+    x, y, z = shape.middle
+    if isinstance(shape, Sphere):
+        return x + shape.radius, y, z
+    if isinstance(shape, Box):
+        return x + shape.size[0] / 2, y, z
+    return tuple(map(float, shape.vertices[0])) if isinstance(shape, Mesh) else None
+
+
+def _opaque_rooms(scene: Scene) -> list[Room]:
+    """The rooms that opaque surfaces enclose; found once for a scene."""
+    if "_opaque_rooms" not in vars(scene):
+        opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
+        vars(scene)["_opaque_rooms"] = rooms_of(opaque)
+    return vars(scene)["_opaque_rooms"]
 
 
 # ---- planes ----

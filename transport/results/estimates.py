@@ -193,7 +193,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
         return self._like(replicates, self.unit, {name: self.coords[name] for name in left})._with_findings(
-            lambda: self._changed(lambda bound: np.broadcast_to(bound, shape).sum(axis=axes)), self.allowed
+            lambda: self._changed(lambda bound: _most(np.broadcast_to(bound, shape), axes)), self.allowed
         )
 
     def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
@@ -295,6 +295,14 @@ def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> 
     made = object.__new__(EstimateArray if coords else Estimate)
     made._replicates, made.unit, made.coords = replicates, unit, coords
     return made
+
+
+def _most(bound: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
+    """The bound of a sum over bins: what has not scored may fall into one of them only."""
+    if not bound.size:
+        return np.zeros(bound.sum(axis=axes).shape)
+    low, high = np.nanmin(bound, axis=axes, initial=0.0), np.nanmax(bound, axis=axes, initial=0.0)
+    return np.where(np.isnan(bound).any(axis=axes), np.nan, np.where(-low > high, low, high))
 
 
 def _number(array: np.ndarray) -> float | np.ndarray:

@@ -260,14 +260,17 @@ def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]])
     operands: of each number its value and its findings.  Findings of one kind become one.
     """
     values = [value for value, _ in operands]
-    found: dict[tuple[str, str], Finding] = {}
+    found: dict[tuple[str, str, bool], Finding] = {}
     with np.errstate(all="ignore"):
         base = function(*values)
         for place, (value, findings) in enumerate(operands):
             for finding in findings:
-                moved = function(*values[:place], value + finding.bound, *values[place + 1 :])
-                key = finding.object, finding.what
-                bound = moved - base + (found[key].bound if key in found else 0.0)
+                bound = function(*values[:place], value + finding.bound, *values[place + 1 :]) - base
+                key = finding.object, finding.what, bool(np.all(np.nan_to_num(bound) >= 0))
+                if (
+                    key in found
+                ):  # of one sign; what adds to a number and what takes from it stand side by side
+                    bound = bound + found[key].bound
                 found[key] = replace(finding, bound=bound)
     return tuple(found.values())
 

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from transport.scene import Scene
     from transport.sources import Source
 
-PAIRS = 1 << 14  # lines between a sensor and a lamp
+PAIRS = 1 << 13  # lines between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 
@@ -154,13 +154,12 @@ def _classes_of_detector(
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     shape = scene.shape_of(detector)
+    if side == 1 and isinstance(detector.shape, str):  # what leaves a surface is counted as it comes
+        yield PathClass("light", large_scores(plan, batches, name, side, 1.0, scores), 1.0, MORE)
+        return
     unconnected = [*mirrors_of(scene, shape, looks), *beams_of(plan, shape, looks)]
     largest = 1.0 if unconnected else expectation.nearest[looks]
-    flights, rays = (
-        int(sum(batch.sizes[k : k + SIZE_CELLS].sum() for batch in batches))
-        for k in plan.size_blocks[name, side][:2]
-    )
-    number = large_scores(plan, batches, name, side, largest, flights)
+    number = large_scores(plan, batches, name, side, largest, scores)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
     seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
     if seen:
@@ -169,7 +168,9 @@ def _classes_of_detector(
     yield PathClass(
         what, number, largest, _cure(scene), f"{flights} passed within {radius:.2g} m" if seen else ""
     )
-    yield PathClass("light that rays connect", rays, 1 / expectation.scale, "use more particles")
+    strongest = expectation.strongest[looks]
+    rays = large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
+    yield PathClass("light from near walls or sources", rays, strongest, "use more particles")
 
 
 def chances_of_sensor(
@@ -210,11 +211,13 @@ def _classes_of_lamps(
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = list(mirrors_of(scene, shape, side))
         seen = not _is_hidden(scene, sensor, parts, shape, side)
-        if (
-            seen
-            and not met[number][0]
-            and (bound := _unseen_by_pairs(scene, sensor, parts, shape, side)) is not None
-        ):
+        bound = None
+        if seen and not met[number][0]:
+            key = sensor.name, number  # once per plan: a run for an error looks often
+            if key not in plan.proofs:
+                plan.proofs[key] = _unseen_by_pairs(scene, sensor, parts, shape, side)
+            bound = plan.proofs[key]
+        if bound is not None:
             seen = False
             what = f"light straight from {lamp.name!r}, which no line between them shows"
             yield number, Finding(DOUBTFUL, "", "", what, bound, "use more particles", name="path class")
@@ -241,12 +244,18 @@ def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int
     return seen, guard.radius
 
 
-def large_scores(plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int) -> int:
-    """How many scores of flights are at least a quarter of the largest that there can be; all where they are alike."""
+def large_scores(
+    plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int, block: int = 0
+) -> int:
+    """How many scores are at least a quarter of the largest that there can be; all of them where they are alike.
+
+    block: 0 for those of flights, 1 for those of rays, in their own unit.
+    """
     blocks = plan.size_blocks.get((name, side))
     if blocks is None:
         return scores
-    counts = sum(batch.sizes[blocks[0] : blocks[0] + SIZE_CELLS] for batch in batches)
+    first = blocks[block]
+    counts = sum(batch.sizes[first : first + SIZE_CELLS] for batch in batches)
     return int(counts[EDGES[:-1] >= LARGE * largest].sum())
 
 
@@ -275,7 +284,8 @@ def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
         return False
     sides = {"front": material.front, "back": material.back}
     specular = [side for side, each in sides.items() if is_specular(each)]
-    return len(specular) == 1 and is_behind(shape, mirror, specular[0])
+    is_opaque = not any(lets_through(each) for each in sides.values())
+    return is_opaque and len(specular) == 1 and is_behind(shape, mirror, specular[0])
 
 
 def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:

@@ -34,6 +34,7 @@ MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand 
 MIN_DOF = (
     MIN_SCORES / 2
 )  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+OWN_DOF = 0.8  # of the degrees of freedom of the batches: as many are enough where batches are few
 UNLIKELY = 1e-3  # chance of an own variance so large, below which the bin is unlike its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
@@ -126,7 +127,7 @@ def pooled_errors(
     doubtful = np.zeros(known.size, dtype=bool)
     is_lone = moments.largest > 2 * MIN_SCORES * variance
     has_few = _has_few_scores(moments, bins, known.shape, axes, periodic)
-    doubtful[bins] = (dof < MIN_DOF) | is_unlike | is_lone | has_few
+    doubtful[bins] = (dof < min(MIN_DOF, OWN_DOF * (batches - 1))) | is_unlike | is_lone | has_few
     return Pooled(*(each.reshape(known.shape) for each in (error, of_bins, doubtful)))
 
 

@@ -17,10 +17,12 @@ from transport.estimators.expected import expects
 from transport.materials import Diffuse, simple_parts
 from transport.materials.surface import titled
 from transport.results.findings import DOUBTFUL, Finding, unseen_scores
-from transport.shapes.distances import least_distance
+from transport.shapes import FlatShape
+from transport.shapes.distances import is_behind, least_distance
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
+    from transport.detectors import Detector
     from transport.materials import Surface
     from transport.results.batches import Batch
     from transport.results.estimates import Estimate
@@ -35,13 +37,19 @@ def unvisited_walls_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Fi
         return
     light = total.value * plan.unit / shape.area
     for finding in unvisited_walls(
-        plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light
+        plan, sums.batches, f"detector {detector.name!r}", shape.middle, shape.extent, light, detector
     ):
         yield replace(finding, bound=finding.bound * shape.area / plan.unit)
 
 
 def unvisited_walls(
-    plan: Plan, batches: list[Batch], title: str, place: Vector, size: float, light: float
+    plan: Plan,
+    batches: list[Batch],
+    title: str,
+    place: Vector,
+    size: float,
+    light: float,
+    detector: Detector | None = None,
 ) -> Iterator[Finding]:
     """The wall that may add most, with a bound of the irradiance, or of the fluence rate [W m^-2]; nothing where none may.
 
@@ -51,7 +59,7 @@ def unvisited_walls(
     histories = sum(batch.histories for batch in batches)
     found = []
     for number, surface in enumerate(plan.scene.surfaces):
-        share = _sent(surface)
+        share = 0.0 if _cannot_light(plan, surface, detector) else _sent(surface)
         unseen = unseen_scores(_visits(plan, batches, number, share, light)) if share > 0 else 0.0
         if unseen > 0:
             distance = max(least_distance(surface.shape, place), size)
@@ -70,6 +78,12 @@ def unvisited_walls(
             "use more particles, or estimator='backward'",
             name="unvisited surface",
         )
+
+
+def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bool:
+    """Whether a surface lies behind the side that a flat detector looks from."""
+    shape = None if detector is None else plan.scene.shape_of(detector)
+    return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
 
 
 def _sent(surface: Surface) -> float:
