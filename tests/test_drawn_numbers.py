@@ -70,7 +70,7 @@ def test_a_radiance_map_has_each_direction_in_its_place_and_both_halves_of_its_c
     (here, value, bars), (there, opposite, _) = map(bars_of, cut.containers)
     assert (here > 0).all() and (there < 0).all()
     np.testing.assert_allclose(value, values[:, 2])
-    np.testing.assert_allclose(bars, L.error[:, 2])
+    np.testing.assert_allclose(bars, 2 * L.error[:, 2])
     np.testing.assert_allclose(opposite, values[:, 5])
     lines = {
         float(np.sign(line.get_xdata()[-1])): line.get_ydata()[-1]
