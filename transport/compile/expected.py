@@ -25,6 +25,7 @@ from transport.materials import Diffuse, Mixture, is_specular, simple_parts
 from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
 from transport.shapes.distances import is_behind, least_distance, least_height
 from transport.shapes.supports import are_on_one_support
+from transport.sheets import pieces
 from transport.validation import refuse, shown
 
 if TYPE_CHECKING:
@@ -164,9 +165,10 @@ def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[float, 
         if (law := _law(emitter))
     ]
     places += [
-        (surface.shape, LAMBERTIAN, False)
+        (piece, LAMBERTIAN, False)
         for surface in plan.scene.surfaces
         if any(isinstance(part, Diffuse) for part in simple_parts(surface.material))
+        for piece in pieces(surface.shape)
     ]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
