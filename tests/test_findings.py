@@ -115,17 +115,14 @@ def test_slices_sums_means_and_pickles_keep_them():
     signs = np.resize([1.0, -1.0], 32)[:, None, None]
     values = np.arange(1.0, 7.0).reshape(2, 3)
     array = EstimateArray(values + 0.01 * signs, RUN, "W", ("u", "v"), {"u": np.arange(3), "v": np.arange(4)})
-    finding = Finding("doubtful", "detector 'm'", "", "what", np.full((2, 3), 0.03), "")
+    finding = Finding("doubtful", "detector 'm'", "", "what", np.full((2, 3), 0.035), "")
     array._with_findings(lambda: (finding,))
-    assert (
-        array.verdict.tolist() == [["doubtful", "doubtful", "sound"], ["bounded"] * 3]
-        or array.verdict[0, 0] == "doubtful"
-    )
-    assert array[0, 0].findings[0].bound == 0.03 and array[1].findings[0].bound.shape == (3,)
-    assert array.sum().findings[0].bound == pytest.approx(0.03)  # a score falls into one bin only
-    assert array.sum("u").findings[0].bound == pytest.approx([0.03] * 3)
-    assert array.mean().findings[0].bound == pytest.approx(0.005)
-    assert (array * estimate(2.0, 0.1)).findings[0].bound[1, 2] == pytest.approx(0.06)
+    assert array.verdict.tolist() == [["doubtful"] * 3, ["bounded"] * 3]
+    assert array[0, 0].findings[0].bound == 0.035 and array[1].findings[0].bound.shape == (3,)
+    assert array.sum().findings[0].bound == pytest.approx(0.035)  # a score falls into one bin only
+    assert array.sum("u").findings[0].bound == pytest.approx([0.035] * 3)
+    assert array.mean().findings[0].bound == pytest.approx(0.035 / 6)
+    assert (array * estimate(2.0, 0.1)).findings[0].bound[1, 2] == pytest.approx(0.07)
     again = pickle.loads(pickle.dumps(array))
     assert again.findings[0].what == "what" and again.is_doubtful.tolist() == array.is_doubtful.tolist()
 
@@ -193,6 +190,97 @@ def test_a_beam_from_behind_or_beside_is_no_doubt():
             tp.Scene([lamp, beam], (), meter), 2000, seed=1, estimator="expected", threads=1, progress=False
         )
         assert result["m"].irradiance.is_doubtful == is_doubtful, place
+
+
+# ---- light that once was missed without a word; values by long runs of other estimators ----
+
+
+def run(sources, surfaces, detector, particles, estimator="expected", seed=0, **more):
+    scene = tp.Scene(sources, surfaces, detector, **more)
+    return tp.simulate(scene, particles, seed=seed, estimator=estimator, threads=1, progress=False)["m"]
+
+
+def disk_lamp(center, normal, radius, power):
+    return tp.Source(tp.Disk(center=center, normal=normal, radius=radius), tp.Lambertian(power=power))
+
+
+def test_a_wall_that_lets_a_thousandth_straight_through_is_a_class():
+    """No ray passes it, flights do: 0.00716 W m^-2, of which rays through the hole bring an eighth."""
+    veil = tp.Mixture({tp.Transparent(): 0.001, tp.Black(): 0.999})
+    curtain = tp.Surface(tp.Disk(center=(0, 0, 1), radius=20.0, inner_radius=0.005), veil, "curtain")
+    lamp = disk_lamp((0, 0, 2), (0, 0, -1), 1.0, 100.0)
+    found = run(lamp, curtain, tp.Detector(tp.Disk(radius=0.005), "m"), 1e5).irradiance
+    assert found.value < 0.002 and found.is_doubtful and "curtain" in str(found)
+    clear = tp.Surface(curtain.shape, tp.Transparent(), "clear")
+    assert run(lamp, clear, tp.Detector(tp.Disk(radius=0.005), "m"), 1e5).irradiance.verdict == "sound"
+
+
+def test_a_mirror_that_faces_away_but_lets_light_through_is_a_class():
+    sheet = tp.TwoSided(tp.Mirror(0.2, 0.7), tp.Black())
+    surface = tp.Surface(tp.Disk(center=(0, 0, 1), normal=(0, 0, 1), radius=5.0), sheet, "sheet")
+    lamps = [disk_lamp((0, 0, 2), (0, 0, -1), 0.3, 100.0), disk_lamp((0, 2, 0.5), (0, -1, 0), 0.1, 100.0)]
+    found = run(lamps, surface, tp.Detector(tp.Disk(radius=0.002), "m"), 1e5).irradiance
+    assert found.value < 2 and found.is_doubtful and "sheet" in str(found)  # 7.20 W m^-2
+
+
+def test_a_ball_in_a_room_of_many_small_walls_is_not_outside():
+    """96 squares or 6: the mirror in the room sends light to the ball."""
+    walls = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            normal = tuple(-sign * (k == axis) for k in range(3))
+            up = tuple(1.0 * (k == (axis + 1) % 3) for k in range(3))
+            for a in (-0.75, -0.25, 0.25, 0.75):
+                for b in (-0.75, -0.25, 0.25, 0.75):
+                    place = [0.0, 0.0, 0.0]
+                    place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3] = sign, a, b
+                    square = tp.Rectangle(center=tuple(place), normal=normal, up=up, width=0.5, height=0.5)
+                    walls.append(tp.Surface(square, tp.Diffuse(0.1)))
+    panel = tp.Surface(tp.Disk(center=(0, 0, 0.5), normal=(0, 0, -1), radius=0.3), tp.Mirror(1.0), "mirror")
+    ball = tp.Sphere(radius=0.003)
+    scene = tp.Scene(disk_lamp((0, 0, -0.99), (0, 0, 1), 0.05, 100.0), [*walls, panel], tp.Detector(ball, "m"))
+    assert mirrors_of(scene, ball, "front") == ["'mirror'"]
+
+
+def test_few_strong_rays_among_many_weak_ones_are_a_class():
+    """A pinhole right above the detector is seen by few rays, each of which brings much."""
+    screen = tp.Surface(tp.Disk(center=(0, 0, 0.2), radius=20, inner_radius=0.001), tp.Black(), "screen")
+    lamps = [disk_lamp((0, 0, 0.4), (0, 0, 1), 0.5, 50.0), disk_lamp((3, 0, 0.1), (-1, 0, 0), 0.05, 50.0)]
+    near = disk_lamp((0, 0.02, 0.02), (0, -1, 0), 1e-3, 3e-4)
+    detector = tp.Detector(tp.Disk(radius=0.001), "m")
+    assert run([*lamps, near], screen, detector, 1e5).irradiance.is_doubtful  # of the near lamp one history is born
+
+
+def test_what_leaves_a_surface_is_judged_by_its_own_scores():
+    """Both estimators count it as it comes: of 1.607 W m^-2 few scores, and the difference from what arrives as well."""
+    patch = tp.Surface(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=0.03), tp.Diffuse(0.9), "patch")
+    for estimator in ("expected", "analog"):
+        found = run(LAMP, patch, tp.Detector("patch", "m"), 1e5, estimator, seed=7)
+        assert found.exitance.is_doubtful, estimator
+    assert found.irradiance.is_doubtful and found.net_flux_density.is_doubtful
+
+
+def test_a_medium_that_absorbs_by_chance_and_scatters_nothing_is_judged():
+    fog = tp.Surface(tp.Box(size=1.0), tp.Transparent(), inside=tp.Medium(absorption=2.0))
+    lamp = disk_lamp((0, 0, 1), (0, 0, -1), 0.2, 1.0)
+    scene = tp.Scene(lamp, fog, tp.Detector(tp.Disk(center=(0, 0, -1), radius=0.2), "m"))
+    result = tp.simulate(scene, 20_000, seed=1, estimator="expected", tracking="analog", threads=1, progress=False)
+    assert result["m"].irradiance.verdict in ("sound", "bounded") and result.warnings == []
+
+
+def test_a_wall_behind_a_detector_is_no_doubt():
+    room = tp.Surface(tp.Box(size=(6, 6, 3)), tp.Diffuse(0.5), "room")
+    holder = tp.Surface(tp.Disk(center=(0, 0, -1.01), radius=0.003), tp.Diffuse(0.5), "holder")
+    lamp = disk_lamp((0, 0, 1.4), (0, 0, -1), 0.3, 100.0)
+    found = run(lamp, [room, holder], tp.Detector(tp.Disk(center=(0, 0, -1), radius=0.01), "m"), 2e5)
+    assert not any("holder" in finding.what for finding in found.irradiance.findings)
+
+
+def test_a_lone_bin_of_eight_batches_is_judged_as_a_number_is():
+    detector = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), "m", directions=tp.Directions(mu=2))
+    scene = tp.Scene(disk_lamp((0, 0, 0), (0, 0, 1), 0.5, 1.0), (), detector)
+    result = tp.simulate(scene, 1e5, seed=1, batches=8, threads=1, progress=False)
+    assert not result["m"].radiance.is_doubtful[-1] and result.warnings == []
 
 
 # ---- runs ----

@@ -90,11 +90,12 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
         return
     scene = plan.scene
     specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
+    numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
     found = {
-        number: scene.surfaces.index(member.surface)
+        number: numbers[id(member.surface)]
         for number, sheet in enumerate(sheets, start=1)
         for member in sheet.members
-        if member.surface is not None and scene.surfaces.index(member.surface) in specular
+        if member.surface is not None and numbers[id(member.surface)] in specular
     }
     for each in plan.expectations if found else ():
         shape = scene.shape_of(each.detector)

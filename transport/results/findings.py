@@ -71,11 +71,9 @@ class Finding:
         share = self.share
         if not np.isfinite(share):
             return ""
-        return (
-            f", worth up to {100 * share:.2g} % of it"
-            if share < 0.995
-            else f", worth up to {share:.2g} times it"
-        )
+        if share < 0.995:
+            return f", worth up to {100 * share:.2g} % of it"
+        return f", worth up to {share:.0f} times it" if 10 <= share < 1e4 else f", worth up to {share:.2g} times it"
 
     def record(self) -> dict[str, Any]:
         """Its parts for machines."""
@@ -93,16 +91,6 @@ class Finding:
         what = f"{of}: {self.what}{self.worth}" if of else self.what
         what += f" ({self.seen})" if self.seen else ""
         return f"{what}. {capital(self.cure)}" if self.cure else what
-
-    @property
-    def largest_bound(self) -> float:
-        """The bound, of an array that of the bin where it is largest; nan where none is known."""
-        known = np.abs(np.atleast_1d(self.bound))
-        return (
-            float(np.max(known, where=np.isfinite(known), initial=0.0))
-            if np.isfinite(known).any()
-            else np.nan
-        )
 
 
 def unseen_scores(scores: float | np.ndarray) -> Any:
@@ -257,7 +245,7 @@ def judged(
 def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]) -> tuple[Finding, ...]:
     """The findings of a function of numbers: each bound becomes what it moves the function by.
 
-    operands: of each number its value and its findings.  Findings of one kind become one.
+    operands: of each number its value and its findings.  Findings of one kind and one sign become one.
     """
     values = [value for value, _ in operands]
     found: dict[tuple[str, str, bool], Finding] = {}
@@ -267,9 +255,7 @@ def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]])
             for finding in findings:
                 bound = function(*values[:place], value + finding.bound, *values[place + 1 :]) - base
                 key = finding.object, finding.what, bool(np.all(np.nan_to_num(bound) >= 0))
-                if (
-                    key in found
-                ):  # of one sign; what adds to a number and what takes from it stand side by side
+                if key in found:  # of one sign: what may add to a number and what may take from it stay apart
                     bound = bound + found[key].bound
                 found[key] = replace(finding, bound=bound)
     return tuple(found.values())

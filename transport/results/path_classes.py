@@ -137,9 +137,9 @@ def _classes_of_detector(
 ) -> Iterator[PathClass]:
     """Those of a detector; largest: in units of the largest weight at birth."""
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
-    heaviest = max((batch.heaviest for batch in batches), default=0.0) or 1.0
     if expectation is None:
-        is_aimed = any(emitter.target is not None for emitter in plan.emitters)
+        is_aimed = all(emitter.target is not None for emitter in plan.emitters)
+        heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
         if plan.lessens or plan.splits or plan.forces:
             yield PathClass("light", scores, heaviest, MORE)
             if not is_aimed:
@@ -188,7 +188,7 @@ def chances_of_sensor(
     for number, each in _classes_of_lamps(plan, sensor, parts, met):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is not None:
-            yield replace(finding, bound=finding.bound * max(part.gains[number] for part in parts))
+            yield replace(finding, object=title, bound=finding.bound * max(part.gains[number] for part in parts))
 
 
 def _classes_of_lamps(
@@ -341,7 +341,7 @@ def _unseen_by_pairs(
         return None
     for part in parts:
         ends = [points_on(shape, rng.random((PAIRS, 2))) for shape in (part.shape, lamp)]
-        if None in [None if end is None else 0 for end in ends]:
+        if any(end is None for end in ends):
             return None
         (start, facing), (end, emitting) = ends
         ways = end - start

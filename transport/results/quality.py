@@ -100,7 +100,7 @@ def quality_of(
 
 
 def verdict_of(estimate: Estimate) -> str:
-    """That of a number; it is doubtful as well where its error is not known."""
+    """The verdict on a number, or the worst one on the bins of an array."""
     verdicts = np.atleast_1d(estimate.verdict)
     if (verdicts == DOUBTFUL).any():
         return DOUBTFUL
