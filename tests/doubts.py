@@ -7,10 +7,10 @@ from transport.results.findings import DOUBTFUL, NOTE
 
 def doubts(result, name: str) -> list[str]:
     """The doubts about a detector, and why it counted nothing."""
-    told = [each for each in result.findings if repr(name) in each.object]
+    about = [each for each in result.findings if repr(name) in each.object]
     return [
         str(each) if each.severity == DOUBTFUL else each.what
-        for each in told
+        for each in about
         if each.severity in (DOUBTFUL, NOTE)
     ]
 

@@ -73,7 +73,11 @@ class Finding:
             return ""
         if share < 0.995:
             return f", worth up to {100 * share:.2g} % of it"
-        return f", worth up to {share:.0f} times it" if 10 <= share < 1e4 else f", worth up to {share:.2g} times it"
+        return (
+            f", worth up to {share:.0f} times it"
+            if 10 <= share < 1e4
+            else f", worth up to {share:.2g} times it"
+        )
 
     def record(self) -> dict[str, Any]:
         """Its parts for machines."""

@@ -188,7 +188,9 @@ def chances_of_sensor(
     for number, each in _classes_of_lamps(plan, sensor, parts, met):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is not None:
-            yield replace(finding, object=title, bound=finding.bound * max(part.gains[number] for part in parts))
+            yield replace(
+                finding, object=title, bound=finding.bound * max(part.gains[number] for part in parts)
+            )
 
 
 def _classes_of_lamps(
@@ -197,13 +199,15 @@ def _classes_of_lamps(
     """Those of each lamp by its number; largest: in units of what a sum of 1 over one history is."""
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
-    told = {
+    with_rays = {
         k: expected[lamp.seen_by.name]
         for k, lamp in enumerate(plan.turned.lamps)
         if lamp.seen_by.name in expected
     }
     scales = {
-        k: 1 / each.scale for k, each in told.items() if each.walls is not None or each.collisions is not None
+        k: 1 / each.scale
+        for k, each in with_rays.items()
+        if each.walls is not None or each.collisions is not None
     }
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:

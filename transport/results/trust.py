@@ -69,16 +69,16 @@ def _note(name: str, what: str, title: str = "") -> Finding:
 def in_words(findings: Iterable[Finding]) -> list[str]:
     """A warning for each finding that is a note or a doubt; those of several detectors that are alike become one."""
     alike: dict[tuple[str, str], list[Finding]] = {}
-    told = []
+    ordered = []
     for finding in findings:
         if finding.severity == DOUBTFUL:
             key = (finding.what, finding.cure)
             if key not in alike:
-                told.append(key)
+                ordered.append(key)
             alike.setdefault(key, []).append(finding)
         elif finding.severity == NOTE:
-            told.append(finding.what)
-    return [each if isinstance(each, str) else _warning(alike[each]) for each in told]
+            ordered.append(finding.what)
+    return [each if isinstance(each, str) else _warning(alike[each]) for each in ordered]
 
 
 def _warning(findings: list[Finding]) -> str:
