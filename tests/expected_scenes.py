@@ -156,7 +156,15 @@ def shadow():
     )
 
 
+def aimed():
+    """Births towards an aim count as they come, what walls send of them is told."""
+    source = tp.Source(
+        tp.Disk(radius=0.2), tp.Lambertian(power=1.0), aim=tp.Sphere(center=(0.1, 0, 0.5), radius=0.2)
+    )
+    return tp.Scene([source, lamp()], WALLS, [pane("meter", 0.5), pane("high", 0.8)])
+
+
 SCENES = {
     scene.__name__: scene
-    for scene in (disks, room, balls, hollow, half_mirrors, pasts, fog, cloud, glass, beam, glow, voxels, facing, backlit, shadow)
+    for scene in (aimed, disks, room, balls, hollow, half_mirrors, pasts, fog, cloud, glass, beam, glow, voxels, facing, backlit, shadow)
 }  # fmt: skip

@@ -112,16 +112,6 @@ def test_threads_do_not_change_a_bit(name):
 
 REFUSED = {
     "a clock": (lambda: tp.Scene(lamp(), WALLS, pane("meter", 0.5), duration=1.0), "leave duration out"),
-    "an aim": (
-        lambda: tp.Scene(
-            tp.Source(
-                tp.Disk(radius=0.1), tp.Lambertian(power=1.0), aim=tp.Sphere(center=(0, 0, 0.5), radius=0.1)
-            ),
-            WALLS,
-            pane("meter", 0.5),
-        ),
-        "leave aim out",
-    ),
     "a point": (
         lambda: tp.Scene(lamp(), (), [pane("meter", 0.5), tp.PointDetector((0, 0, 0.1), "there")]),
         "PointDetector 'there'",

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from functools import cached_property
 from os import PathLike
 
 from transport.bodies.filling import glows, names_media
@@ -97,6 +98,11 @@ class Scene:
         from transport.html.scenes import scene_html
 
         return scene_html(self)
+
+    @cached_property
+    def proofs(self) -> dict:
+        """What has been found out about it so far, once for all runs (results/path_classes.py, results/probes.py)."""
+        return {}
 
     @property
     def meters(self) -> tuple[Detector, ...]:

@@ -123,7 +123,7 @@ def turn_back(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...]) -> None:
             share = emitter.amount / whole / len(scene.detectors)
             columns, (place, look, weigh) = _cells_of(plan, sensor, emitter)
             cells = math.prod(int(columns[f"{axis}_cells"]) for axis in ("mu", "turn", "u", "v"))
-            gains = _gains(plan, scene, lamps, emitter)
+            gains = gains_of(plan, scene, lamps, emitter)
             parts.append(Part(sensor, emitter.shape, first, cells, share, gains))
             row = layout.row(layout.SENSOR, **columns, first=first, cells=cells, part=len(parts))
             emitters.append(_emitter(emitter, share, row, place, look, weigh))
@@ -177,7 +177,7 @@ def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
         emitter.cells[0][1]["births"] = first
 
 
-def _gains(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter) -> np.ndarray:
+def gains_of(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter) -> np.ndarray:
     """By lamp, its strength times (eta_d/eta_s)^2, and of a volume the length that its sums count in [m]."""
     here, volumes, gains = _index(emitter.medium, emitter.source), iter(plan.volumes), []
     for lamp in lamps:

@@ -26,6 +26,7 @@ from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
 from transport.shapes.distances import is_behind, least_distance, least_height
 from transport.shapes.supports import are_on_one_support
 from transport.sheets import pieces
+from transport.sides import IS_BACK
 from transport.validation import refuse, shown
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]
 BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
 ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # of layout.HELD
+GRID = 1.1  # times the most that is found on a grid of points
 SMALLEST = 1e-12  # of a coordinate: a thousand roundings across a detector
 
 Row = np.ndarray
@@ -145,11 +147,14 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     held = _held(shape, values, is_pure, sheet)
     places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
     strongest = {
-        side: max((_bound(shape, is_pure, *kind) for kind in kinds), default=0.0)
+        side: max(
+            (min(_bound(shape, is_pure, *kind), _slanted(place, shape, side)) for place, *kind in kinds),
+            default=0.0,
+        )
         for side, kinds in places.items()
     }
     nearest = {
-        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for kind in kinds), default=0.0)
+        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for _, *kind in kinds), default=0.0)
         for side, kinds in places.items()
     }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
@@ -158,8 +163,8 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     )
 
 
-def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[float, float]]:
-    """Of each emitter and diffuse wall that is not behind a side of a detector the greatest density and how near it comes [m]."""
+def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, float]]:
+    """Each emitter and diffuse wall that is not behind a side of a detector, its greatest density and how near it comes [m]."""
     places = [
         (emitter.shape, max(law.values()), isinstance(emitter.source.emission, Isotropic))
         for emitter in plan.emitters
@@ -173,7 +178,38 @@ def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[float, 
     ]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
-    return [(peak, _gap(where, shape, filled)) for where, peak, filled in places]
+    return [(where, peak, _gap(where, shape, filled)) for where, peak, filled in places]
+
+
+def _slanted(place: Shape, shape: Shape, side: str) -> float:
+    """The most that a ray of weight 1 from the plane of a flat wall or lamp brings, for the angles at both ends; infinite of others.
+
+    A cos(there) cos(here) / (pi r^2), with r, and both heights, as near as any point of the detector: r is less, heights are more by its extent.
+    """
+    if not isinstance(place, FlatShape):
+        return math.inf
+    normal, reach = np.array(place.normal), shape.extent
+    height = float(np.dot(normal, np.subtract(shape.middle, place.middle)))
+    if abs(height) <= reach:
+        return math.inf
+    facing = np.zeros(3)
+    if isinstance(shape, FlatShape):
+        facing = np.array(shape.normal) * (-1.0 if IS_BACK[side] else 1.0)
+    along = facing - np.dot(facing, normal) * normal  # the plane comes up before the detector this way
+    slope = float(np.linalg.norm(along))
+    u = along / slope if slope > 0 else np.array(place.frame[0])
+    across = np.cross(normal, u)
+    ways, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
+    points = (
+        -height * normal + (ways * np.cos(turns))[..., None] * u + (ways * np.sin(turns))[..., None] * across
+    )
+    apart = np.linalg.norm(points, axis=-1)
+    least = np.maximum(apart - reach, 0.0)
+    with np.errstate(divide="ignore"):
+        there = np.minimum((abs(height) + reach) / least, 1.0)
+        here = np.clip((points @ facing + reach) / least, 0.0, 1.0) if facing.any() else 1.0
+        area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
+        return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
 
 
 def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
@@ -208,7 +244,9 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
-    """The density of directions at birth, where a ray can tell of it."""
+    """The density of directions at birth, where a ray can tell of it; none of births that are aimed."""
+    if emitter.target is not None:
+        return {}
     match emitter.source.emission:
         case Lambertian():
             return {"lambertian": LAMBERTIAN}

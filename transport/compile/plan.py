@@ -88,9 +88,6 @@ class Plan:
         default_factory=list
     )  # layout.GRID of bodies of voxels where flights collide
     thinning_grids: list[np.ndarray] = field(default_factory=list)  # and of those that only lessen weights
-    proofs: dict = field(
-        default_factory=dict
-    )  # what geometry told of sensors and lamps (results/path_classes.py)
     kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
 
     @property

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from transport.detectors import Detector
 from transport.shapes import Disk, Rectangle, Shape, Sphere, Triangle
-from transport.validation import shown
 
 if TYPE_CHECKING:
     from transport.scene import Scene
@@ -19,9 +18,6 @@ def why_not(scene: Scene) -> str | None:
     if scene.points:
         name = scene.points[0].name
         return f"PointDetector {name!r} casts rays of its own; run it in another scene"
-    for number, source in enumerate(scene.sources):
-        if source.aim is not None:
-            return f"sources[{number}] emits only towards its aim, {shown(source.aim)}; leave aim out"
     if not any(expects(scene, meter) for meter in scene.meters):
         got = ", ".join(f"{type(part).__name__} {part.name!r}" for part in scene.detectors) or "no detector"
         cure = "meter a Rectangle, Disk, Triangle or whole Sphere, without speeds or moments"

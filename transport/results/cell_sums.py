@@ -90,7 +90,13 @@ class CellSums:
         met = {
             lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps
         }
-        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories))
+        error = 0.0
+        if not self.is_view:
+            each = sum(
+                part.share * mean.mean(axis=1) for part, mean in zip(self.parts, self.means, strict=True)
+            )
+            error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in self.parts)
+        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories, error))
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:

@@ -18,8 +18,14 @@ DIAGNOSTICS = (
         "path class",
         "Light that an estimator meets by chance alone and that has scored fewer than 25 times: by mirrors, glass, gloss and"
         " lenses, by beams, from very near, or a lamp that backward histories hardly meet. Its bound is Poisson's 95 % limit"
-        " times the largest score; a class that geometry proves to be empty is left out.",
+        " times the largest score, or what a probe finds, whichever is less; a class that geometry proves to be empty is"
+        " left out.",
         "Which of the surfaces brings the light, if there are several; and a class whose scores are many but unlike.",
+    ),
+    Diagnostic(
+        "strong rays",
+        "Rays from walls and lamps so near to a detector that each brings much, of which fewer than 25 have come.",
+        "Which wall or lamp they would come from.",
     ),
     Diagnostic(
         "near emitter",

@@ -59,6 +59,7 @@ class Finding:
     times: float = (
         np.nan
     )  # as many histories after which the error knows it; nan where no score foretells that
+    about: float = np.nan  # what it is worth, as a share of the bound, where a probe has found that out
 
     @property
     def share(self) -> float:
@@ -206,15 +207,19 @@ def times_needed(
 ) -> tuple[float, float, str]:
     """How many times as many histories a number takes until no finding about it is a doubt, and the finding that takes most.
 
-    The first is that of findings that scores foretell, the second that of those that may never score, whose bounds fall as one over
-    the number of histories; 1 where there are none, infinite where there is no bound.
+    The first is that of findings that scores foretell, the second that of those that have not scored: after as many as a probe foretells,
+    or until their bound, which falls as one over the number of histories, is within what is allowed; 1 where there are none, infinite where
+    there is no bound.
     """
     foretold, open_end, worst, what = 1.0, 1.0, 1.0, ""
     number, spread = np.asarray(value), np.asarray(error)
     doubts = [each for each in findings if str(severities(each, number, spread, allowed)) == DOUBTFUL]
     bounded = [each for each in doubts if not np.isnan(each.bound)]  # which explain what batches look like
     for finding in bounded or doubts:
-        if np.isfinite(finding.times):
+        if np.isfinite(finding.about):  # its own error, of so many scores, shall be within what is allowed
+            share = finding.about * abs(finding.bound) / (allowed * abs(value)) if value else np.inf
+            times = open_end = max(open_end, float(finding.times * max(1.0, share**2 / MIN_SCORES)))
+        elif np.isfinite(finding.times):
             times = foretold = max(foretold, float(finding.times))
         else:
             times = abs(finding.bound) / (allowed * abs(value)) if value else np.inf

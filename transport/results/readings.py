@@ -281,7 +281,7 @@ class Reading(Quantified):
         scores = int(sums.whole("counts", side).sum())
         total = self._total(side)
         yield from chances_of_detector(
-            self._plan, sums.batches, self._title, self.name, side, scores, total.value
+            self._plan, sums.batches, self._title, self.name, side, scores, total.value, total.error
         )
         yield from roulette_survivors(sums, side, total)
         if side == ARRIVALS:

@@ -1,0 +1,304 @@
+"""What is known of light that no score has shown: proofs that there is none, and probes that bound it.
+
+A class of paths is empty where its mirrors or lamps lie behind the detector, in another room, or out of the sight of all lines between.
+
+Where that is not so, a probe tells how much there can be.  "expected" meets light whose last vertex is specular by chance alone.
+Followed backwards such a path leaves the detector towards a specular surface.  A probe sends histories from the detector towards each
+of these surfaces, counts by flights and by rays what comes to the lamps (transport/estimators/backward.py), and takes the upper end of that:
+more than the class is worth, for what a surface reflects diffusely, and what flies past it, is counted as well.  For "backward", which
+meets light whose first vertex is specular by chance, histories go from the lamp towards the surfaces.  What a probe finds is never added to
+an estimate.  It is as long as its purpose needs, and no longer than the run that it is about; it depends on scene, detector and that
+length alone, so that the same run has the same findings wherever they are looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile.adjoint import gains_of, turned_scene
+from transport.detectors import Detector
+from transport.emissions import Beam, Lambertian
+from transport.estimators import backward, expected
+from transport.materials import Glossy, Material, Mirror, Surface, TwoSided, is_specular, lets_through
+from transport.materials.surface import titled
+from transport.points import PointDetector
+from transport.results.empty_detector import are_parted
+from transport.results.findings import unseen_scores
+from transport.results.meter_sums import ARRIVALS
+from transport.results.statistics import student_quantile
+from transport.shapes import Disk, FlatShape, Point, Rectangle, Shape, Sphere
+from transport.shapes.crossings import crossings
+from transport.shapes.distances import is_behind
+from transport.sides import IS_BACK
+from transport.sources import Source
+from transport.validation import SceneError
+from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.compile.adjoint import Part
+    from transport.compile.plan import Plan
+    from transport.results.result import Result
+    from transport.scene import Scene
+
+PAIRS = 1 << 13  # lines between a sensor and a lamp
+CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
+FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
+LAST = 1 << 22  # the longest; none is longer than the run that it is about
+NEAR = 1.3  # times the value that is found: a bound so near to it need not be improved
+BRIGHT = 0.5  # reflectance of mirrors in place of darker ones
+SEED = 0x9E3779B9
+
+
+# ---- what is empty ----
+
+
+def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+    """The numbers of the surfaces whose mirrored or refracted light may come straight to a side of a shape; side: None for all."""
+    found = []
+    for number, surface in enumerate(scene.surfaces):
+        if not is_specular(surface.material):
+            continue
+        if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
+            continue
+        if _faces_away(surface.shape, surface.material, shape) or are_parted(
+            scene, (shape, side), (surface.shape, None), number
+        ):
+            continue
+        found.append(number)
+    return found
+
+
+def names_of(scene: Scene, numbers: Iterable[int]) -> list[str]:
+    """What the surfaces of these numbers are called."""
+    surfaces = [(number, scene.surfaces[number]) for number in numbers]
+    return [repr(surface.name) if surface.name else titled(surface, number) for number, surface in surfaces]
+
+
+def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
+    """Whether a flat surface of which only one side is specular has that side turned away from all of a shape."""
+    if not (isinstance(mirror, FlatShape) and isinstance(material, TwoSided)):
+        return False
+    sides = {"front": material.front, "back": material.back}
+    specular = [side for side, each in sides.items() if is_specular(each)]
+    is_opaque = not any(lets_through(each) for each in sides.values())
+    return is_opaque and len(specular) == 1 and is_behind(shape, mirror, specular[0])
+
+
+def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
+    """The sources whose births no ray connects and which may come straight to a side of a shape."""
+    for emitter in plan.emitters:
+        emission = emitter.source.emission
+        if emitter.target is not None and plan.turned is None:
+            yield source_name(plan.scene, emitter.source)
+            continue
+        if not isinstance(emission, Beam) or _misses(emitter.shape, emission.direction, shape):
+            continue
+        along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
+        if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
+            yield source_name(plan.scene, emitter.source)
+
+
+def _misses(origin: Shape, direction: tuple[float, float, float], shape: Shape) -> bool:
+    """Whether balls about both lie so that no parallel ray from the one comes to the other."""
+    if origin.is_infinite or shape.is_infinite:
+        return False
+    way = np.subtract(shape.middle, origin.middle)
+    along = float(np.dot(way, direction))
+    aside = math.sqrt(max(float(np.dot(way, way)) - along * along, 0.0))
+    return aside > origin.extent + shape.extent or along < -(origin.extent + shape.extent)
+
+
+def source_name(scene: Scene, source: Source) -> str:
+    numbers = [number for number, each in enumerate(scene.sources) if each is source]
+    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
+
+
+def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> bool:
+    """Whether geometry proves that no light of a lamp comes straight to a sensor."""
+    looks = getattr(sensor, "side", None)
+    for part in parts:
+        if looks is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, looks):
+            continue
+        if side is not None and isinstance(lamp, FlatShape) and is_behind(part.shape, lamp, side):
+            continue
+        if not are_parted(scene, (part.shape, looks), (lamp, side)):
+            return False
+    return True
+
+
+def unseen_by_pairs(
+    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None
+) -> float | None:
+    """A bound of the share of a sensor's view that a lamp fills, of which no line between the two shows any.
+
+    As of scores that none has seen, of PAIRS lines between even points on both; None where a line shows it, or where no points can be
+    drawn on either.
+    """
+    rng, share = np.random.default_rng(0), 0.0
+    is_directed = isinstance(sensor, Detector)
+    if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
+        return None
+    for part in parts:
+        ends = [points_on(shape, rng.random((PAIRS, 2))) for shape in (part.shape, lamp)]
+        if any(end is None for end in ends):
+            return None
+        (start, facing), (end, emitting) = ends
+        ways = end - start
+        distances = np.linalg.norm(ways, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ways = ways / distances[:, None]
+            there = np.maximum(-(ways * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
+            here = np.maximum(
+                (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
+            )
+            kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
+        lit = kernel > 0
+        if (lit & ~_are_blocked(scene, start, ways, distances)).any():
+            return None
+        share = max(share, unseen_scores(0) * float(kernel.max(initial=0.0)) / PAIRS)
+    return share
+
+
+def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Points even over the area of a shape, from numbers (n, 2) within [0, 1), and its normals there, (n, 3); None of other shapes."""
+    u, v = numbers.T
+    if isinstance(shape, Point):
+        return np.broadcast_to(shape.position, (len(u), 3)), np.zeros((len(u), 3))
+    if isinstance(shape, Sphere) and shape.is_closed:
+        z, turn = 2 * u - 1, 2 * math.pi * v
+        rho = np.sqrt(1 - z * z)
+        normals = np.stack([rho * np.cos(turn), rho * np.sin(turn), z], axis=1)
+        return np.array(shape.center) + shape.radius * normals, normals
+    if isinstance(shape, Disk):
+        r, turn = (
+            np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)),
+            2 * math.pi * v,
+        )
+        x, y = r * np.cos(turn), r * np.sin(turn)
+    elif isinstance(shape, Rectangle) and shape.hole is None:
+        x, y = (u - 0.5) * shape.width, (v - 0.5) * shape.height
+    else:
+        return None
+    e_u, e_v, normal = (np.array(axis) for axis in shape.frame)
+    return np.array(shape.center) + np.outer(x, e_u) + np.outer(y, e_v), np.broadcast_to(normal, (len(u), 3))
+
+
+def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Whether an opaque surface stands between the ends of each line."""
+    blocked = np.zeros(len(start), bool)
+    for surface in scene.surfaces:
+        if not lets_through(surface.material):
+            met = crossings(surface.shape, start, ways).distances / distances[:, None]
+            blocked |= ((met > CLEAR) & (met < 1 - CLEAR)).any(axis=1)
+    return blocked
+
+
+# ---- what is little ----
+
+
+def bound_by_probe(
+    scene: Scene,
+    detector: Detector,
+    surfaces: Sequence[int],
+    histories: float,
+    enough: float,
+    lamp: Source | None = None,
+) -> tuple[float, float]:
+    """(at most, about) so much light [W] comes to a detector, with 95 % confidence; infinite where that is not known.
+
+    That which these surfaces send there last; with a lamp, that which it sends to these surfaces first.
+    surfaces: their numbers;  histories: of the run that it is about;  enough: a bound [W] that need not be improved.
+    """
+    bound, value, length = math.inf, 0.0, FIRST
+    while length <= min(max(FIRST, histories), LAST):
+        key = detector.name, lamp and id(lamp), tuple(surfaces), length
+        if key not in scene.proofs:
+            try:
+                if lamp is None:
+                    scene.proofs[key] = _backwards(scene, detector, surfaces, length)
+                else:
+                    scene.proofs[key] = _forwards(scene, detector, lamp, surfaces, length)
+            except SceneError:
+                scene.proofs[key] = math.inf, 0.0
+        bound, value = scene.proofs[key]
+        if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer one would say no more
+            break
+        length *= FACTOR
+    return bound, value
+
+
+def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length: int) -> tuple[float, float]:
+    """What light by surfaces to a detector at most is, and is found to be [W], by histories from the detector."""
+    if backward.why_not(scene) is not None:
+        return math.inf, 0.0
+    turned, lamps = turned_scene(scene)
+    if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
+        return math.inf, 0.0
+    start = Source(detector.shape, Lambertian(power=1.0), side=detector.side)
+    result = _run(scene, start, surfaces, turned.detectors, length)
+    gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
+    scale = math.pi * scene.shape_of(detector).area * result.plan.unit
+    found = [_found(result, lamp.seen_by) for lamp in lamps]
+    return tuple(
+        scale * math.fsum(gain * each[k] for gain, each in zip(gains, found, strict=True)) for k in (0, 1)
+    )
+
+
+def _forwards(
+    scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
+) -> tuple[float, float]:
+    """What light from a lamp by surfaces at most is, and is found to be [W], by histories from the lamp."""
+    power = lamp.amount(scene.shape_of(lamp), None)
+    start = replace(lamp, emission=Lambertian(power=power))
+    result = _run(scene, start, surfaces, [detector], length)
+    unit, mirrors = result.plan.unit, mirrors_of(scene, scene.shape_of(detector), detector.side)
+    straight = bound_by_probe(scene, detector, mirrors, length, 0.0)[0] if mirrors else 0.0
+    return tuple(unit * each for each in _found(result, detector, straight / unit))
+
+
+def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int):
+    """Histories from a shape towards each of the surfaces."""
+    from transport.simulate import simulate
+
+    if any(scene.surfaces[number].shape.is_infinite for number in surfaces):
+        raise SceneError("no history is aimed at what has no end")
+    born, there = [], list(scene.surfaces)
+    for number in surfaces:
+        surface = scene.surfaces[number]
+        there[number], share = _brightened(surface)
+        power = Lambertian(power=share * start.emission.power)
+        born.append(replace(start, emission=power, aim=surface.shape))
+    probe = type(scene)(born, there, detectors, scene.medium)
+    method = "analog" if expected.why_not(probe) else "expected"
+    return simulate(probe, length, seed=SEED, threads=1, estimator=method, progress=False)
+
+
+def _found(result: Result, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
+    """The mean weight of a history at a detector: at most, and as it is found; straight: at most of that which met no diffuse wall last."""
+    total = result[detector.name].total(ARRIVALS)
+    unseen = [
+        min(float(each.bound), straight if each.name == "path class" else math.inf)
+        for each in total._raw_findings
+        if each.bound > 0
+    ]
+    spread = float(student_quantile(0.975, total.dof) * total.error) if total.error > 0 else 0.0
+    return float(total.value) + spread + math.fsum(unseen), float(total.value)
+
+
+def _brightened(surface: Surface) -> tuple[Surface, float]:
+    """A dark mirror as one that few histories die on, and what share of that it is; other surfaces as they are."""
+    material = surface.material
+    if isinstance(material, Mirror):
+        share = (material.reflectance + material.transmission) / BRIGHT
+        if share < 1:
+            bright = Mirror(material.reflectance / share, material.transmission / share)
+            return replace(surface, material=bright), share
+    if isinstance(material, Glossy) and material.albedo < BRIGHT:
+        bright = replace(material, albedo=BRIGHT)
+        return replace(surface, material=bright), material.albedo / BRIGHT
+    return surface, 1.0
