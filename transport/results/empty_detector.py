@@ -6,7 +6,8 @@ paths included, so its warning names the cause for certain; a detector that was 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from transport.enclosures import ClosedShape, Patches, rooms_of
 from transport.materials import Black, Surface, Transparent, lets_through, simple_parts
 from transport.materials.surface import titled
 from transport.shapes import Box, FlatShape, Mesh, Point, Shape, Sphere
+from transport.shapes.base import ROUNDING
 from transport.shapes.distances import is_behind, least_distance, point_beside
 from transport.shapes.supports import are_on_one_support
 from transport.sheets import pieces
@@ -93,10 +95,10 @@ def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None
 
     number: of the surface that the other one is, if it is any; a room of which it is a wall parts it from nothing.
     """
-    rooms = [room for room in _opaque_rooms(scene) if number not in room.numbers]
     return any(
         (_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other))
-        for room in rooms
+        for room in _rooms_about(scene, one[0], other[0])
+        if number not in room.numbers
     )
 
 
@@ -206,6 +208,32 @@ def _place_on(shape: Shape) -> Vector | None:
     if isinstance(shape, Box):
         return x + shape.size[0] / 2, y, z
     return tuple(map(float, shape.vertices[0])) if isinstance(shape, Mesh) else None
+
+
+def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
+    """The opaque rooms that any of the shapes may lie in, for balls about both meet."""
+    rooms = _opaque_rooms(scene)
+    if "_balls_about_rooms" not in vars(scene):
+        balls = [_ball_about(room.shapes) for room in rooms]
+        middles, reaches = [middle for middle, _ in balls], [reach for _, reach in balls]
+        vars(scene)["_balls_about_rooms"] = np.reshape(middles, (-1, 3)), np.array(reaches)
+    middles, reaches = vars(scene)["_balls_about_rooms"]
+    near = np.zeros(len(rooms), bool)
+    for shape in shapes:
+        if shape.is_infinite:
+            return rooms
+        near |= np.linalg.norm(middles - shape.middle, axis=1) <= (reaches + shape.extent) * (1 + ROUNDING)
+    return [rooms[k] for k in np.flatnonzero(near)]
+
+
+def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
+    """Middle and radius of a ball that holds all of them."""
+    if any(shape.is_infinite for shape in shapes):
+        return (0.0, 0.0, 0.0), math.inf
+    bounds = np.array([shape.bounds for shape in shapes])
+    middle = (bounds[:, 0].min(axis=0) + bounds[:, 1].max(axis=0)) / 2
+    reach = max(float(np.linalg.norm(middle - shape.middle)) + shape.extent for shape in shapes)
+    return tuple(map(float, middle)), reach
 
 
 def _opaque_rooms(scene: Scene) -> list[Room]:

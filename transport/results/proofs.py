@@ -49,6 +49,7 @@ PAIRS = 1 << 13  # lines between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
 LAST = 1 << 22  # the longest; none is longer than the run that it is about
+MOST = 16  # surfaces of one probe, for each of which its passes are prepared
 NEAR = 1.3  # times the value that is found: a bound so near to it need not be improved
 BRIGHT = 0.5  # reflectance of mirrors in place of darker ones
 SEED = 0x9E3779B9
@@ -59,6 +60,16 @@ SEED = 0x9E3779B9
 
 def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     """The numbers of the surfaces whose mirrored or refracted light may come straight to a side of a shape; side: None for all."""
+    key = "mirrors", id(shape), side
+    if key not in scene.proofs:
+        scene.proofs[key] = (
+            shape,
+            _mirrors_of(scene, shape, side),
+        )  # the shape is kept, so that no other one takes its id
+    return scene.proofs[key][1]
+
+
+def _mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     found = []
     for number, surface in enumerate(scene.surfaces):
         if not is_specular(surface.material):
@@ -265,8 +276,8 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
     """Histories from a shape towards each of the surfaces."""
     from transport.simulate import simulate
 
-    if any(scene.surfaces[number].shape.is_infinite for number in surfaces):
-        raise SceneError("no history is aimed at what has no end")
+    if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
+        raise SceneError("no history is aimed at what has no end, or at so much")
     born, there = [], list(scene.surfaces)
     for number in surfaces:
         surface = scene.surfaces[number]
