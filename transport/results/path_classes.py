@@ -21,7 +21,7 @@ import numpy as np
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.sizes import EDGES
 from transport.detectors import Detector
-from transport.emissions import Lambertian
+from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
 from transport.results.findings import DOUBTFUL, MIN_SCORES, TINY, Finding, unseen_scores
 from transport.results.proofs import (
@@ -31,6 +31,7 @@ from transport.results.proofs import (
     mirrors_of,
     names_of,
     unseen_by_pairs,
+    way_past,
 )
 from transport.results.quality import MORE
 from transport.sides import OTHER_SIDE
@@ -132,18 +133,23 @@ def _near_collisions(
     """Collisions near a detector in a medium, whose flights count up to all of their weight.
 
     Those nearer than a distance e bring at most about sigma_s e of the mean: that is how much of the light there is scattered on
-    such a length.  From farther away a score has a limit.  The distance taken is that of the least bound.
+    such a length.  A beam that passes nearer than e brings at most what it scatters on its way 2 e there, and of that what one score
+    from so near may count.  From farther away a score has a limit.  The distance taken is that of the least bound.
     """
     scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
-    extent, histories = (
-        plan.scene.shape_of(_detector(plan, name)).extent,
-        sum(batch.histories for batch in batches),
-    )
+    shape, histories = plan.scene.shape_of(_detector(plan, name)), sum(batch.histories for batch in batches)
+    beams = [
+        (emitter.bound / plan.unit, way_past(emitter.shape, emitter.source.emission.direction, shape))
+        for emitter in plan.emitters
+        if isinstance(emitter.source.emission, Beam)
+    ]
     bounds = []
-    for distance in np.geomspace(1e-2, 1e4, 61) * extent:
+    for distance in np.geomspace(1e-2, 1e4, 61) * shape.extent:
         largest = share(distance)
         unseen = unseen_scores(large_scores(plan, batches, name, side, largest, 0))
-        bounds.append(scattering * distance * mean + unseen * largest / histories)
+        passing = math.fsum(2 * amount * share(apart) for amount, apart in beams if apart < distance)
+        near = scattering * distance * (mean + passing)
+        bounds.append(near + unseen * largest / histories)
     what = "light scattered very near not sampled"
     return Finding(
         DOUBTFUL,

@@ -37,7 +37,7 @@ from transport.shapes.distances import is_behind
 from transport.sides import IS_BACK
 from transport.sources import Source
 from transport.validation import SceneError
-from transport.vectors import dot
+from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.adjoint import Part
@@ -107,21 +107,21 @@ def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
         if emitter.target is not None and plan.turned is None:
             yield source_name(plan.scene, emitter.source)
             continue
-        if not isinstance(emission, Beam) or _misses(emitter.shape, emission.direction, shape):
+        if not isinstance(emission, Beam) or way_past(emitter.shape, emission.direction, shape) > 0:
             continue
         along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
         if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
             yield source_name(plan.scene, emitter.source)
 
 
-def _misses(origin: Shape, direction: tuple[float, float, float], shape: Shape) -> bool:
-    """Whether balls about both lie so that no parallel ray from the one comes to the other."""
+def way_past(origin: Shape, direction: Vector, shape: Shape) -> float:
+    """How far at least parallel rays from a shape pass by another, by balls about both [m]; 0 where they may meet."""
     if origin.is_infinite or shape.is_infinite:
-        return False
-    way = np.subtract(shape.middle, origin.middle)
+        return 0.0
+    way, reach = np.subtract(shape.middle, origin.middle), origin.extent + shape.extent
     along = float(np.dot(way, direction))
     aside = math.sqrt(max(float(np.dot(way, way)) - along * along, 0.0))
-    return aside > origin.extent + shape.extent or along < -(origin.extent + shape.extent)
+    return max(math.hypot(aside, min(along, 0.0)) - reach, 0.0)
 
 
 def source_name(scene: Scene, source: Source) -> str:
