@@ -174,6 +174,7 @@ def summary_of(judged: list[Judged]) -> dict[str, float]:
         counts[f"complete {verdict}"] = sum(each.run.verdict == verdict for each in complete)
     counts |= {"missed complete": sum(each.is_missed for each in complete)}
     counts |= {"chance": math.fsum(each.chance for each in complete if each.run.verdict != "doubtful")}
+    counts |= {"chance of all": math.fsum(each.chance for each in judged if each.run.verdict != "doubtful")}
     counts |= {"unknown": sum(each.is_complete is None for each in judged)}
     return counts | {"seconds": math.fsum(each.run.seconds for each in judged)}
 
@@ -418,7 +419,8 @@ def _print_total(judged: list[Judged]) -> None:
     print(line_of("all", counts))
     complete = max(counts["complete"], 1)
     print(
-        f"missed {counts['missed']}, of these {counts['missed complete']} of complete runs, where chance brings {counts['chance']:.1f};"
+        f"missed {counts['missed']}, where chance brings {counts['chance of all']:.1f}, of these {counts['missed complete']} of complete runs,"
+        f" where chance brings {counts['chance']:.1f};"
         f" doubtful {100 * counts['complete doubtful'] / complete:.1f} % of {counts['complete']} complete runs;"
         f" {counts['unknown']} runs of which the truth is not known well enough to call them complete or not"
     )

@@ -23,7 +23,7 @@ from transport.compile.sizes import EDGES
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
-from transport.results.findings import DOUBTFUL, MIN_SCORES, TINY, Finding, unseen_scores
+from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
 from transport.results.proofs import (
     beams_of,
     bound_by_probe,
@@ -111,8 +111,7 @@ def _probed(
         return finding
     if lamp is not None and not isinstance(lamp.emission, Lambertian):
         return finding
-    enough = max(error, TINY * finding.bound) * unit
-    bound, found = bound_by_probe(scene, detector, light.surfaces, histories, enough, lamp)
+    bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp)
     if not bound < finding.bound * unit:
         return finding
     scores = found / unit / (light.largest * gain) * histories

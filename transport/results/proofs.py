@@ -7,7 +7,7 @@ Followed backwards such a path leaves the detector towards a specular surface.  
 of these surfaces, counts by flights and by rays what comes to the lamps (transport/estimators/backward.py), and takes the upper end of that:
 more than the class is worth, for what a surface reflects diffusely, and what flies past it, is counted as well.  For "backward", which
 meets light whose first vertex is specular by chance, histories go from the lamp towards the surfaces.  What a probe finds is never added to
-an estimate.  It is as long as its purpose needs, and no longer than the run that it is about; it depends on scene, detector and that
+an estimate.  It is as long as its purpose needs, and hardly longer than the run that it is about; it depends on scene, detector and that
 length alone, so that the same run has the same findings wherever they are looked at.
 """
 
@@ -48,9 +48,9 @@ if TYPE_CHECKING:
 PAIRS = 1 << 13  # lines between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
-LAST = 1 << 22  # the longest; none is longer than the run that it is about
+LAST, SHARE = 1 << 22, 1.25  # the longest, and as a share of the run that it is about
 MOST = 16  # surfaces of one probe, for each of which its passes are prepared
-NEAR = 1.3  # times the value that is found: a bound so near to it need not be improved
+NEAR = 1.15  # times the value that is found: a bound so near to it need not be improved
 BRIGHT = 0.5  # reflectance of mirrors in place of darker ones
 SEED = 0x9E3779B9
 
@@ -226,7 +226,7 @@ def bound_by_probe(
     surfaces: their numbers;  histories: of the run that it is about;  enough: a bound [W] that need not be improved.
     """
     bound, value, length = math.inf, 0.0, FIRST
-    while length <= min(max(FIRST, histories), LAST):
+    while length <= min(max(FIRST, SHARE * histories), LAST):
         key = detector.name, lamp and id(lamp), tuple(surfaces), length
         if key not in scene.proofs:
             try:
@@ -286,7 +286,10 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
         born.append(replace(start, emission=power, aim=surface.shape))
     probe = type(scene)(born, there, detectors, scene.medium)
     method = "analog" if expected.why_not(probe) else "expected"
-    return simulate(probe, length, seed=SEED, threads=1, estimator=method, progress=False)
+    result = simulate(probe, length, seed=SEED, threads=1, estimator=method, progress=False)
+    if not result.is_complete:
+        raise KeyboardInterrupt
+    return result
 
 
 def _found(result: Result, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
