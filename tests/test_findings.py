@@ -15,6 +15,7 @@ import transport as tp
 from tests.bench.trust import judge_rooms, named_runs
 from tests.specular_scenes import CASES
 from transport.command.cli import app
+from transport.compile.expected import _slanted
 from transport.results import proofs
 from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.estimates import Batches, Estimate, EstimateArray
@@ -300,6 +301,26 @@ def test_a_dark_mirror_is_no_doubt_and_a_bright_one_is_one_by_how_much():
             assert (
                 0.41 < found.findings[0].share < 0.8
             )  # 0.9 MIRRORED of the direct 1.785, and the error of the probe
+
+
+def test_no_ray_from_a_wall_brings_more_than_its_plane_allows():
+    rng, compared = np.random.default_rng(5), 0
+    for _ in range(300):
+        place, normal = rng.normal(size=3), rng.normal(size=3)
+        detector = tp.Disk(normal=tuple(rng.normal(size=3)), radius=0.05)
+        wall = tp.Disk(center=tuple(place), normal=tuple(normal), radius=3.0)
+        most = _slanted(wall, detector, "front")
+        if not math.isfinite(most):
+            continue
+        here, facing = proofs.points_on(detector, rng.random((20_000, 2)))
+        there, emitting = proofs.points_on(wall, rng.random((20_000, 2)))
+        ways = there - here
+        distances = np.linalg.norm(ways, axis=1)
+        cosines = (ways * facing).sum(axis=1).clip(0) * np.abs((ways * emitting).sum(axis=1)) / distances**2
+        brought = cosines * detector.area / (math.pi * distances**2)
+        assert brought.max() <= most
+        compared += brought.max() > 0.1 * most  # it is no loose bound, either
+    assert compared > 30
 
 
 def test_a_beam_that_passes_by_in_thin_haze_is_no_surprise():
