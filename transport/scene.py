@@ -101,8 +101,11 @@ class Scene:
 
     @cached_property
     def proofs(self) -> dict:
-        """What has been found out about it so far, once for all runs (results/path_classes.py, results/probes.py)."""
+        """What has been found out about it so far, once for all runs (results/proofs.py, results/empty_detector.py); no file has it."""
         return {}
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "proofs"}
 
     @property
     def meters(self) -> tuple[Detector, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from transport.fields import Converted
 from transport.materials.base import Material
-from transport.materials.optical import Dielectric, ThinLens
+from transport.materials.optical import Dielectric, Glossy, ThinLens
 from transport.materials.plain import Black, Diffuse, Mirror, Transparent
 from transport.media import Phase
 from transport.media.base import is_phase
@@ -157,6 +157,8 @@ def is_specular(material: Material) -> bool:
 def _is_specular(part: Material) -> bool:
     if isinstance(part, Mirror):
         return part.reflectance > 0 or part.transmission > 0
+    if isinstance(part, Glossy):
+        return part.albedo > 0
     return not isinstance(part, (Black, Diffuse, Transparent))
 
 

@@ -296,7 +296,7 @@ class ViewReading(Quantified):
 
         def findings() -> Iterator[Finding]:
             found = [] if self.is_blind and self.note else self._sums.missing(self.detector, self._title)
-            return (replace(finding, bound=finding.bound * factor) for finding in found)
+            return (replace(finding, bound=finding.bound * factor, adds=True) for finding in found)
 
         return made._with_findings(findings, self._result.allowed_of(self.name))
 

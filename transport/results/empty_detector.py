@@ -37,6 +37,8 @@ Sided = tuple[
     Shape, str | None
 ]  # a shape, and the side at which it counts or emits; None for a volume or a point
 
+ROOMS, BALLS = "opaque rooms", "balls about them"  # in scene.proofs
+
 
 def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None) -> str | None:
     """Return why no light can reach a detector, and the cure; None where geometry does not prove it.
@@ -213,11 +215,11 @@ def _place_on(shape: Shape) -> Vector | None:
 def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
     """The opaque rooms that any of the shapes may lie in, for balls about both meet."""
     rooms = _opaque_rooms(scene)
-    if "_balls_about_rooms" not in vars(scene):
+    if BALLS not in scene.proofs:
         balls = [_ball_about(room.shapes) for room in rooms]
         middles, reaches = [middle for middle, _ in balls], [reach for _, reach in balls]
-        vars(scene)["_balls_about_rooms"] = np.reshape(middles, (-1, 3)), np.array(reaches)
-    middles, reaches = vars(scene)["_balls_about_rooms"]
+        scene.proofs[BALLS] = np.reshape(middles, (-1, 3)), np.array(reaches)
+    middles, reaches = scene.proofs[BALLS]
     near = np.zeros(len(rooms), bool)
     for shape in shapes:
         if shape.is_infinite:
@@ -238,10 +240,10 @@ def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
     """The rooms that opaque surfaces enclose; found once for a scene."""
-    if "_opaque_rooms" not in vars(scene):
+    if ROOMS not in scene.proofs:
         opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
-        vars(scene)["_opaque_rooms"] = rooms_of(opaque)
-    return vars(scene)["_opaque_rooms"]
+        scene.proofs[ROOMS] = rooms_of(opaque)
+    return scene.proofs[ROOMS]
 
 
 # ---- planes ----

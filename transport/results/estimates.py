@@ -193,7 +193,11 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
         return self._like(replicates, self.unit, {name: self.coords[name] for name in left})._with_findings(
-            lambda: self._changed(lambda bound: _most(np.broadcast_to(bound, shape), axes)), self.allowed
+            lambda: [
+                replace(each, bound=_number(_together(np.broadcast_to(each.bound, shape), axes, each.adds)))
+                for each in self._raw_findings
+            ],
+            self.allowed,
         )
 
     def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
@@ -297,10 +301,10 @@ def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> 
     return made
 
 
-def _most(bound: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
-    """The bound of a sum over bins: what has not scored may fall into one of them only."""
-    if not bound.size:
-        return np.zeros(bound.sum(axis=axes).shape)
+def _together(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
+    """The bound of a sum over bins: of all their parts, or where what has not scored may fall into one of them only, the largest."""
+    if adds or not bound.size:
+        return bound.sum(axis=axes)
     low, high = np.nanmin(bound, axis=axes, initial=0.0), np.nanmax(bound, axis=axes, initial=0.0)
     return np.where(np.isnan(bound).any(axis=axes), np.nan, np.where(-low > high, low, high))
 

@@ -60,6 +60,7 @@ class Finding:
         np.nan
     )  # as many histories after which the error knows it; nan where no score foretells that
     about: float = np.nan  # what it is worth, as a share of the bound, where a probe has found that out
+    adds: bool = False  # of bins: each has its part of the bound, where else any one may have all of it
 
     @property
     def share(self) -> float:

@@ -26,11 +26,11 @@ from transport.estimators import backward
 from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
 from transport.results.proofs import (
     beams_of,
+    bound_by_lines,
     bound_by_probe,
     is_hidden,
     mirrors_of,
     names_of,
-    unseen_by_pairs,
     way_past,
 )
 from transport.results.quality import MORE
@@ -56,7 +56,8 @@ class PathClass:
     largest: float
     cure: str
     seen: str = ""  # by a guard about the detector
-    surfaces: tuple[int, ...] = ()  # those that all of it comes from, where it does
+    surfaces: tuple[int, ...] = ()  # those that all of it comes from, but what comes straight from a lamp
+    straight: float = 0.0  # at most so much of the sum is that, by lines; infinite where that is not known
     name: str = "path class"  # of its entry in the table of diagnostics
 
     def finding(self, title: str, histories: float) -> Finding | None:
@@ -84,10 +85,12 @@ def chances_of_detector(
     """
     histories = sum(batch.histories for batch in batches)
     is_probed = all(emitter.target is None for emitter in plan.emitters)  # probes know of no aims
+    detector = _detector(plan, name)
+    sided = replace(detector, side=OTHER_SIDE[detector.side]) if side else detector
     for each in _classes_of_detector(plan, batches, name, side, scores, mean):
         finding = each.finding(title, histories)
         if finding is not None and is_probed:
-            finding = _probed(plan.scene, _detector(plan, name), each, finding, histories, error, plan.unit)
+            finding = _probed(plan.scene, sided, each, finding, histories, error, plan.unit)
         if finding is not None:
             yield finding
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
@@ -106,12 +109,16 @@ def _probed(
     gain: float = 1.0,
     lamp: Source | None = None,
 ) -> Finding:
-    """The finding with the bound that a probe gives, where that is less and matters; unit: of its bound [W];  gain: of a score."""
-    if not light.surfaces or finding.bound <= error:
+    """The finding with the bound that lines and a probe give, where that is less and matters; unit: of its bound [W];  gain: of a score."""
+    straight = light.straight * gain
+    if not (light.surfaces or straight) or finding.bound <= error or straight >= finding.bound:
         return finding
+    if not light.surfaces:
+        return replace(finding, bound=straight)
     if lamp is not None and not isinstance(lamp.emission, Lambertian):
         return finding
     bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp)
+    bound += straight * unit
     if not bound < finding.bound * unit:
         return finding
     scores = found / unit / (light.largest * gain) * histories
@@ -228,7 +235,7 @@ def chances_of_sensor(
     met: by lamp how often flights and rays came to it;  histories: those that started there;  error: of the mean radiance.
     """
     scene = plan.turned.scene
-    for number, each in _classes_of_lamps(plan, sensor, parts, met):
+    for number, each in _classes_of_lamps(plan, sensor, parts, met, error):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is None:
             continue
@@ -242,9 +249,9 @@ def chances_of_sensor(
 
 
 def _classes_of_lamps(
-    plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]]
+    plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]], error: float
 ) -> Iterator[tuple[int, PathClass | Finding]]:
-    """Those of each lamp by its number; largest: in units of what a sum of 1 over one history is."""
+    """Those of each lamp by its number; largest, straight: in units of what a sum of 1 over one history is."""
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
     with_rays = {
@@ -263,22 +270,32 @@ def _classes_of_lamps(
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = mirrors_of(scene, shape, side)
         seen = not is_hidden(scene, sensor, parts, shape, side)
-        bound = None
-        if seen and not met[number][0]:
-            key = sensor.name, number  # once for a scene: a run for an error looks often
-            if key not in scene.proofs:
-                scene.proofs[key] = unseen_by_pairs(scene, sensor, parts, shape, side)
-            bound = scene.proofs[key]
-        if bound is not None:
-            seen = False
-            what = f"light straight from {lamp.name!r}, which no line between them shows"
-            yield number, Finding(DOUBTFUL, "", "", what, bound, "use more particles", name="path class")
+        straight = 0.0
+        if seen and met[number][0] < MIN_SCORES:
+            gain = max(part.gains[number] for part in parts)
+            straight, is_shown = bound_by_lines(scene, sensor, number, parts, shape, side, error / gain)
+            if not is_shown and not met[number][0]:
+                seen = False
+                what = f"light straight from {lamp.name!r}, which no line between them shows"
+                yield (
+                    number,
+                    Finding(DOUBTFUL, "", "", what, straight, "use more particles", name="path class"),
+                )
+                straight = 0.0
         if mirrors or seen:
             ways = [f"from {lamp.name!r}"] * seen
             ways += [f"by {listed(names_of(scene, mirrors))}"] * bool(mirrors)
-            surfaces = () if seen else tuple(mirrors)
-            what = f"light {' or '.join(ways)}"
-            yield number, PathClass(what, met[number][0], 1.0, "use more particles", surfaces=surfaces)
+            yield (
+                number,
+                PathClass(
+                    f"light {' or '.join(ways)}",
+                    met[number][0],
+                    1.0,
+                    "use more particles",
+                    surfaces=tuple(mirrors),
+                    straight=straight,
+                ),
+            )
         if number in scales:
             what = f"light from {lamp.name!r} by diffuse walls or scattering"
             yield number, PathClass(what, met[number][1], scales[number], "use more particles")

@@ -7,7 +7,7 @@ Followed backwards such a path leaves the detector towards a specular surface.  
 of these surfaces, counts by flights and by rays what comes to the lamps (transport/estimators/backward.py), and takes the upper end of that:
 more than the class is worth, for what a surface reflects diffusely, and what flies past it, is counted as well.  For "backward", which
 meets light whose first vertex is specular by chance, histories go from the lamp towards the surfaces.  What a probe finds is never added to
-an estimate.  It is as long as its purpose needs, and hardly longer than the run that it is about; it depends on scene, detector and that
+an estimate.  It is as long as its purpose needs: of 65 536 histories at least, and hardly of more than the run that it is about.  It depends on scene, detector and that
 length alone, so that the same run has the same findings wherever they are looked at.
 """
 
@@ -23,7 +23,7 @@ import numpy as np
 from transport.compile.adjoint import gains_of, turned_scene
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
-from transport.estimators import backward, expected
+from transport.estimators import backward
 from transport.materials import Glossy, Material, Mirror, Surface, TwoSided, is_specular, lets_through
 from transport.materials.surface import titled
 from transport.points import PointDetector
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from transport.results.result import Result
     from transport.scene import Scene
 
-PAIRS = 1 << 13  # lines between a sensor and a lamp
+LINES, MOST_LINES = 1 << 13, 1 << 17  # between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
 LAST, SHARE = 1 << 22, 1.25  # the longest, and as a share of the run that it is about
@@ -142,22 +142,44 @@ def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side
     return True
 
 
-def unseen_by_pairs(
-    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None
-) -> float | None:
-    """A bound of the share of a sensor's view that a lamp fills, of which no line between the two shows any.
+def bound_by_lines(
+    scene: Scene,
+    sensor: object,
+    number: int,
+    parts: list[Part],
+    lamp: Shape,
+    side: str | None,
+    enough: float,
+) -> tuple[float, bool]:
+    """(at most so large a share of a sensor's view a lamp fills, whether any line shows it), with 95 % confidence.
 
-    As of scores that none has seen, of PAIRS lines between even points on both; None where a line shows it, or where no points can be
-    drawn on either.
+    By lines between even points on both, as many as it takes to come below `enough` or close to what is found.  (infinite, True) where no
+    points can be drawn on either.  number: of the lamp.
     """
-    rng, share = np.random.default_rng(0), 0.0
+    bound, is_shown, lines = math.inf, True, LINES
+    while lines <= MOST_LINES:
+        key = sensor.name, number, lines  # once for a scene: a run for an error looks often
+        if key not in scene.proofs:
+            scene.proofs[key] = _seen_by_lines(scene, sensor, parts, lamp, side, lines)
+        bound, found, is_shown = scene.proofs[key]
+        if bound <= max(enough, NEAR * found) or math.isinf(bound):
+            break
+        lines *= FACTOR
+    return bound, is_shown
+
+
+def _seen_by_lines(
+    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None, lines: int
+) -> tuple[float, float, bool]:
+    """(at most, about) the share of a sensor's view that a lamp fills, and whether any of so many lines shows it."""
+    rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
     is_directed = isinstance(sensor, Detector)
     if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
-        return None
+        return math.inf, 0.0, True
     for part in parts:
-        ends = [points_on(shape, rng.random((PAIRS, 2))) for shape in (part.shape, lamp)]
+        ends = [points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
         if any(end is None for end in ends):
-            return None
+            return math.inf, 0.0, True
         (start, facing), (end, emitting) = ends
         ways = end - start
         distances = np.linalg.norm(ways, axis=1)
@@ -168,11 +190,18 @@ def unseen_by_pairs(
                 (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
             )
             kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
-        lit = kernel > 0
-        if (lit & ~_are_blocked(scene, start, ways, distances)).any():
-            return None
-        share = max(share, unseen_scores(0) * float(kernel.max(initial=0.0)) / PAIRS)
-    return share
+        free = np.flatnonzero(kernel > 0)
+        free = free[~_are_blocked(scene, start[free], ways[free], distances[free])]
+        shown = kernel[free]
+        mean = float(shown.sum()) / lines
+        spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
+        unseen = unseen_scores(len(free)) * float(kernel.max(initial=0.0)) / lines
+        bound, found, is_shown = (
+            max(bound, mean + spread + unseen),
+            max(found, mean),
+            is_shown or len(free) > 0,
+        )
+    return bound, found, is_shown
 
 
 def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -227,14 +256,14 @@ def bound_by_probe(
     """
     bound, value, length = math.inf, 0.0, FIRST
     while length <= min(max(FIRST, SHARE * histories), LAST):
-        key = detector.name, lamp and id(lamp), tuple(surfaces), length
+        key = detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces), length
         if key not in scene.proofs:
             try:
                 if lamp is None:
                     scene.proofs[key] = _backwards(scene, detector, surfaces, length)
                 else:
                     scene.proofs[key] = _forwards(scene, detector, lamp, surfaces, length)
-            except SceneError:
+            except (SceneError, MemoryError):
                 scene.proofs[key] = math.inf, 0.0
         bound, value = scene.proofs[key]
         if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer one would say no more
@@ -285,8 +314,11 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
         power = Lambertian(power=share * start.emission.power)
         born.append(replace(start, emission=power, aim=surface.shape))
     probe = type(scene)(born, there, detectors, scene.medium)
-    method = "analog" if expected.why_not(probe) else "expected"
-    result = simulate(probe, length, seed=SEED, threads=1, estimator=method, progress=False)
+    how = {"seed": SEED, "threads": 1, "progress": False}
+    try:
+        result = simulate(probe, length, estimator="expected", **how)
+    except SceneError:  # there is no lamp or detector that points are drawn on
+        result = simulate(probe, length, estimator="analog", **how)
     if not result.is_complete:
         raise KeyboardInterrupt
     return result
@@ -295,9 +327,12 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
 def _found(result: Result, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
     """The mean weight of a history at a detector: at most, and as it is found; straight: at most of that which met no diffuse wall last."""
     total = result[detector.name].total(ARRIVALS)
+    findings = total._raw_findings
+    if any(math.isnan(each.bound) for each in findings) or (math.isnan(total.error) and total.value > 0):
+        return math.inf, float(total.value)
     unseen = [
         min(float(each.bound), straight if each.name == "path class" else math.inf)
-        for each in total._raw_findings
+        for each in findings
         if each.bound > 0
     ]
     spread = float(student_quantile(0.975, total.dof) * total.error) if total.error > 0 else 0.0

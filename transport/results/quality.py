@@ -16,7 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.results.estimates import Estimate
-from transport.results.findings import BOUNDED, DOUBTFUL, MIN_SCORES, NOTE, SOUND, Finding, unknown_of_error
+from transport.results.findings import (
+    BOUNDED,
+    DOUBTFUL,
+    MIN_SCORES,
+    NOTE,
+    SOUND,
+    Finding,
+    unknown_of_error,
+    unseen_scores,
+)
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
@@ -138,6 +147,11 @@ def findings_of_error(
                 DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail"
             )
     elif scores is not None:
+        if scores.number:
+            what = f"only {scores.number} score{'s' * (scores.number > 1)}, too few to know the error"
+            bound = unseen_scores(scores.number) / scores.number * total.value
+            times = MIN_SCORES / scores.number
+            yield Finding(DOUBTFUL, title, "", what, bound, MORE, name="few carriers", times=times)
         return
     if trend < ODD:
         what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"

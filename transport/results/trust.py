@@ -119,13 +119,22 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
             yield Finding(DOUBTFUL, title, "", what, cure=MORE, name="unknown error")
     else:
         found = [
-            replace(worst, quantity=name, value=float(total.value))
+            _in_its_unit(replace(worst, quantity=name, value=float(total.value)), reading)
             for name, total in _totals(reading)
             if not math.isnan(total.error) and (worst := _worst(total)) is not None
         ]
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
             yield from _of_bins(reading, title)
+
+
+def _in_its_unit(finding: Finding, reading) -> Finding:
+    """A finding about a total in the unit of that quantity, where this is one number."""
+    quantity = getattr(reading, finding.quantity, None)
+    if not isinstance(quantity, Estimate) or not finding.value:
+        return finding
+    unit = quantity.value / finding.value
+    return replace(finding, bound=finding.bound * unit, value=quantity.value)
 
 
 def _worst(quantity: EstimateOrArray) -> Finding | None:
