@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.estimators.methods import SAMPLINGS, Method, methods_for
+from transport.results.error_bars import CONSTANT
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.findings import ALLOWED, times_needed
 from transport.results.statistics import normal_score
@@ -218,6 +219,7 @@ def price_of(result: Result, targets: Mapping[str, float], seconds: float) -> tu
     for name, target in targets.items():
         quantity = result.quantity(name)
         relative = np.atleast_1d(quantity.relative_error)
+        relative = np.where(np.atleast_1d(quantity.reason) == CONSTANT, 0.0, relative)  # cheapest of all
         is_known = np.isfinite(relative)
         if is_known.any():
             unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
