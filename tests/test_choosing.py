@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from types import SimpleNamespace
 
@@ -15,16 +16,18 @@ from transport.estimators import aimed, methods
 from transport.estimators.choosing import (
     Choice,
     Pilot,
-    _mean_of,
     cheapest,
     choose,
     chosen,
     price_of,
+    seen_of,
     usual_quantities,
 )
 from transport.estimators.methods import Method
 from transport.results.estimates import Batches, Estimate
 from transport.results.findings import Finding
+from transport.runs.progress import Progress
+from transport.runs.running import Run
 
 ANALOG, AIMED, EXPECTED = (Method(name) for name in ("analog", "aimed", "expected"))
 RADIANCE, RADIUS = 100.0, 0.01
@@ -108,8 +111,8 @@ def pilots_of(*estimates, particles=1000):
     """Pilots of analog, aimed, expected, of a second each, that estimated so."""
     made = []
     for method, (estimate, price) in zip((ANALOG, AIMED, EXPECTED), estimates, strict=False):
-        mean, doubt = _mean_of("m.flux_in", estimate, 0.01)
-        made.append(Pilot(method, price, 32.0, particles, "", 1.0, (mean,), *doubt))
+        seen = seen_of("m.flux_in", estimate, 0.01)
+        made.append(Pilot(method, price, 32.0, particles, "", 1.0, (seen.mean,), *seen.doubt))
     return made
 
 
@@ -184,19 +187,17 @@ def test_where_nobody_says_a_meter_is_sought_for_its_flux_or_its_radiance():
     cone = tp.Detector(METER, "cone", directions=tp.Directions.cone(axis=(0, 0, -1), half_angle=0.1))
     point = tp.PointDetector(position=(0, 0, 3), name="there")
     both = scene(detectors=[tp.Detector(tp.Disk(center=(0, 0, 2), radius=1.0), "all"), cone, point])
-    assert usual_quantities(both) == ["all.flux_in", "cone.radiance", "there.fluence_rate"]
+    pairs = [("all.flux_in", "all.flux_out"), ("cone.radiance", "cone.radiance_out")]
+    assert usual_quantities(both) == [*pairs, ("there.fluence_rate",)]
 
 
 def test_a_price_is_that_of_the_dearest_error_asked_for():
-    found = {"a.flux_in": (0.1, 1.0), "b.flux_in": (0.2, 1.0), "c.flux_in": (np.inf, 0.0)}
-
-    def quantity(name):
-        return SimpleNamespace(relative_error=found[name][0], values=np.full(4, found[name][1]))
-
-    result = SimpleNamespace(quantity=quantity)
-    assert price_of(result, {"a.flux_in": 1e-2, "b.flux_in": 1e-1}, 2.0)[0] == pytest.approx(200.0)
-    assert price_of(result, {"a.flux_in": 1e-1, "b.flux_in": 1e-2}, 2.0)[0] == pytest.approx(800.0)
-    assert price_of(result, {"a.flux_in": 1e-1, "c.flux_in": 1e-2}, 2.0) == (math.inf, 2.0)
+    seen = {"a.flux_in": seen_of("a.flux_in", one(0.1)), "b.flux_in": seen_of("b.flux_in", one(0.2))}
+    nothing = Estimate(np.zeros(32), Batches(np.full(32, 100)), "W", counts=0)
+    seen["c.flux_in"] = seen_of("c.flux_in", nothing)
+    assert price_of(seen, {"a.flux_in": 1e-2, "b.flux_in": 1e-1}, 2.0)[0] == pytest.approx(200.0)
+    assert price_of(seen, {"a.flux_in": 1e-1, "b.flux_in": 1e-2}, 2.0)[0] == pytest.approx(800.0)
+    assert price_of(seen, {"a.flux_in": 1e-1, "c.flux_in": 1e-2}, 2.0) == (math.inf, 16.0)
 
 
 def test_auto_finds_the_small_detector_says_so_and_repeats_bitwise_under_its_name():
@@ -285,3 +286,255 @@ def test_a_sampling_that_no_estimator_of_the_scene_takes_is_refused():
         tp.simulate(
             tp.Scene(lamp, (), camera), particles=1000, estimator="auto", sampling="sobol", progress=False
         )
+
+
+# ---- the default ----
+
+ERROR = {"meter.flux_in": 0.05}
+PLANES = {
+    "with directions": {"directions": tp.Directions(mu=4)},
+    "without": {},
+}
+
+
+@pytest.mark.parametrize(
+    "limits", [{"error": ERROR}, {"seconds": 0.05}, {"error": ERROR, "particles": 10_000}]
+)
+def test_where_an_error_or_a_time_is_asked_for_pilots_choose(limits):
+    result = tp.simulate(scene(), **limits, seed=1)
+    assert result.choice is not None and len(result.choice.pilots) > 3
+    assert result.plan.method == result.choice.method and result.plan.method.estimator != "analog"
+    assert "chosen: " in result.report() and "repeat: " in result.report()
+
+
+def test_a_count_of_particles_stays_analog():
+    for limits in ({"particles": 1000}, {"particles": 1000, "error": {}}):
+        result = tp.simulate(scene(), **limits)
+        assert result.choice is None and result.plan.method == ANALOG
+
+
+def test_sampling_alone_restricts_the_default_and_an_estimator_is_taken_as_it_is():
+    result = tp.simulate(scene(), error=ERROR, sampling="stratified", seed=1)
+    assert {each.method.sampling for each in result.choice.pilots} == {"stratified"}
+    assert len(result.choice.pilots) > 1 and result.plan.method.sampling == "stratified"
+    named = tp.simulate(scene(), error=ERROR, estimator="expected", seed=1)
+    assert named.choice is None and named.plan.method == EXPECTED
+
+
+def test_a_run_that_goes_on_keeps_its_way_whoever_chose_it(tmp_path, monkeypatch):
+    """Of a run that pilots chose, of one that was named, and of one that was analog by default."""
+    ways = (
+        {"seconds": 0.05},
+        {"particles": 3000, "estimator": "expected", "sampling": "sobol"},
+        {"particles": 3000},
+    )
+    begun = [tp.simulate(scene(), **way, seed=1) for way in ways]
+    monkeypatch.setattr(
+        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+    )
+    for number, first in enumerate(begun):
+        first.save(path := tmp_path / f"{number}.npz")
+        for saved in (first, path):
+            for limits in ({"error": {"meter.flux_in": 0.4}, "particles": 40_000}, {"seconds": 0.3}):
+                gone = tp.simulate(scene(), resume=saved, **limits)
+                assert gone.plan.method == first.plan.method and gone.seed == first.seed
+                assert (gone.choice is None) == (first.choice is None)
+
+
+def test_a_checkpoint_goes_on_with_the_way_that_was_chosen_first(tmp_path, monkeypatch):
+    how = {"checkpoint": tmp_path / "run.npz", "resume": tmp_path / "run.npz", "seed": 1}
+    first = tp.simulate(scene(), seconds=0.05, **how)
+    assert len(first.choice.pilots) > 1
+    monkeypatch.setattr(
+        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+    )
+    assert tp.simulate(scene(), seconds=0.2, **how).plan.method == first.plan.method
+
+
+def test_tracking_is_that_of_all_pilots_and_of_the_run(monkeypatch):
+    """Planted: pilots by the scene's own tracking."""
+    fog, split = tp.Medium(absorption=0.1, scattering=0.2), tp.Tracking(absorption="analog", roulette=1e-3)
+    seen, run = [], sys.modules["transport.simulate"].Run
+
+    def watched(scene, plan, *rest, **more):
+        seen.append(plan.tracking)
+        return run(scene, plan, *rest, **more)
+
+    monkeypatch.setattr(sys.modules["transport.simulate"], "Run", watched)
+    result = tp.simulate(scene(medium=fog), seconds=0.05, tracking=split)
+    assert len(seen) > len(result.choice.pilots) > 3 and set(seen) == {split}
+    assert result.plan.tracking == split
+
+
+def test_parts_of_a_run_never_choose_apart():
+    part = tp.simulate(scene(), particles=6400, part=(1, 2))
+    assert part.choice is None and part.plan.method == ANALOG
+    with pytest.raises(tp.SceneError, match=r"estimator 'auto' does not go with part=\(1, 2\).*name one"):
+        tp.simulate(scene(), particles=6400, part=(1, 2), estimator="auto")
+    with pytest.raises(tp.SceneError, match="leave out error and seconds"):
+        tp.simulate(scene(), seconds=1, part=(1, 2))
+
+
+def test_what_is_refused_is_refused_before_a_pilot_runs(monkeypatch):
+    monkeypatch.setattr(
+        sys.modules["transport.simulate"], "choose", lambda *_, **__: pytest.fail("a pilot ran")
+    )
+    for wrong in (
+        {"error": {"metre.flux_in": 0.1}},
+        {"seconds": 0},
+        {"error": ERROR, "batches": 4},
+        {"error": 0.1},
+    ):
+        with pytest.raises(tp.SceneError):
+            tp.simulate(scene(), **wrong)
+
+
+def test_a_camera_is_run_backwards_without_a_pilot(monkeypatch):
+    camera = tp.Camera(name="c", position=(3, 0, 3), look_at=(0, 0, 0), pixels=(8, 8), field_of_view=1)
+    monkeypatch.setattr("transport.estimators.choosing._trial", lambda *_: pytest.fail("a pilot ran"))
+    result = tp.simulate(scene(detectors=camera), seconds=0.05)
+    assert (
+        result.plan.method == Method("backward") and "the only way that this scene allows" in result.report()
+    )
+    assert result.ledger["emitted"].value == pytest.approx(1)  # shares, as nobody could have expected watts
+
+
+# ---- what a reader may read of it ----
+
+
+def glint(half_angle=0.1):
+    """A narrow bin of direction, where histories that begin in it cost least by far."""
+    wall = tp.Surface(tp.Box(center=(0, 0, 1), size=3.0), tp.Diffuse(0.5), "room")
+    narrow = tp.Directions.cone(axis=(0.3, 0, 1), half_angle=half_angle)
+    meter = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, 1), radius=0.1), "meter", directions=narrow)
+    lamp = tp.Source(tp.Disk(center=(0, 0, 2.4), normal=(0, 0, -1), radius=1.2), tp.Lambertian(power=20.0))
+    return tp.Scene(lamp, wall, meter)
+
+
+def test_a_run_for_seconds_alone_knows_all_and_tells_what_knows_less_for_less():
+    result = tp.simulate(glint(), seconds=0.1, seed=1)
+    assert result.plan.method.estimator in ("analog", "expected")
+    assert result.ledger["emitted"].value == pytest.approx(20.0)
+    (line,) = (line for line in result.choice.lines if line.startswith("chosen"))
+    assert "times cheaper (estimator='backward', sampling='random'), but knows only what arrives at" in line
+    assert tp.simulate(glint(), seconds=0.1, seed=1, estimator="auto").plan.method.estimator == "backward"
+    nothing_else = tp.simulate(glint(1e-3), seconds=0.1, seed=1)
+    assert nothing_else.plan.method.estimator == "backward" and nothing_else["meter"].radiance.value[0] > 0
+
+
+def test_a_run_for_an_error_may_know_less_and_refuses_what_it_does_not_know():
+    result = tp.simulate(glint(), error={"meter.radiance": 0.02}, seed=1)
+    assert result.plan.method.estimator == "backward" and result["meter"].radiance.relative_error.max() < 0.02
+    with pytest.raises(tp.SceneError, match=r"result.ledger: .* pilots chose.* estimator='analog'"):
+        _ = result.ledger
+    assert "ledger of the backward histories" in result.report()
+    named = tp.simulate(glint(), particles=1000, estimator="backward")
+    assert named.ledger["emitted"].value == pytest.approx(1)
+
+
+# ---- what pilots are compared by, where nobody says ----
+
+
+@pytest.mark.parametrize("more", PLANES.values(), ids=PLANES)
+def test_a_plane_without_an_end_is_compared_by_what_it_knows(more):
+    plane = tp.Detector(tp.Plane(center=(0, 0, 1), normal=(0, 0, -1)), "top", **more)
+    assert tp.simulate(scene(detectors=plane), seconds=0.05).choice.is_trusted
+
+
+def test_where_nothing_is_counted_the_simplest_way_is_taken_without_a_pilot():
+    result = tp.simulate(scene(detectors=()), seconds=0.05)
+    assert result.plan.method == ANALOG and "no detector counts anything" in result.report()
+
+
+def test_a_detector_that_faces_away_has_no_say():
+    dark = tp.Detector(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=1.0), "dark")
+    result = tp.simulate(scene(detectors=[dark, tp.Detector(METER, "meter")]), seconds=0.05)
+    assert result.choice.is_trusted and result.plan.method.estimator == "expected"
+    assert {mean.name for mean in result.choice.pilots[0].means} == {"meter.flux_in"}
+
+
+def test_where_nothing_arrives_what_leaves_is_compared():
+    leaving = tp.Detector(tp.Disk(center=(0, 0, 0), radius=1.0), "lamp")
+    result = tp.simulate(scene(detectors=leaving), seconds=0.05)
+    assert {mean.name for mean in result.choice.pilots[0].means} == {"lamp.flux_out"}
+
+
+def test_nets_must_save_what_their_earlier_rounds_cost(monkeypatch):
+    """Half the cost of random histories is too much for a run in rounds, of which the last one counts; in one go it is not."""
+    sobol = Method("analog", "sobol")
+    for targets, taken in (({"meter.flux_in": 0.01}, ANALOG), (None, sobol)):
+        choice, _ = stand_in_choice(
+            monkeypatch, {ANALOG: 1.0, sobol: 0.7}, {ANALOG: 1e-6, sobol: 1e-6}, targets
+        )
+        assert choice.method == taken
+
+
+# ---- pilots of a dear scene, and Ctrl-C ----
+
+
+def test_pilots_of_slow_histories_are_small(monkeypatch):
+    choice, calls = stand_in_choice(
+        monkeypatch, {ANALOG: 1.0, AIMED: 1.0}, {ANALOG: 1e-3, AIMED: 1e-2}, {"meter.flux_in": 0.01}
+    )
+    assert [each.particles for each in choice.pilots] == [256, 256]
+    assert len(calls) == 4  # one of each that compiles, one that is timed
+
+
+def test_ctrl_c_among_the_pilots_ends_the_run(press_ctrl_c, monkeypatch):
+    tp.simulate(scene(), seconds=0.05)
+    made = []
+
+    class Pressed(Run):
+        def go(self):
+            made.append(self)
+            super().go()
+
+        def _take(self, batch):
+            super()._take(batch)
+            if len(made) == 3 and len(self.batches) == 2:
+                press_ctrl_c()
+
+    monkeypatch.setattr(sys.modules["transport.simulate"], "Run", Pressed)
+    with pytest.raises(KeyboardInterrupt, match="while pilots tried"):
+        tp.simulate(scene(), seconds=2)
+    assert len(made) == 3
+
+
+def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
+    class Recorder(Progress):
+        def __init__(self):
+            self.tried, self.particles = [], []
+
+        def trying(self, way):
+            self.tried.append(way)
+
+        def running(self, particles, *_):
+            self.particles.append(particles)
+
+    recorder = Recorder()
+    monkeypatch.setattr("transport.runs.running.GLANCE", 0.0)
+    result = tp.simulate(scene(), error=ERROR, progress=recorder)
+    assert set(recorder.tried) == {each.method.title for each in result.choice.pilots}
+    assert sorted(recorder.particles) == recorder.particles  # those of the run alone
+    assert result.cost.preparation > sum(each.seconds for each in result.choice.pilots) / 2
+
+
+# ---- words ----
+
+
+def test_costs_are_told_in_plain_numbers():
+    far = (one(0.1), 3.7e7), (one(0.1), 1.0), (one(0.1), 3841.0)
+    (line, _) = chosen(pilots_of(*far), has_error=False).lines
+    assert "analog costs over 10 000 times as much" in line and "expected costs 3 800 times as much" in line
+    assert not re.search(r"\de[+-]?\d", line)
+
+
+def test_a_run_that_pilots_chose_does_not_advise_pilots():
+    few = {"particles": 40, "seed": 1}
+    named = tp.simulate(glint(), **few, estimator="analog")
+    assert "estimator='auto'" in "\n".join((*named.warnings, named.report()))
+    chose = tp.simulate(glint(), **few, seconds=60)
+    assert chose.plan.method.estimator != "backward" and "backward" in chose.choice.others
+    cures = [finding.cure for finding in (*chose.findings, *chose["meter"].radiance.findings)]
+    assert any("a larger detector, or estimator='" in cure and "'backward'" in cure for cure in cures), cures
+    assert "'auto'" not in "\n".join((*chose.warnings, *cures, chose.report()))

@@ -18,7 +18,7 @@ def test_version(call):
 def test_interruption_prints_the_batches_done_as_incomplete_with_status_130(call, press_ctrl_c):
     call("run", "disk.py", "--no-picture")  # so that nothing is left to compile
     press_ctrl_c(after=1.0)
-    answer = call("run", "endless.py", "--seconds", "60")
+    answer = call("run", "endless.py", "--seconds", "60", "--estimator", "analog")
     assert answer.exit_code == 130
     assert "verdict     incomplete: interrupted" in answer.output
     assert "irradiance" in answer.output
@@ -28,7 +28,7 @@ def test_interruption_before_the_first_batch_has_status_130(call, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("transport.experiment.simulate", interrupted)
+    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", interrupted)
     answer = call("run", "disk.py")
     assert answer.exit_code == 130
     assert len(answer.output.splitlines()) == 1

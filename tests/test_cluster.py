@@ -30,7 +30,7 @@ from tests.dask_cluster import ROOT, DaskCluster
 
 LIMITS = {
     "particles": {"particles": 40_001, "batches": 64},
-    "error": {"error": {"ball.flux_in": 0.02}},
+    "error": {"error": {"ball.flux_in": 0.02}, "estimator": "analog"},
     "nets": {"particles": 30_000, "sampling": "sobol"},
 }
 POSTS = "len(__import__('transport.cluster.posts', fromlist=['POSTS']).POSTS)"  # that a worker keeps
@@ -171,7 +171,7 @@ def test_a_parcel_that_comes_twice_counts_once(cluster, whole, monkeypatch):
 
 
 def test_what_is_out_is_taken_back_when_time_is_up(cluster):
-    result = tp.simulate(scene(), seconds=0.5, cluster=cluster.address)
+    result = tp.simulate(scene(), seconds=0.5, estimator="analog", cluster=cluster.address)
     assert result.is_complete and 0.5 < result.cost.seconds < 2
     cluster.wait_until_empty()
 

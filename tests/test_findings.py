@@ -333,6 +333,18 @@ def test_a_beam_that_passes_by_in_thin_haze_is_no_surprise():
     assert found.irradiance.interval()[1] > 0.08602 + 0.00062
 
 
+@pytest.mark.parametrize(("side", "same"), [("inside", "back"), ("outside", "front")])
+def test_the_inside_of_a_ball_is_judged_as_its_back_is(side, same):
+    lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))
+    ball = tp.Sphere(center=(0, 0, 0.5), radius=2.0 if side == "inside" else 0.2)
+    verdicts = []
+    for name in (side, same):
+        scene = tp.Scene(lamp, detectors=tp.Detector(ball, "ball", side=name))
+        seen = tp.simulate(scene, particles=4096, estimator="expected", seed=1)["ball"].flux_in
+        verdicts.append((seen.value, seen.verdict, [finding.what for finding in seen.findings]))
+    assert verdicts[0] == verdicts[1] and verdicts[0][0] > 0
+
+
 def test_few_strong_rays_among_many_weak_ones_are_a_class():
     """A pinhole right above the detector is seen by few rays, each of which brings much."""
     screen = tp.Surface(tp.Disk(center=(0, 0, 0.2), radius=20, inner_radius=0.001), tp.Black(), "screen")

@@ -33,7 +33,7 @@ def test_the_text_tells_the_error_and_the_time_left():
 
 
 def test_a_bar_tells_the_error_while_a_run_goes_on(capfd):
-    tp.simulate(disks(), error={"meter.flux_in": 1e-6}, seconds=1.2, progress=True)
+    tp.simulate(disks(), error={"meter.flux_in": 1e-6}, seconds=1.2, progress=True, estimator="analog")
     shown = capfd.readouterr().err
     assert "to go, meter.flux_in" in shown
 
@@ -44,7 +44,7 @@ def test_what_a_bar_is_told_is_kept_up_to_date(monkeypatch):
     monkeypatch.setattr(
         sys.modules["transport.simulate"], "progress_on", lambda wanted: nullcontext(recorder)
     )
-    result = tp.simulate(disks(), error={"meter.flux_in": 2e-3}, seed=1, threads=1)
+    result = tp.simulate(disks(), error={"meter.flux_in": 2e-3}, seed=1, threads=1, estimator="analog")
     particles = [told[0] for told in recorder.told]
     assert particles == sorted(particles)
     assert recorder.told[0][3] is None

@@ -93,7 +93,14 @@ def test_walls_of_fog_are_counted_side_by_side():
 def test_the_count_is_the_same_for_any_number_of_threads_and_survives_merging():
     one, two = (sizes_of(run(aimed(), 20_000, threads=threads)) for threads in (1, 2))
     np.testing.assert_array_equal(one.counts, two.counts)
-    merged = tp.simulate(aimed(), error={"meter.flux_in": 1e-9}, particles=70_000, threads=1, progress=False)
+    merged = tp.simulate(
+        aimed(),
+        error={"meter.flux_in": 1e-9},
+        particles=70_000,
+        threads=1,
+        progress=False,
+        estimator="analog",
+    )
     assert sizes_of(merged).number == merged.particles == 70_000
 
 

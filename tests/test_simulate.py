@@ -35,20 +35,21 @@ def test_a_single_batch_has_no_error():
 
 
 def test_a_run_for_an_error_reaches_it():
-    result = tp.simulate(scene(), error={"meter.flux_in": 0.01}, seed=1)
+    result = tp.simulate(scene(), error={"meter.flux_in": 0.01}, seed=1, estimator="analog")
     assert result["meter"].flux_in.relative_error <= 0.01
     assert len(result.run) >= 32
     assert not result.warnings
 
 
 def test_a_run_for_an_error_does_not_depend_on_threads():
-    one, two = (tp.simulate(scene(), error={"meter.flux_in": 0.02}, seed=1, threads=n) for n in (1, 2))
+    limits = {"error": {"meter.flux_in": 0.02}, "seed": 1, "estimator": "analog"}
+    one, two = (tp.simulate(scene(), **limits, threads=n) for n in (1, 2))
     assert one.particles == two.particles
     assert one["meter"].flux_in.value == two["meter"].flux_in.value
 
 
 def test_particles_that_run_out_before_the_error_are_told():
-    result = tp.simulate(scene(), particles=5000, error={"meter.flux_in": 1e-4}, seed=1)
+    result = tp.simulate(scene(), particles=5000, error={"meter.flux_in": 1e-4}, seed=1, estimator="analog")
     assert result.particles == 5000
     assert "times the error asked for" in result.report()
 
@@ -56,14 +57,14 @@ def test_particles_that_run_out_before_the_error_are_told():
 def test_a_run_for_seconds_takes_about_as_long():
     tp.simulate(scene(), particles=10)
     begun = time.perf_counter()
-    result = tp.simulate(scene(), seconds=0.3, seed=1)
+    result = tp.simulate(scene(), seconds=0.3, seed=1, estimator="analog")
     assert 0.3 <= time.perf_counter() - begun < 3
     assert 32 <= len(result.run) < 64
 
 
 def test_batches_that_were_merged_are_the_same_histories():
     """Sums of a run in doubling batches follow the same law as one in equal batches."""
-    doubling = tp.simulate(scene(), error={"meter.flux_in": 0.005}, seed=1)
+    doubling = tp.simulate(scene(), error={"meter.flux_in": 0.005}, seed=1, estimator="analog")
     equal = tp.simulate(scene(), particles=doubling.particles, seed=2)
     a, b = doubling["meter"].flux_in, equal["meter"].flux_in
     assert abs(a.value - b.value) < 5 * np.hypot(a.error, b.error)
@@ -179,7 +180,9 @@ def test_a_run_for_an_error_that_is_not_reached_says_so():
 
 
 def test_a_run_for_the_error_of_bins_looks_at_the_worst_that_has_scores():
-    result = tp.simulate(scene(directions=tp.Directions(mu=4)), error={"meter.radiance": 0.05}, seed=1)
+    result = tp.simulate(
+        scene(directions=tp.Directions(mu=4)), error={"meter.radiance": 0.05}, seed=1, estimator="analog"
+    )
     assert np.nanmax(result["meter"].radiance.relative_error) <= 0.05
 
 

@@ -120,7 +120,7 @@ def test_snapshots_of_a_run_without_an_end_are_unbiased_too():
     looks += [tp.PhaseSpace(x=(-9, 9), time=tuple(times.values()), name="all")]
     ball = tp.Surface(tp.Sphere(radius=1.5), tp.Black())
     scene = streaming(looks, ball)
-    limits = {"particles": 300_000, "error": {"all.alive": 1e-9}, "batches": 32}
+    limits = {"particles": 300_000, "error": {"all.alive": 1e-9}, "batches": 32, "estimator": "analog"}
     result = tp.simulate(scene, **limits, seed=1, progress=False)
     assert result.particles == 300_000 and len(result.run) < 64
     for name, alive in zip(times, result["all"].alive.value, strict=True):

@@ -4,6 +4,7 @@ The rule is run on stand-ins for batches, whose sums are drawn from known laws, 
 """
 
 import math
+import time
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -230,10 +231,27 @@ def test_a_round_that_was_not_finished_is_left_out():
     assert [batch.histories for batch in schedule.kept] == [SMALL_BATCH] * 16
 
 
+@pytest.mark.parametrize("particles", [1, 3, 40, 5000])
+def test_rounds_end_with_the_particles_however_few_these_are(particles):
+    """Planted: rounds that cannot grow any more went on without a batch, until the time was up or for ever."""
+    how = {"sampling": "sobol", "estimator": "analog", "progress": False}
+    for limits in ({"seconds": 60}, {"error": {"meter.flux_in": 1e-6}}):
+        begun = time.perf_counter()
+        result = tp.simulate(disks(), particles=particles, **limits, **how)
+        assert 0 < result.particles <= result.cost.particles <= particles
+        assert time.perf_counter() - begun < 30
+
+
 def test_sobol_runs_for_an_error_reach_it_whatever_the_threads():
     one, two = (
         tp.simulate(
-            disks(), error={"meter.flux_in": 2e-3}, sampling="sobol", seed=1, threads=n, progress=False
+            disks(),
+            error={"meter.flux_in": 2e-3},
+            estimator="analog",
+            sampling="sobol",
+            seed=1,
+            threads=n,
+            progress=False,
         )
         for n in (1, 2)
     )
@@ -275,7 +293,9 @@ def disks():
 def test_real_runs_stop_where_they_foretold():
     target, off = 3e-3, []
     for seed in range(10):
-        result = tp.simulate(disks(), error={"meter.flux_in": target}, seed=seed, threads=1, progress=False)
+        result = tp.simulate(
+            disks(), error={"meter.flux_in": target}, seed=seed, threads=1, progress=False, estimator="analog"
+        )
         assert 0.7 * target < result["meter"].flux_in.relative_error <= target
         assert MANY_FOR_ERROR <= len(result.run) <= 2 * MANY_FOR_ERROR
         off.append(

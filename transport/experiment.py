@@ -35,7 +35,7 @@ from transport.saved.checkpoints import NOT_SAVED
 from transport.saved.record import check_new, checked_place, scene_text
 from transport.saved.whole import FileError
 from transport.scene import Scene
-from transport.simulate import simulate
+from transport.simulate import simulate_for_any_reader
 from transport.units import UnitError
 from transport.validation import SceneError, shown, suggestion
 
@@ -226,7 +226,7 @@ def outcomes_of(
     _check_files(module, files, limits, overwrite)
     for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
         file = own.pop("save")
-        result = simulate(scene, **_settled(module, own | {"error": errors}))
+        result = simulate_for_any_reader(scene, **_settled(module, own | {"error": errors}))
         failure = None if file is None else _failure_to_save(result, file)
         notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)

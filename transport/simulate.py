@@ -9,13 +9,13 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
-from transport.estimators.methods import ANALOG, AUTO, checked_method
+from transport.estimators.methods import AUTO, Method, checked_method
 from transport.results import Cost, Result
 from transport.runs.hiring import Hands, Staff, checked_staff, hands_for
 from transport.runs.interruption import put_off
-from transport.runs.limits import checked_limits, checked_part, checked_whole
+from transport.runs.limits import Limits, checked_limits, checked_part, checked_whole
 from transport.runs.origins import doubts_of
-from transport.runs.progress import progress_on
+from transport.runs.progress import PilotProgress, Progress, progress_on
 from transport.runs.running import Run
 from transport.runs.ways import Asked, Way
 from transport.scene import Scene
@@ -68,21 +68,54 @@ def simulate(
     "local" for a process a thread.
     Raises SceneError for input that cannot be run.
     """
+    return _begin(
+        scene,
+        Asked(particles, error, seconds, batches, part, seed, estimator, sampling, tracking),
+        threads,
+        cluster,
+        progress,
+        resume,
+        checkpoint,
+        every,
+    )
+
+
+def simulate_for_any_reader(
+    scene: Scene,
+    threads: int | None = None,
+    cluster: object = None,
+    progress: bool | str | None = None,
+    resume: Result | str | PathLike | None = None,
+    checkpoint: str | PathLike | None = None,
+    every: float = 60.0,
+    **asked: object,
+) -> Result:
+    """As `simulate`, of which any quantity may be read, and the ledger, whatever `error` names.
+
+    asked: fields of Asked.
+    """
+    return _begin(
+        scene, Asked(**asked, reads_all=True), threads, cluster, progress, resume, checkpoint, every
+    )
+
+
+def _begin(
+    scene: Scene,
+    asked: Asked,
+    threads: int | None,
+    cluster: object,
+    progress: bool | str | None,
+    resume: Result | str | PathLike | None,
+    checkpoint: str | PathLike | None,
+    every: float,
+) -> Result:
+    """Check what is asked for, and run it."""
     if not isinstance(scene, Scene):
         raise SceneError(
             f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
         )
-    asked = Asked(
-        particles,
-        error,
-        seconds,
-        batches,
-        part,
-        None if seed is None else checked_whole("seed", seed, 0, 2**64 - 1),
-        estimator,
-        sampling,
-        checked_tracking(scene, tracking),
-    )
+    seed = None if asked.seed is None else checked_whole("seed", asked.seed, 0, 2**64 - 1)
+    asked = replace(asked, seed=seed, tracking=checked_tracking(scene, asked.tracking))
     staff = checked_staff(threads, cluster)
     with _checkpoints(checkpoint, every, scene) as keep:  # before a run is read that another might be writing
         return _run(scene, asked, _saved(resume, checkpoint), staff, keep, progress)
@@ -94,31 +127,27 @@ def _run(
     saved: Result | None,
     staff: Staff,
     keep: "Checkpoints | None",
-    progress: bool | str | None,
+    progress: bool | str | Progress | None,
 ) -> Result:
     """Begin, or go on with the saved run, until enough is known."""
-    way = _way(scene, asked, saved)
     begun = time.perf_counter()
-    with (
-        progress_on(progress) as bar,
-        put_off() as interruption,
-        hands_for(scene, way, staff, bar, interruption) as hands,
-    ):
-        ready = time.perf_counter()
-        run = Run(
-            scene, hands.plan, way.seed, way.limits, hands.threads, bar, hands.hire, interruption=interruption
-        )
-        result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
-        if saved is not None:
-            run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))
-        if keep is not None:
-            run.between = lambda run: keep.if_due(run, result_of)
-        run.go()
-        if not run.batches:
-            raise KeyboardInterrupt(run.why_nothing())
-        result = result_of(run, run.is_complete)
-        if keep is not None:
-            keep.end(result)
+    with progress_on(progress) as bar:
+        way = _way(scene, asked, saved, bar)
+        with put_off() as interruption, hands_for(scene, way, staff, bar, interruption) as hands:
+            ready = time.perf_counter()
+            plan, seed, limits, threads = hands.plan, way.seed, way.limits, hands.threads
+            run = Run(scene, plan, seed, limits, threads, bar, hands.hire, interruption=interruption)
+            result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
+            if saved is not None:
+                run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))
+            if keep is not None:
+                run.between = lambda run: keep.if_due(run, result_of)
+            run.go()
+            if not run.batches:
+                raise KeyboardInterrupt(run.why_nothing())
+            result = result_of(run, run.is_complete)
+            if keep is not None:
+                keep.end(result)
     return result
 
 
@@ -137,21 +166,34 @@ def _lasting_warnings(saved: Result) -> list[str]:
     return lasting_warnings(saved)
 
 
-def _way(scene: Scene, asked: Asked, saved: Result | None) -> Way:
+def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way:
     """How the scene is run: as it is asked for, and as it was begun."""
     if saved is not None:
         from transport.saved.resuming import way_of
 
         return way_of(saved, scene, asked)
-    choice, estimator, sampling = None, asked.estimator, asked.sampling
+    limits = checked_limits(scene, *asked.limits, asked.batches)  # before any pilot runs
+    part = checked_part(asked.part, limits)
     seed = 0 if asked.seed is None else asked.seed
+    choice, estimator, sampling = None, asked.estimator, asked.sampling
+    if estimator is None and limits.is_open:
+        estimator = AUTO
     if estimator == AUTO:
-        choice = _choice(scene, asked.limits, sampling, asked.tracking, seed)
+        _check_no_part(part)
+        choice = _choice(scene, asked, limits, seed, bar)
         estimator, sampling = choice.method.estimator, choice.method.sampling
     method = checked_method(scene, estimator, "random" if sampling is None else sampling)
     limits = checked_limits(scene, *asked.limits, asked.batches, method)
-    limits = replace(limits, part=checked_part(asked.part, limits))
-    return Way(method, limits, seed, asked.tracking, choice)
+    return Way(method, replace(limits, part=part), seed, asked.tracking, choice)
+
+
+def _check_no_part(part: tuple[int, int]) -> None:
+    """Refuse pilots for a part of a run: each part would choose by seconds of its own, and the parts could not be merged."""
+    if part != (1, 1):
+        cure = "name one, such as that which the report of a short run without part= names"
+        raise SceneError(
+            f"simulate: estimator {AUTO!r} does not go with part={part}, as parts may choose apart; {cure}"
+        )
 
 
 @contextmanager
@@ -189,18 +231,32 @@ def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, r
     )
 
 
-def _choice(scene: Scene, limits: tuple, sampling: str | None, tracking, seed: int) -> Choice:
-    """The cheapest way, by pilots that have random numbers of their own; limits: checked before anything runs."""
-    checked = checked_limits(scene, *limits, ANALOG.usual_batches)
-    pilots = {"seed": seed ^ OTHER_NUMBERS, "threads": 1}
-    pilot = partial(simulate, scene, tracking=tracking, progress=False, **pilots)
+def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress) -> Choice:
+    """The cheapest way, by pilots that have random numbers of their own."""
+    quiet, staff = PilotProgress(bar), Staff(1)
+
+    def pilot(method: Method, particles: int) -> Result:
+        bar.trying(method.title)
+        of_method = Asked(
+            particles,
+            seed=seed ^ OTHER_NUMBERS,
+            estimator=method.estimator,
+            sampling=method.sampling,
+            tracking=asked.tracking,
+        )
+        result = _run(scene, of_method, None, staff, None, quiet)
+        if not result.is_complete:
+            raise KeyboardInterrupt("interrupted while pilots tried the estimators, so nothing is known")
+        return result
+
     return choose(
         scene,
-        checked.error,
-        sampling,
-        lambda method, particles: pilot(particles, estimator=method.estimator, sampling=method.sampling),
-        particles=checked.particles,
-        seconds=checked.seconds,
+        limits.error,
+        asked.sampling,
+        pilot,
+        particles=limits.particles,
+        seconds=limits.seconds,
+        reads_all=asked.reads_all or (asked.estimator is None and not limits.error),
     )
 
 

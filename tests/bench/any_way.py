@@ -37,9 +37,9 @@ KINDS = {
     "backward": ("backward view", {"particles": 20_001, "batches": 48, "estimator": "backward"}),
     "expected": ("expected fog", {"particles": 6_001, "batches": 48, "estimator": "expected"}),
     "nets": ("room", {"particles": 60_000, "batches": 32, "sampling": "sobol"}),
-    "rounds": ("room", {"error": {"-z.flux_in": 0.01}, "sampling": "sobol"}),
-    "error": ("room", {"error": {"-z.flux_in": 0.01}}),
-    "error in media": ("pile", {"error": {"voxels.fluence_rate": 0.05}}),
+    "rounds": ("room", {"error": {"-z.flux_in": 0.01}, "estimator": "analog", "sampling": "sobol"}),
+    "error": ("room", {"error": {"-z.flux_in": 0.01}, "estimator": "analog"}),
+    "error in media": ("pile", {"error": {"voxels.fluence_rate": 0.05}, "estimator": "analog"}),
 }
 WAYS = ("1 thread", "2 threads", "cluster", "processes")
 LIKELY_WAYS = (0.22, 0.22, 0.5, 0.06)

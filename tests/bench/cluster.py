@@ -32,7 +32,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=30.0, help="that two threads take")
     parser.add_argument("--repeats", type=int, default=3)
     asked = parser.parse_args()
-    rate = tp.simulate(scene(), seconds=2.0, threads=THREADS, progress=False).cost.particles_per_second
+    rate = tp.simulate(
+        scene(), seconds=2.0, threads=THREADS, estimator="analog", progress=False
+    ).cost.particles_per_second
     limits = {"particles": int(rate * asked.seconds), "batches": 512, "progress": False}
     here, there, gaps, apart = [], [], [], []
     with DaskCluster(THREADS) as cluster, Client(cluster.address, set_as_default=False) as client:

@@ -95,7 +95,7 @@ CASES = {
     "camera": view,
     "phase space": gas,
     "sample": sample,
-    "for an error": lambda: (wall(tp.Black(), 0, **places())[0], {"particles": 100_000_000, "error": {"image.flux_in": 1e-9}}),
+    "for an error": lambda: (wall(tp.Black(), 0, **places())[0], {"particles": 100_000_000, "error": {"image.flux_in": 1e-9}, "estimator": "analog"}),
 }  # fmt: skip
 
 

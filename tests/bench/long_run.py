@@ -73,7 +73,10 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     asked = parser.parse_args()
     tp.simulate(scene(), 100_000, progress=False)
-    for title, limits in (("particles", {}), ("error", {"error": {"meter.flux_in": NEVER}})):
+    for title, limits in (
+        ("particles", {}),
+        ("error", {"error": {"meter.flux_in": NEVER}, "estimator": "analog"}),
+    ):
         print(f"limited by {title}")
         print(watched(int(asked.particles), asked.threads, **limits).table(), flush=True)
 

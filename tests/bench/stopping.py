@@ -59,7 +59,13 @@ class Stopped:
 def stopped(case: Disks, target: float, seed: int, **options) -> Stopped:
     """One run for an error."""
     result = tp.simulate(
-        case.scene, error={"meter.flux_in": target}, seed=seed, threads=1, progress=False, **options
+        case.scene,
+        error={"meter.flux_in": target},
+        seed=seed,
+        threads=1,
+        progress=False,
+        estimator="analog",
+        **options,
     )
     flux, forecast = result["meter"].flux_in, result.cost.forecast
     low, high = flux.interval(0.95)

@@ -98,7 +98,7 @@ def _record(result: Result) -> dict[str, object]:
         "left out": [name for name, q in arrays.items() if q.value.size > MOST_BINS],
         "ledger": {
             name: {"value": entry.value, "error": entry.error, "unit": str(entry.unit)}
-            for name, entry in result.ledger.items()
+            for name, entry in result._own_ledger.items()
         },
         "cost": None if result.cost is None else asdict(result.cost),
         "warnings": result.warnings,

@@ -99,7 +99,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
     ]
     names = dict.fromkeys(name for outcome in outcomes for name in outcome.parameters)
     parameters = {name: _one_or_all(one, [o.parameters.get(name) for o in outcomes]) for name in names}
-    ledgers = [outcome.result.ledger for outcome in outcomes]
+    ledgers = [outcome.result._own_ledger for outcome in outcomes]
     ledger = {
         name: {
             "value": _one_or_all(one, [ledger[name].value for ledger in ledgers]),

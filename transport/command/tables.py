@@ -118,7 +118,7 @@ def ledger_line(result: Result) -> str:
     """
     emitted, *parts = (
         f"{name} {estimate}".replace(" ", UNBROKEN)
-        for name, estimate in result.ledger.items()
+        for name, estimate in result._own_ledger.items()
         if name == "emitted" or not (estimate.exact and estimate.value == 0)
     )
     return f"{emitted} = {f' +{UNBROKEN}'.join(parts) or 0}"

@@ -1,5 +1,8 @@
 """The estimator "auto": a short pilot of each way that a scene allows, and the run goes on by the cheapest that can be trusted.
 
+A run with `error` or `seconds` and no `estimator` is one of these.  It may read all of its result where no `error` names what it is
+for: then the ways that know only what arrives at the detectors (PARTIAL) are tried for the report alone.
+
 Out is a way that the judge would still doubt after the run (results/findings.py), and one whose mean lies below that of
 another by more than chance, however small both errors are: light that a way misses is missing from its error as well.  Chance
 is Student's t at FALSE_ALARM for all pairs together.  Where no way can be trusted, the one with the least doubt is taken, and
@@ -14,17 +17,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import permutations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.estimators.methods import SAMPLINGS, Method, methods_for
+from transport.estimators.methods import PARTIAL, SAMPLINGS, Method, methods_for
 from transport.results.error_bars import CONSTANT
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.findings import ALLOWED, times_needed
+from transport.results.notation import times_text
 from transport.results.statistics import normal_score
 from transport.validation import SceneError, listed, suggestion
 
@@ -33,9 +37,16 @@ if TYPE_CHECKING:
     from transport.scene import Scene
 
 PATIENCE = 0.4  # [s] that all pilots together may take, compilation aside
-FIRST, FACTOR, MOST = 1 << 12, 4, 1 << 26  # histories of a pilot, and how they grow
+FIRST, FACTOR, MOST = 1 << 8, 4, 1 << 26  # histories of a pilot, and how they grow
+ENOUGH, LONG = 1 << 12, 0.25  # histories of a pilot at least, where they do not take so long [s]
 FALSE_ALARM = 1e-4  # of all pairs of pilots that one lies below another by chance
 TIE = 1.2  # times the least price: the simplest way within it is taken
+ROUNDS = 3.0  # times the cost: runs for an error or for a time by nets go in rounds, of which the last complete one is the result
+MUCH_CHEAPER = 0.5  # times the cost of the way that is taken
+ONLY_WAY = "the only way that this scene allows"
+NOTHING_TO_COMPARE = "the simplest, as no detector counts anything by which ways could be compared"
+MISSES = ", so it misses light"
+KNOWS_PART = "knows only what arrives at detectors"
 OTHER_NUMBERS = 0x5DEECE66D  # keys of pilots, so that nothing is chosen for the luck of the run itself
 
 
@@ -80,31 +91,45 @@ class Pilot:
 class Choice:
     """The way taken, and the pilots of all that were tried, the simplest first.
 
-    reasons: of each pilot why its way is out, "" where it is not;  is_trusted: whether any way is not out.
+    reasons: of each pilot why its way is out, "" where it is not;  is_trusted: whether any way is not out;  why: of a way that no
+    pilot chose.
     """
 
     method: Method
     pilots: tuple[Pilot, ...]
     reasons: tuple[str, ...] = ()
     is_trusted: bool = True
+    why: str = ONLY_WAY
 
     @property
     def lines(self) -> list[str]:
         """What a report says of it."""
-        named = f"estimator={self.method.estimator!r}, sampling={self.method.sampling!r}"
         taken = next(pilot for pilot in self.pilots if pilot.method == self.method)
         reasons = self.reasons or ("",) * len(self.pilots)
         others = [
-            f"{pilot.method.title} {reason}" if reason else _compared(pilot, taken)
+            _against(pilot, taken, reason)
             for pilot, reason in zip(self.pilots, reasons, strict=True)
             if pilot is not taken
         ]
-        why = f"by pilots: {'; '.join(others)}" if others else "the only way that this scene allows"
-        doubt = f"; no way can be trusted here, and this one is the least doubtful: {taken.doubt}"
+        why = f"by pilots: {'; '.join(others)}" if others else self.why
+        which = "no way that knows all can" if KNOWS_PART in reasons else "no way can"
+        what = f": {taken.doubt}" if taken.doubt else ""
+        doubt = f"; {which} be trusted here, and this one is the least doubtful{what}"
         return [
             f"chosen: {self.method.title}{'' if self.is_trusted else doubt}, {why}",
-            f"repeat: simulate(..., {named}) gives the same digits",
+            f"repeat: simulate(..., {_named(self.method)}) gives the same digits",
         ]
+
+    @property
+    def others(self) -> list[str]:
+        """The estimators that could be taken instead: those of which no pilot found that light is missing, or that it was refused."""
+        reasons = self.reasons or ("",) * len(self.pilots)
+        found = [
+            pilot.method.estimator
+            for pilot, reason in zip(self.pilots, reasons, strict=True)
+            if not pilot.note and MISSES not in reason
+        ]
+        return [name for name in dict.fromkeys(found) if name != self.method.estimator]
 
 
 def choose(
@@ -115,10 +140,12 @@ def choose(
     clock: Callable[[], float] = time.process_time,
     particles: float | None = None,
     seconds: float | None = None,
+    reads_all: bool = False,
 ) -> Choice:
     """The cheapest way to the quantities of `error`, or to what every detector counts where none are named.
 
-    sampling: None for any.  run: (method, particles) -> Result;  clock: [s];  particles, seconds: limits of the run to come.
+    sampling: None for any.  run: (method, particles) -> Result;  clock: [s];  particles, seconds: limits of the run to come;
+    reads_all: whether any quantity, and the ledger, may be read of its result, so that ways that know but a part of them are out.
     Raises SceneError for no such sampling, or what the ways say where none of them can be run.
     """
     if sampling is not None and sampling not in SAMPLINGS:
@@ -133,21 +160,36 @@ def choose(
         )
     if len(methods) == 1:
         return Choice(methods[0], (Pilot(methods[0]),))
-    targets = dict(error) if error else dict.fromkeys(usual_quantities(scene), 1.0)
-    allowed = error or dict.fromkeys(targets, ALLOWED)
+    groups = [(name,) for name in error] if error else usual_quantities(scene)
+    if not groups:
+        return Choice(methods[0], (Pilot(methods[0]),), why=NOTHING_TO_COMPARE)
     patience = PATIENCE / len(methods)
-    pilots = _settled([_pilot(method, targets, allowed, run, clock, patience) for method in methods])
-    return chosen(pilots, bool(error), particles, seconds)
+    trials = [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
+    targets = dict(error) if error else dict.fromkeys(_lit(groups, trials), 1.0)
+    in_rounds = ROUNDS if error or seconds is not None else 1.0
+    pilots = [
+        _pilot(trial, targets, 1.0 if trial.method.sampling == "random" else in_rounds) for trial in trials
+    ]
+    pilots = _settled(pilots, trials)
+    return chosen(pilots, bool(error), particles, seconds, reads_all)
 
 
 def chosen(
-    pilots: Sequence[Pilot], has_error: bool, particles: float | None = None, seconds: float | None = None
+    pilots: Sequence[Pilot],
+    has_error: bool,
+    particles: float | None = None,
+    seconds: float | None = None,
+    reads_all: bool = False,
 ) -> Choice:
     """The cheapest of the pilots' ways that can be trusted, or the least doubtful one."""
     below = _below(pilots)
     excesses = [_excess(pilot, has_error, particles, seconds) for pilot in pilots]
+    partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in PARTIAL]
+    if all(k in partial or pilot.price == math.inf for k, pilot in enumerate(pilots)):
+        partial = []  # better a part than nothing
     reasons = [
-        below.get(k, "") or (f"is doubtful: {pilot.doubt}" if excess > 1 else "")
+        below.get(k, "")
+        or (f"is doubtful: {pilot.doubt}" if excess > 1 else KNOWS_PART * (k in partial and not pilot.note))
         for k, (pilot, excess) in enumerate(zip(pilots, excesses, strict=True))
     ]
     trusted = [pilot for pilot, reason in zip(pilots, reasons, strict=True) if not reason and not pilot.note]
@@ -155,7 +197,7 @@ def chosen(
     if is_trusted:
         taken = cheapest(trusted)
     else:
-        rest = [k for k, pilot in enumerate(pilots) if not pilot.note and k not in below]
+        rest = [k for k, pilot in enumerate(pilots) if not pilot.note and k not in below and k not in partial]
         rest = [k for k in rest if pilots[k].rate > 0] or rest or range(len(pilots))
         taken = pilots[min(rest, key=lambda k: excesses[k])]
     return Choice(taken.method, tuple(pilots), tuple(reasons), is_trusted)
@@ -188,17 +230,23 @@ def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
             dof = error**4 / (mine.error**4 / mine.dof + other.error**4 / other.dof)
             score = float(normal_score((mine.value - other.value) / error, dof))
             if score < least and score < found.get(low, (0.0, ""))[0]:
-                words = (
-                    f"lies {-score:.2g} standard errors below {pilots[high].method.title}, so it misses light"
-                )
+                errors = times_text(-score)
+                words = f"lies {errors} standard errors below {pilots[high].method.title}{MISSES}"
                 found[low] = score, words
     return {low: words for low, (_, words) in found.items()}
 
 
-def usual_quantities(scene: Scene) -> list[str]:
-    """What is sought where nobody says: the flux into each detector, its radiance by direction, or a fluence rate."""
-    names = [f"{m.name}.{'flux_in' if m.directions is None else 'radiance'}" for m in scene.meters]
-    return names + [f"{look.name}.fluence_rate" for look in (*scene.volumes, *scene.points)]
+def usual_quantities(scene: Scene) -> list[tuple[str, ...]]:
+    """What is sought where nobody says: what arrives at each detector, or where nothing does what leaves it; a fluence rate, a number."""
+    found: list[tuple[str, ...]] = []
+    for meter in scene.meters:
+        kind = "flux" if meter.directions is None else "radiance"
+        if kind == "radiance" and scene.shape_of(meter).is_infinite:
+            kind = "intensity"
+        arriving, leaving = ("flux_in", "flux_out") if kind == "flux" else (kind, f"{kind}_out")
+        found.append((f"{meter.name}.{arriving}", f"{meter.name}.{leaving}"))
+    found += [(f"{look.name}.fluence_rate",) for look in (*scene.volumes, *scene.points)]
+    return found + [(f"{look.name}.number",) for look in scene.phase_spaces]
 
 
 def cheapest(pilots: Sequence[Pilot]) -> Pilot:
@@ -210,34 +258,65 @@ def cheapest(pilots: Sequence[Pilot]) -> Pilot:
     return next(pilot for pilot in pilots if not pilot.note and TIE * pilot.rate >= most)
 
 
-def price_of(result: Result, targets: Mapping[str, float], seconds: float) -> tuple[float, float]:
-    """(seconds to all these relative errors, batches with a score a second) of a run that took so many seconds.
+@dataclass(frozen=True)
+class Seen:
+    """What a pilot saw of a quantity: the mean square of its relative errors, bin by bin, nan where none is known; batches with a
+    score, bin by bin; the whole of it, and what is doubtful of that (findings.times_needed)."""
 
-    A bin without a score is unknown by all of its value.
-    """
-    squares, scores = [], 0.0
-    for name, target in targets.items():
-        quantity = result.quantity(name)
-        relative = np.atleast_1d(quantity.relative_error)
-        relative = np.where(np.atleast_1d(quantity.reason) == CONSTANT, 0.0, relative)  # cheapest of all
-        is_known = np.isfinite(relative)
-        if is_known.any():
-            unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
-            squares.append(float(np.mean(unknown**2)) / target**2)
-        scores += np.count_nonzero(quantity.values)
-    is_whole = len(squares) == len(targets)
-    return seconds * max(squares) if squares and is_whole else math.inf, scores / seconds
+    square: float
+    scores: int
+    mean: Mean
+    doubt: tuple[float, float, str] = (1.0, 1.0, "")
 
 
-def _pilot(
+def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> Seen:
+    """What a pilot's quantity is worth.  A bin without a score is unknown by all of its value."""
+    relative = np.atleast_1d(quantity.relative_error)
+    is_known = np.isfinite(relative)
+    unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
+    square = float(np.mean(unknown**2)) if is_known.any() else 0.0 if _is_constant(quantity) else math.nan
+    whole = quantity if isinstance(quantity, Estimate) else quantity.sum()
+    mean = Mean(name, whole.value, whole.error, whole.dof)
+    doubt = times_needed(whole._raw_findings, whole.value, whole.error, allowed)
+    return Seen(square, int(np.count_nonzero(quantity.values)), mean, doubt)
+
+
+def _is_constant(quantity: EstimateOrArray) -> bool:
+    """Whether chance plays no part in it: all batches gave the same, and not nothing."""
+    return bool(np.all(np.atleast_1d(quantity.reason) == CONSTANT) and np.any(quantity.value))
+
+
+def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: float) -> tuple[float, float]:
+    """(seconds to all these relative errors, batches with a score a second) of a run that took so many seconds."""
+    squares = [seen[name].square / target**2 for name, target in targets.items()]
+    scores = sum(seen[name].scores for name in targets)
+    return math.inf if any(map(math.isnan, squares)) else seconds * max(squares), scores / seconds
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """The last and largest of the runs of a way: what it saw, and why it could not read the others."""
+
+    method: Method
+    particles: int = 0
+    seconds: float = 0.0
+    seen: Mapping[str, Seen] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
+    note: str = ""
+
+
+def _trial(
     method: Method,
-    targets: Mapping[str, float],
+    groups: Sequence[tuple[str, ...]],
     allowed: Mapping[str, float],
     run: Callable,
     clock: Callable,
     patience: float,
-) -> Pilot:
-    """Runs of one way, each four times as large as the last, until a fair share of the patience is spent."""
+) -> _Trial:
+    """Runs of one way, each four times as large as the last, until a fair share of the patience is spent.
+
+    groups: of quantities, of each of which the first one that scores is wanted.
+    """
     particles = FIRST
     try:
         run(method, particles)  # compiles or loads its passes
@@ -245,38 +324,82 @@ def _pilot(
             begun = clock()
             result = run(method, particles)
             seconds = max(clock() - begun, 1e-9)
-            if seconds >= patience / (FACTOR + 1) or particles >= MOST:
+            is_long = seconds >= patience / (FACTOR + 1) and (particles >= ENOUGH or seconds >= LONG)
+            if is_long or particles >= MOST:
                 break
             particles *= FACTOR
-        price, rate = price_of(result, targets, seconds)
-        means, doubts = zip(
-            *(_mean_of(name, result.quantity(name), allowed[name]) for name in targets), strict=True
-        )
-        foretold, unseen, doubt = max(doubts, key=lambda each: max(each[:2]))
-        return Pilot(
-            method, price, rate, result.particles, "", seconds, tuple(means), foretold, unseen, doubt
-        )
     except SceneError as refusal:
-        return Pilot(method, note=str(refusal))
+        return _Trial(method, note=str(refusal))
+    seen: dict[str, Seen] = {}
+    refused: dict[str, str] = {}
+    for name in (name for group in groups for name in _until_lit(group, seen)):
+        try:
+            seen[name] = seen_of(name, result.quantity(name), allowed.get(name, ALLOWED))
+        except SceneError as refusal:
+            refused[name] = str(refusal)
+    return _Trial(method, result.particles, seconds, seen, refused)
 
 
-def _mean_of(name: str, quantity: EstimateOrArray, allowed: float) -> tuple[Mean, tuple[float, float, str]]:
-    """A quantity as one number, and what is doubtful of it."""
-    whole = quantity if isinstance(quantity, Estimate) else quantity.sum()
-    mean = Mean(name, whole.value, whole.error, whole.dof)
-    return mean, times_needed(whole._raw_findings, whole.value, whole.error, allowed)
+def _until_lit(group: tuple[str, ...], seen: Mapping[str, Seen]) -> Iterator[str]:
+    """The quantities of a group, up to the first that has been seen to score."""
+    for name in group:
+        yield name
+        if name in seen and seen[name].scores:
+            return
 
 
-def _settled(pilots: list[Pilot]) -> list[Pilot]:
+def _lit(groups: Sequence[tuple[str, ...]], trials: Sequence[_Trial]) -> list[str]:
+    """Of each group the first quantity that any way scores; groups that none does are left out, unless that is all of them."""
+    seen = [trial.seen for trial in trials]
+    lit = [
+        [name for name in group if any(name in one and one[name].scores for one in seen)] for group in groups
+    ]
+    return [names[0] for names in lit if names] or [group[0] for group in groups]
+
+
+def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
+    """What a trial told of its way, by these quantities.  rounds: times as much as its last round a run costs."""
+    note = trial.note or next((trial.refused[name] for name in targets if name in trial.refused), "")
+    if note:
+        return Pilot(trial.method, note=note)
+    seen = [trial.seen[name] for name in targets]
+    price, rate = price_of(trial.seen, targets, trial.seconds)
+    price *= rounds
+    foretold, unseen, doubt = max((each.doubt for each in seen), key=lambda each: max(each[:2]))
+    means = tuple(each.mean for each in seen)
+    return Pilot(
+        trial.method, price, rate, trial.particles, "", trial.seconds, means, foretold, unseen, doubt
+    )
+
+
+def _settled(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:
     """The pilots, if any of them tells something: where all that could be run scored nothing, the refusals of the others do."""
     if not any(pilot.rate > 0 for pilot in pilots):
-        for refused in filter(lambda pilot: pilot.note, pilots):
-            raise SceneError(refused.note)
+        refusals = [trial.note for trial in trials if trial.note]
+        refusals += [pilot.note for pilot in pilots] if all(pilot.note for pilot in pilots) else []
+        for refusal in refusals:
+            raise SceneError(refusal)
     return pilots
 
 
+def _named(method: Method) -> str:
+    """A way, as `simulate` takes it."""
+    return f"estimator={method.estimator!r}, sampling={method.sampling!r}"
+
+
+def _against(pilot: Pilot, taken: Pilot, reason: str) -> str:
+    """Why a way was not taken: what speaks against it, or how its cost compares."""
+    if not reason:
+        return _compared(pilot, taken)
+    return (
+        f"{_compared(pilot, taken)}, but {reason}"
+        if reason == KNOWS_PART
+        else f"{pilot.method.title} {reason}"
+    )
+
+
 def _compared(pilot: Pilot, taken: Pilot) -> str:
-    """How a way that was not taken compares."""
+    """How the cost of a way that was not taken compares."""
     title = pilot.method.title
     if pilot.note:
         return f"{title} refused ({pilot.note})"
@@ -284,4 +407,9 @@ def _compared(pilot: Pilot, taken: Pilot) -> str:
         return f"{title} scored nothing that tells its price"
     if taken.cost == 0:
         return f"{title} no cheaper"
-    return f"{title} costs {pilot.cost / taken.cost:.2g} times as much"
+    ratio = pilot.cost / taken.cost
+    if ratio < MUCH_CHEAPER:
+        return (
+            f"{title} is {times_text(1 / ratio) if ratio else 'many'} times cheaper ({_named(pilot.method)})"
+        )
+    return f"{title} costs {times_text(ratio)} times as much"

@@ -31,6 +31,10 @@ ESTIMATORS = (
     "expected",
     "backward",
 )  # the simplest first; each file transport/<name>.py says why_not(scene)
+PARTIAL = (
+    "aimed",
+    "backward",
+)  # know only what arrives at detectors: the ledger is not that of all that is emitted
 SAMPLINGS = ("random", "stratified", "sobol")
 AUTO = "auto"  # takes the cheapest of them (choosing.py)
 BATCHES = 32  # of a run, where nothing is said

@@ -37,7 +37,7 @@ def result_html(result: Result) -> str:
         heading("Result", escaped(head_of(result))),
         warnings_of(warnings),
         *(f"<div>{typeset(line)}</div>" for line in how),
-        folded(escaped(ledger_title(result)), ledger_table(result.ledger), True),
+        folded(escaped(ledger_title(result)), ledger_table(result._own_ledger), True),
         *(_detector(result, detector, len(detectors) <= OPEN) for detector in detectors),
         *(f"<div>{muted(typeset(line))}</div>" for line in cost_lines(result)),
         "" if warnings else f"<div>{muted(typeset(all_is_well(result)))}</div>",

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from transport.results.enough import MIN_SCORES
+from transport.results.notation import times_text
 
 CONFIDENCE = 0.95  # of the bound of what has not been seen
 TINY = 0.01  # of the error: a smaller bound is not worth a word
@@ -75,11 +76,7 @@ class Finding:
             return ""
         if share < 0.995:
             return f", worth up to {100 * share:.2g} % of it"
-        return (
-            f", worth up to {share:.0f} times it"
-            if 10 <= share < 1e4
-            else f", worth up to {share:.2g} times it"
-        )
+        return f", worth up to {times_text(share)} times it"
 
     def record(self) -> dict[str, Any]:
         """Its parts for machines."""

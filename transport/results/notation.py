@@ -6,6 +6,7 @@ import math
 import re
 
 _PLAIN = range(-4, 6)  # powers of ten that are written out
+TOO_MANY_TIMES = 10_000  # a larger ratio is of no use to a reader, nor known to two digits
 _FORMAT = re.compile(
     r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
 )  # fill, sign, width, number
@@ -27,6 +28,24 @@ def plus_minus(value: float, error: float) -> str:
     decimals = max(0, power - place)
     scale = 10.0**power
     return f"({value / scale:.{decimals}f} ± {error / scale:.{decimals}f})e{power:+03d}"
+
+
+def times_text(factor: float) -> str:
+    """How many times something is, in a sentence: two digits, such as "2.5" or "3 800", and "over 10 000" from there on.
+
+    Examples
+    --------
+    >>> times_text(2.51), times_text(3841.0), times_text(9999.0), times_text(3.7e7)
+    ('2.5', '3 800', 'over 10 000', 'over 10 000')
+    """
+    if float(f"{factor:.2g}") >= TOO_MANY_TIMES:
+        return f"over {_spaced(TOO_MANY_TIMES)}"
+    return f"{factor:.2g}" if factor < 99.5 else _spaced(float(f"{factor:.2g}"))
+
+
+def _spaced(number: float) -> str:
+    """A whole number with a space between thousands."""
+    return f"{number:,.0f}".replace(",", " ")
 
 
 def measured(

@@ -34,7 +34,7 @@ from transport.results.proofs import (
     way_past,
 )
 from transport.results.quality import MORE
-from transport.sides import OTHER_SIDE
+from transport.sides import IS_BACK, OTHER_SIDE
 from transport.validation import listed
 
 if TYPE_CHECKING:
@@ -193,13 +193,14 @@ def _classes_of_detector(
         return
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
+    face = "back" if IS_BACK[looks] else "front"
     shape = scene.shape_of(detector)
     if side == 1 and isinstance(detector.shape, str):  # what leaves a surface is counted as it comes
         yield PathClass("light", large_scores(plan, batches, name, side, 1.0, scores), 1.0, MORE)
         return
     mirrors, beams = mirrors_of(scene, shape, looks), list(beams_of(plan, shape, looks))
     unconnected = [*names_of(scene, mirrors), *beams]
-    largest = heaviest if unconnected else expectation.nearest[looks]
+    largest = heaviest if unconnected else expectation.nearest[face]
     number = large_scores(plan, batches, name, side, largest, scores)
     what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
     seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
@@ -214,7 +215,7 @@ def _classes_of_detector(
         f"{flights} passed within {radius:.2g} m" if seen else "",
         () if beams else tuple(mirrors),
     )
-    strongest = expectation.strongest[looks]
+    strongest = expectation.strongest[face]
     rays = large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
     yield PathClass(
         "light from near walls or sources", rays, strongest, "use more particles", name="strong rays"

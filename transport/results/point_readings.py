@@ -16,7 +16,7 @@ from transport.results.estimates import Estimate
 from transport.results.findings import Finding
 from transport.results.near_walls import near_walls_of_point
 from transport.results.peaked import forward_peaks_of_point
-from transport.results.quality import findings_of_error
+from transport.results.quality import advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_point
@@ -35,6 +35,7 @@ class PointReading(Quantified):
     def __init__(self, result, detector: PointDetector) -> None:
         self.detector, self.name = detector, detector.name
         self._plan, self._run, self._allowed = result.plan, result.run, result.allowed_of(detector.name)
+        self._more = more_of(result.choice)
         first = self._plan.bases[detector.name]
         rows = slice(first, first + POINT_ROWS)
         self._batches = result.batches
@@ -103,7 +104,8 @@ class PointReading(Quantified):
         )
         yield from forward_peaks_of_point(plan, name, place, particles)
         if fluence.error > 0:
-            yield from findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)
+            found = findings_of_error(f"point detector {name!r}", fluence, self.scores, particles)
+            yield from advising(found, self._more)
 
     @property
     def _is_sure(self) -> bool:

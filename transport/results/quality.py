@@ -9,9 +9,10 @@ each other's consequence.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,9 +30,13 @@ from transport.results.findings import (
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
+if TYPE_CHECKING:
+    from transport.estimators.choosing import Choice
+
 CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
 MORE = "use more particles, or estimator='auto', which tries all that go with the scene"
+LARGER = "use more particles or a larger detector"
 
 
 @dataclass(frozen=True)
@@ -85,17 +90,22 @@ def _median(values: float | np.ndarray) -> float:
 
 
 def quality_of(
-    estimate: Estimate, scores: Scores | None = None, particles: int = 0, seconds: float = math.nan
+    estimate: Estimate,
+    scores: Scores | None = None,
+    particles: int = 0,
+    seconds: float = math.nan,
+    more: str = MORE,
 ) -> Quality:
     """The quality of an estimate of one run.
 
     scores: how many there are of each size, None where that is not known;  particles: histories of the run, by which
-    it is told how many did not score.
+    it is told how many did not score;  more: what to do where it is not to be trusted.
     """
     relative = estimate.relative_error
     is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
     if is_known and scores is not None and not estimate._raw_findings:
-        estimate = copy(estimate)._with_findings(lambda: findings_of_error("", estimate, scores, particles))
+        found = advising(findings_of_error("", estimate, scores, particles), more)
+        estimate = copy(estimate)._with_findings(lambda: found)
     if np.ndim(relative):
         with np.errstate(divide="ignore"):
             merit = 1 / (relative**2 * seconds)
@@ -106,6 +116,19 @@ def quality_of(
     if is_known and estimate.run is not None:
         numbers = _numbers(estimate, scores, particles)
     return Quality(relative, merit, number, *numbers, verdict_of(estimate), estimate.findings)
+
+
+def more_of(choice: Choice | None) -> str:
+    """What to do where a run knows too little: as MORE, but of a run whose estimator pilots chose what they have not done yet."""
+    if choice is None:
+        return MORE
+    others = " or ".join(map(repr, choice.others))
+    return f"{LARGER.replace(' or', ',')}, or estimator={others}" if others else LARGER
+
+
+def advising(findings: Iterable[Finding], more: str) -> Iterator[Finding]:
+    """The findings, with this advice (of `more_of`) where theirs is MORE."""
+    return (replace(finding, cure=more) if finding.cure == MORE else finding for finding in findings)
 
 
 def verdict_of(estimate: Estimate) -> str:

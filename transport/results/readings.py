@@ -22,7 +22,7 @@ from transport.results.findings import MIN_SCORES, Finding
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
-from transport.results.quality import findings_of_error
+from transport.results.quality import advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_meter
@@ -62,7 +62,7 @@ class Reading(Quantified):
         self._is_light = plan.scene.measured_in == "watts"
         self._rate = Unit.parse("W" if self._is_light else "s^-1")
         self._is_exact_out = _leaves_once(plan, detector)
-        self._allowed = result.allowed_of(detector.name)
+        self._allowed, self._more = result.allowed_of(detector.name), more_of(result.choice)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
 
     @cached_property
@@ -269,7 +269,8 @@ class Reading(Quantified):
     def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
         """What may be missing on a side, with bounds as mean weights of a history; is_whole: of all its bins together."""
         if side not in self._found:
-            self._found[side] = [*self._classes(side)], [*self._of_scores(side)]
+            found = self._classes(side), self._of_scores(side)
+            self._found[side] = tuple([*advising(each, self._more)] for each in found)
         classes, of_scores = self._found[side]
         return classes + of_scores if is_whole else classes
 

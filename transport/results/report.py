@@ -27,7 +27,7 @@ def report_of(result) -> str:
         *tracking_lines(result),
         "",
         ledger_title(result),
-        *(f"  {line}" for line in ledger_lines(result.ledger)),
+        *(f"  {line}" for line in ledger_lines(result._own_ledger)),
     ]
     for detector in result.scene.detectors:
         reading = result[detector.name]

@@ -160,8 +160,22 @@ class Result:
     def particles(self) -> int:
         return int(self.run.sizes.sum())
 
-    @cached_property
+    @property
     def ledger(self) -> "Ledger":
+        """Where all that was emitted went; of a run backwards where its histories went, as shares of them.
+
+        Raises SceneError where pilots chose to run backwards: who did not name that estimator takes its shares for watts.
+        """
+        if self.plan.turned is not None and self.choice is not None and len(self.choice.pilots) > 1:
+            raise SceneError(
+                "result.ledger: histories of this run began at the detectors, as pilots chose, so where the sources' power went is"
+                " not known; write estimator='analog' for that, or estimator='backward' for shares of these histories"
+            )
+        return self._own_ledger
+
+    @cached_property
+    def _own_ledger(self) -> "Ledger":
+        """The ledger of its histories, wherever these began."""
         return Ledger(self)
 
     def allowed_of(self, name: str) -> float:

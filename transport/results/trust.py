@@ -20,7 +20,7 @@ from transport.results.findings import DOUBTFUL, NOTE, Finding, capital, severit
 from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.point_readings import PointReading
-from transport.results.quality import MORE, Quality, quality_of
+from transport.results.quality import Quality, more_of, quality_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.volume_readings import VolumeReading
@@ -41,11 +41,11 @@ def quality_in(result: Result, name: str | EstimateOrArray) -> Quality:
     """The quality of the quantity called "detector.quantity", or of an Estimate or an array of them."""
     seconds = result.cost.seconds if result.cost else math.nan
     if not isinstance(name, str):
-        return quality_of(name, None, result.particles, seconds)
+        return quality_of(name, None, result.particles, seconds, more_of(result.choice))
     detector, _, quantity = name.partition(".")
     estimate = result.quantity(name)
     scores = _scores_behind(result[detector], quantity) if isinstance(estimate, Estimate) else None
-    return quality_of(estimate, scores, result.particles, seconds)
+    return quality_of(estimate, scores, result.particles, seconds, more_of(result.choice))
 
 
 def findings_of(result: Result) -> tuple[Finding, ...]:
@@ -116,7 +116,7 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
                 DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name
             )
         elif not reading.cannot_arrive:
-            yield Finding(DOUBTFUL, title, "", what, cure=MORE, name="unknown error")
+            yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name="unknown error")
     else:
         found = [
             _in_its_unit(replace(worst, quantity=name, value=float(total.value)), reading)

@@ -15,7 +15,7 @@ from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import Finding
 from transport.results.path_classes import PathClass
-from transport.results.quality import MORE, findings_of_error
+from transport.results.quality import MORE, advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike
@@ -44,7 +44,7 @@ class VolumeReading(Quantified):
     def __init__(self, result, detector: VolumeDetector) -> None:
         self.detector, self.name = detector, detector.name
         self._plan, self._run, self._batches = result.plan, result.run, result.batches
-        self._allowed = result.allowed_of(detector.name)
+        self._allowed, self._more = result.allowed_of(detector.name), more_of(result.choice)
         self._volume = next(volume for volume in self._plan.volumes if volume.detector is detector)
         self._axes = detector.edges(self._volume.shape)
         self._rate = Unit.parse("W" if self._plan.scene.measured_in == "watts" else "s^-1")
@@ -131,7 +131,7 @@ class VolumeReading(Quantified):
         found += missing_survivors(self._plan, self._batches, title, self.whole, middle, cells, most)
         if self.whole.error > 0:
             found += findings_of_error(title, self.whole, self.scores, particles)
-        return found
+        return [*advising(found, self._more)]
 
     @cached_property
     def whole(self) -> Estimate:

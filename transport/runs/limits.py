@@ -41,6 +41,11 @@ class Limits:
     is_free: bool = False  # whether the number of batches was left open
     part: tuple[int, int] = (1, 1)  # which of how many parts of the batches
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it depends on errors or on time how many particles it takes."""
+        return bool(self.error) or self.seconds is not None
+
 
 def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:
     """The limits of a run, as `simulate` takes them.  Raises SceneError where none is given or one cannot be kept."""
@@ -134,7 +139,7 @@ def checked_part(part: object, limits: Limits) -> tuple[int, int]:
     if not 1 <= one <= of:
         cure = f"; an array counted from 0 says k + 1: part=({one + 1}, {of})" if one == 0 < of else ""
         raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}{cure}")
-    if of > 1 and (limits.error or limits.seconds is not None):
+    if of > 1 and limits.is_open:
         raise SceneError(
             f"simulate: part must be of a run for particles alone, got {part!r}; leave out error and seconds"
         )

@@ -31,9 +31,19 @@ class Progress:
     def waiting(self, what: str) -> None:
         """While a cluster is not ready yet: what for."""
 
+    def trying(self, way: str) -> None:
+        """Before a pilot of a way to estimate."""
+
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         """While batches run: particles so far, seconds since the run began and in all (inf: not known), and the quantity
         that is furthest from the error asked for."""
+
+
+class PilotProgress(Progress):
+    """Of a pilot: what it compiles is shown where the run shows it, its batches are not."""
+
+    def __init__(self, run: Progress) -> None:
+        self.compiling = run.compiling
 
 
 class Bar(Progress):
@@ -48,6 +58,9 @@ class Bar(Progress):
 
     def waiting(self, what: str) -> None:
         self._show("wait", what, 0.0)
+
+    def trying(self, way: str) -> None:
+        self._show("try", f"trying {way}", 0.0)
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         self._show("run", running_text(particles, elapsed, end, worst), elapsed / end if end > 0 else 1.0)
@@ -97,6 +110,9 @@ class Lines(Progress):
     def waiting(self, what: str) -> None:
         self._tell(what)
 
+    def trying(self, way: str) -> None:
+        self._tell(f"trying {way}")
+
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
         self._tell(f"{running_text(particles, elapsed, end, worst)}{_ends_at(end - elapsed)}")
 
@@ -136,11 +152,15 @@ def running_text(particles: int, elapsed: float, end: float, worst: Standing | N
 
 
 @contextmanager
-def progress_on(wanted: bool | str | None) -> Iterator[Progress]:
-    """The bar, lines, or silence.  wanted: None for a bar where standard error is a terminal, "lines" for lines where it is none.
+def progress_on(wanted: bool | str | Progress | None) -> Iterator[Progress]:
+    """The bar, lines, or silence.  wanted: None for a bar where standard error is a terminal, "lines" for lines where it is none;
+    a Progress for that one.
 
     Raises SceneError for what is none of these.
     """
+    if isinstance(wanted, Progress):
+        yield wanted
+        return
     if wanted not in (None, True, False, LINES):
         raise SceneError(
             f"simulate: progress must be True, False or {LINES!r}, got {shown(wanted)}; leave it out"

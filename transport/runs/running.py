@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from transport.compile.plan import Plan
 from transport.results import Cost, Result
 from transport.results.batches import Batch
+from transport.results.notation import times_text
 from transport.results.report import duration_text
 from transport.runs.crew import GLANCE, CrewLost, InOrder
 from transport.runs.interruption import Interruption
@@ -282,7 +283,11 @@ class Run:
             return f"{doubted.name}: stopped after {self.particles} particles, {why}"
         if ratio <= 1:
             return None
-        times = "without a score for it" if ratio == math.inf else f"at {ratio:.3g} times the error asked for"
+        times = (
+            "without a score for it"
+            if ratio == math.inf
+            else f"at {times_text(ratio)} times the error asked for"
+        )
         return f"{worst.name}: stopped after {self.particles} particles, {times}"
 
     def _tell_idle(self) -> None:

@@ -268,7 +268,9 @@ class Rounds(Schedule):
             self.size, self.adds = self.size << growth, growth == 0
             if self.adds:
                 batches = min((self.particles << doublings) - self.particles, self.left) // self.size
-        return [(self.size, batches)] if self.size * batches <= self.left else []
+        else:
+            batches = min(batches, self.left // self.size)  # of fewer particles than batches one each
+        return [(self.size, batches)] if 0 < self.size * batches <= self.left else []
 
     def take(self, batch: Batch) -> None:
         self.current.append(batch)

@@ -13,17 +13,21 @@ from transport.tracking import Tracking
 
 @dataclass(frozen=True)
 class Asked:
-    """What was said to `simulate`; None for what was not."""
+    """What was said to `simulate`; None for what was not.
 
-    particles: int | None
-    error: Mapping[str, float] | None
-    seconds: float | None
-    batches: int | None
-    part: tuple[int, int] | None
-    seed: int | None
-    estimator: str | None
-    sampling: str | None
-    tracking: Tracking | None
+    reads_all: whether any quantity may be read of the result, where an `error` names only some.
+    """
+
+    particles: float | None = None
+    error: Mapping[str, float] | None = None
+    seconds: float | None = None
+    batches: int | None = None
+    part: tuple[int, int] | None = None
+    seed: int | None = None
+    estimator: str | None = None
+    sampling: str | None = None
+    tracking: Tracking | str | None = None
+    reads_all: bool = False
 
     @property
     def limits(self) -> tuple:

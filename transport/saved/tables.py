@@ -74,7 +74,7 @@ def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
 
 
 def _ledger(result: Result) -> Iterator[tuple[str, Variable]]:
-    ledger = result.ledger
+    ledger = result._own_ledger
     for name, estimate in ledger.items():
         yield from _with_error(name, (), estimate)
     names = np.array(list(ledger.absorbed_by), dtype=object)
