@@ -86,7 +86,7 @@ def chances_of_detector(
     histories = sum(batch.histories for batch in batches)
     is_probed = all(emitter.target is None for emitter in plan.emitters)  # probes know of no aims
     detector = _detector(plan, name)
-    sided = replace(detector, side=OTHER_SIDE[detector.side]) if side else detector
+    sided = Detector(detector.shape, name, side=OTHER_SIDE[detector.side] if side else detector.side)
     for each in _classes_of_detector(plan, batches, name, side, scores, mean):
         finding = each.finding(title, histories)
         if finding is not None and is_probed:
