@@ -38,6 +38,7 @@ law = (
 )
 question = "Do directions follow sinθ dθ dφ and cosθ sinθ dθ dφ, and what solid angles do shapes fill?"
 particles = 4_000_000
+run = {"sampling": "random"}  # χ² is of independent directions: those of nets are more even than chance
 
 CAPS = (30, 60, 90, 120, 180)  # degrees
 POLAR, AZIMUTHS = 24, 40  # bins

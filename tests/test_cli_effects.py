@@ -39,7 +39,7 @@ def test_effects_are_told_before_anything_is_compiled(call, monkeypatch):
         raise Forbidden
 
     monkeypatch.setattr("transport.engine.driver.machine_of", forbidden)
-    monkeypatch.setattr("transport.experiment.simulate", forbidden)
+    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", forbidden)
     answer = call("effects", "disk.py")
     assert isinstance(answer.exception, Forbidden)
     assert all(word in answer.output for word in ("carried", "scratch", "absent", "memory"))

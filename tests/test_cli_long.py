@@ -58,7 +58,7 @@ def test_machines_are_told_every_row(proof):
 @pytest.mark.parametrize(("how", "first"), [(["--long"], 6), ([], 2)], ids=["long", "plain"])
 def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, first):
     """Ctrl-C before the first batch of the second case; the long proof has had two pilots of both cases."""
-    from transport.experiment import simulate
+    from transport.experiment import simulate_for_any_reader as simulate
 
     calls = count(1)
 
@@ -67,7 +67,7 @@ def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, fi
             raise KeyboardInterrupt
         return simulate(*arguments, **limits)
 
-    monkeypatch.setattr("transport.experiment.simulate", interrupted)
+    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", interrupted)
     answer = call("verify", "disks.py", "--particles", "2000", *how)
     assert answer.exit_code == 130
     assert "1 of 1 rows" in answer.stdout and "the rows are incomplete" in answer.stderr

@@ -112,7 +112,7 @@ def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
 
 
 def test_a_file_that_cannot_be_saved_is_refused_before_the_run(run, monkeypatch):
-    monkeypatch.setattr(experiment, "simulate", None)
+    monkeypatch.setattr(experiment, "simulate_for_any_reader", None)
     for file, said in (("run.txt", "ends in .nc or .npz"), ("none/run.npz", "make none first")):
         answer = run("--save", file)
         assert answer.exit_code == 2 and said in answer.output, answer.output

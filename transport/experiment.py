@@ -3,7 +3,8 @@
     law: str                                  the law in a line, with its source
     question: str                             what is asked, in a sentence
     particles: int                            histories of a case by default
-    run: dict                                 how to estimate by default, WAYS of `simulate`: {"estimator": "aimed"}
+    run: dict                                 how to estimate by default, WAYS of `simulate`: {"estimator": "aimed"}; without an
+                                              estimator pilots choose one for `error` or `seconds`, among those that know all
     cases() -> list of dict                   the parameter sets of its table; missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}

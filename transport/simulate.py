@@ -48,12 +48,17 @@ def simulate(
 
     particles: histories to emit, a whole number such as 1e6, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
     are powers of two: up to twice as many, result.particles says how many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
-    seconds: wall-clock time.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
+    seconds: wall-clock time, besides that of compiling and of pilots.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
     done so far, labelled incomplete, and before the first one raises KeyboardInterrupt, which says how long a batch takes.  The same seed gives bitwise the same result for any number of threads.
     tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
     says which, and what of it had nothing to do).
-    estimator, sampling: see transport.estimators.methods; None for "analog" and "random".  "auto" takes the cheapest, found by short
-    pilots; this depends on measured times, so the report names it, and the run repeats bitwise under that name.
+    estimator: see transport.estimators.methods.  None for "auto" with `error` or `seconds`, for "analog" with `particles` alone, and
+    for "backward" where a Camera or an EnvironmentMap needs it.  "auto" takes the cheapest that can be trusted, found by short pilots,
+    which take about half a second together; one where the scene allows but one is taken without.  Pilots measure times, so two runs may choose
+    differently: the report names the choice, and a run repeats bitwise under that name.  A run by default with `seconds` alone may be
+    read for everything: then "aimed" and "backward", which know only what arrives at detectors, are taken only where no other one
+    tells anything, and the report says what they would save.
+    sampling: None for "random", or for any with "auto"; a name restricts "auto" to it.
     batches: independent replicates, from whose spread errors are told; None for 32, for 128 to 256 with `error` (fewer where
     sums are large), and for fewer with "sobol" and "stratified".  These take `error` and `seconds` in rounds, each twice as
     large as the one before, of which the last complete one is the result.
@@ -61,9 +66,10 @@ def simulate(
     cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.runs.stopping).
     seed: None for 0;  threads: None for one a core;  progress: a bar on the terminal, None where there is one;
     "lines" for a line now and then where there is none, as in the log of a job.
-    resume: a saved run to go on with, limits counting from its beginning; what is not said is as it was.
+    resume: a saved run to go on with, limits counting from its beginning; what is not said is as it was, its estimator too.
     checkpoint: a file, .nc or .npz, to save the run to every so many seconds and at its end, new or that of `resume`; with the
-    same file for both the call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`.
+    same file for both the call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`; "auto" is
+    refused with it, as parts that choose apart could not be merged.
     cluster: where the batches are done, bit for bit as here: a dask.distributed Client or cluster, the address of a scheduler, or
     "local" for a process a thread.
     Raises SceneError for input that cannot be run.

@@ -116,7 +116,11 @@ def run(
         typer.Option(metavar="analog", help="Through media: analog, weighted, forced, or roulette=1e-8."),
     ] = None,
     estimator: Annotated[
-        str | None, typer.Option(metavar="auto", help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest.")
+        str | None,
+        typer.Option(
+            metavar="auto",
+            help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest; auto is the default with --error or --seconds.",
+        ),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="sobol", help=f"{', '.join(SAMPLINGS)}.")] = None,
     seed: Annotated[
@@ -144,7 +148,8 @@ def run(
       transport run sun
       transport run lambert_disk --particles 1e7 --seed 3
       transport run inverse_square --set emitter=disk --set widths=5
-      transport run cost_disks --error meter.flux_in=1e-4 --estimator auto
+      transport run cost_disks --error meter.flux_in=1e-4
+      transport run cost_disks --particles 1e6 --estimator auto
       transport run slab --set tau=20 --tracking roulette=1e-11 --no-picture
       transport run mine.py --seconds 10 --json
       transport run scene.json --particles 1e7

@@ -6,7 +6,7 @@ Estimators
   "expected"  each emission, diffuse reflection and collision scores what it would send to each detector (next-event
               estimation); what mirrors and lenses send is counted as it comes.
   "backward"  histories start at the detectors and score the radiance of the sources that they come to; "random" alone.
-  "auto"      a short run of each, then the cheapest.
+  "auto"      a short run of each, then the cheapest: the default with `error` or `seconds` ("analog" is that of `particles` alone).
 Samplings
   "random"      independent histories (Philox).
   "stratified"  the numbers of every draw are stratified among the histories of a batch, each draw by itself.

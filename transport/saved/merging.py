@@ -53,11 +53,12 @@ def _check_alike(first: str, one: Result, title: str, other: Result) -> None:
     """Refuse another scene, method or tracking."""
     if unlike := differences(given_scene(other), given_scene(one)):
         raise SceneError(f"merge: the scene of {title} is not that of {first}: {'; '.join(unlike)}")
-    for name in ("method", "tracking"):
+    cures = {"method": "name the same estimator and sampling for both", "tracking": "run both alike"}
+    for name, cure in cures.items():
         ours, others = getattr(one.plan, name), getattr(other.plan, name)
         if ours != others:
             raise SceneError(
-                f"merge: the {name} of {title} is {shown(others)}, of {first} {shown(ours)}; run both alike"
+                f"merge: the {name} of {title} is {shown(others)}, of {first} {shown(ours)}; {cure}"
             )
 
 
