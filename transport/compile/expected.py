@@ -184,7 +184,8 @@ def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, 
 def _slanted(place: Shape, shape: Shape, side: str) -> float:
     """The most that a ray of weight 1 from the plane of a flat wall or lamp brings, for the angles at both ends; infinite of others.
 
-    A cos(there) cos(here) / (pi r^2), with r, and both heights, as near as any point of the detector: r is less, heights are more by its extent.
+    A cos(there) cos(here) / (pi r^2), with r, and the height over the wall, as of any point of the detector: r is less by its extent, the height is
+    more by what of that is across the wall.
     """
     if not isinstance(place, FlatShape):
         return math.inf
@@ -197,6 +198,7 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
         facing = np.array(shape.normal) * (-1.0 if IS_BACK[side] else 1.0)
     along = facing - np.dot(facing, normal) * normal  # the plane comes up before the detector this way
     slope = float(np.linalg.norm(along))
+    lift = reach * slope if facing.any() else reach  # of a point of the detector, over its middle
     u = along / slope if slope > 0 else np.array(place.frame[0])
     across = np.cross(normal, u)
     ways, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
@@ -206,8 +208,10 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
     apart = np.linalg.norm(points, axis=-1)
     least = np.maximum(apart - reach, 0.0)
     with np.errstate(divide="ignore"):
-        there = np.minimum((abs(height) + reach) / least, 1.0)
-        here = np.clip((points @ facing + reach) / least, 0.0, 1.0) if facing.any() else 1.0
+        there = np.minimum((abs(height) + lift) / least, 1.0)
+        here = (
+            np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
+        )  # as high above all of a flat one
         area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
         return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
 
