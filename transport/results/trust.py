@@ -24,7 +24,7 @@ from transport.results.quality import Quality, more_of, quality_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.volume_readings import VolumeReading
-from transport.validation import listed
+from transport.validation import SceneError, listed
 
 if TYPE_CHECKING:
     from transport.results.result import Result
@@ -130,7 +130,10 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
 
 def _in_its_unit(finding: Finding, reading) -> Finding:
     """A finding about a total in the unit of that quantity, where this is one number."""
-    quantity = getattr(reading, finding.quantity, None)
+    try:
+        quantity = getattr(reading, finding.quantity, None)
+    except SceneError:  # it is there, but not for the bins of this detector
+        quantity = None
     if not isinstance(quantity, Estimate) or not finding.value:
         return finding
     unit = quantity.value / finding.value
