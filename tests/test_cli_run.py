@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.own_experiments import CASES, EXPERIMENT, ROOT
 
 
@@ -100,6 +102,21 @@ def test_same_seed_and_any_threads_print_the_same_digits(call):
     ]
     assert values[0] == values[1]
     assert values[0] != values[2]
+
+
+@pytest.mark.parametrize("limit", [("--error", "meter.irradiance=1e-3"), ("--seconds", "0.1")])
+def test_run_for_an_error_or_a_time_says_which_estimator_pilots_chose(call, limit):
+    method = json.loads(call("run", "disk.py", "--json", *limit).output)["method"]
+    assert (method["estimator"], method["sampling"]) != (
+        "analog",
+        "random",
+    )  # which is a thousand times as dear here
+    sampled = json.loads(call("run", "disk.py", "--json", *limit, "--sampling", "random").output)["method"]
+    assert sampled["sampling"] == "random"
+    named = json.loads(call("run", "disk.py", "--json", *limit, "--estimator", "analog").output)["method"]
+    counted = json.loads(call("run", "disk.py", "--json", "--particles", "1e4").output)["method"]
+    assert (named["estimator"], named["sampling"]) == ("analog", "random")
+    assert (counted["estimator"], counted["sampling"]) == ("analog", "random")
 
 
 def test_run_stops_at_the_error_asked_for(call):

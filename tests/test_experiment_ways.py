@@ -8,6 +8,7 @@ import pytest
 
 import transport as tp
 from sims import cost_disks
+from tests.test_choosing import glint
 from transport.experiment import run_experiment
 
 
@@ -39,3 +40,28 @@ def test_a_way_to_estimate_that_there_is_not_is_refused():
     module.run = "aimed"
     with pytest.raises(tp.SceneError, match=r"mine: run must be settings such as .* got 'aimed'"):
         run_experiment(module)
+
+
+def glinting(**run):
+    """An experiment about one narrow bin of direction that reads the ledger as well: a trap for what runs backwards."""
+    module = ModuleType("glinting")
+    module.scene, module.run = glint, run
+    module.measure = lambda result: {"power": result.ledger["emitted"], "leaving": result["meter"].flux_out}
+    return module
+
+
+@pytest.mark.parametrize("limits", [{"error": {"meter.radiance": 0.3}}, {"seconds": 0.1}])
+def test_by_default_pilots_choose_among_the_ways_that_know_all(limits):
+    """Of the error alone "backward" would be taken (tests/test_choosing.py), whose ledger is of shares."""
+    [outcome] = run_experiment(glinting(), **limits, seed=1)
+    assert len(outcome.result.choice.pilots) > 3
+    assert outcome["power"].estimate.value == pytest.approx(20.0)
+
+
+def test_what_an_experiment_says_is_kept_by_the_default():
+    [named] = run_experiment(experiment_that_runs(estimator="aimed"), seconds=0.05)
+    assert named.result.choice is None and named.result.plan.method.estimator == "aimed"
+    [random] = run_experiment(experiment_that_runs(sampling="random"), seconds=0.05)
+    assert {pilot.method.sampling for pilot in random.result.choice.pilots} == {"random"}
+    [counted] = run_experiment(experiment_that_runs())
+    assert counted.result.choice is None and counted.result.plan.method.estimator == "analog"

@@ -244,6 +244,14 @@ def test_histories_of_other_seeds_have_other_numbers():
     assert found & numbers[0] and not found & (numbers[1] - numbers[0])
 
 
+def test_runs_of_unlike_estimators_are_not_merged_and_the_cure_is_told():
+    runs = [
+        tp.simulate(SMALL, particles=1000, seed=k, estimator=name)
+        for k, name in enumerate(("analog", "expected"))
+    ]
+    assert "name the same estimator and sampling for both" in refusal(tp.merge, *runs)
+
+
 def test_unlike_sources_and_machines_are_told():
     one, other = (tp.simulate(SMALL, particles=1_000, seed=seed) for seed in (1, 2))
     origin = dataclasses.replace(this_origin(), sources="0", machine="another")
