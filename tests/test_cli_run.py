@@ -171,3 +171,10 @@ def test_long_texts_fold_and_rows_do_not(call):
     lines = call("run", "long.py").output.splitlines()
     assert max(map(len, lines)) <= 110
     assert sum("why" in line for line in lines) == 3
+
+
+def test_of_several_cases_it_is_told_in_how_many_pilots_took_which_estimator(call):
+    Path("cases.py").write_text(EXPERIMENT + CASES, encoding="utf-8")
+    answer = call("run", "cases.py", "--seconds", "0.05", "--no-picture")
+    (line,) = (line for line in answer.output.splitlines() if line.startswith("estimator "))
+    assert "chosen by pilots: " in line and " of 2 cases" in line and "repeat" not in answer.output

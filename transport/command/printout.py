@@ -1,6 +1,7 @@
 """What the commands print: the menu, and an experiment's run as it goes."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -78,7 +79,7 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     if verdict := verdict_on(module, outcomes):
         say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
     told = dict.fromkeys(
-        line for o in outcomes for line in (*method_lines(o.result), *tracking_lines(o.result))
+        (*_estimators_of(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
     )
     kept = sum(outcome.result.particles for outcome in outcomes)
     whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
@@ -88,6 +89,16 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
     for warning in warnings_of(outcomes):
         say_labelled("warning", warning, style="bold yellow")
     return outcomes
+
+
+def _estimators_of(outcomes: list[Outcome]) -> Iterator[str]:
+    """How each case was estimated; of several for which pilots chose only in how many of them."""
+    if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
+        yield from (line for outcome in outcomes for line in method_lines(outcome.result))
+        return
+    counts = Counter(outcome.result.plan.method.title for outcome in outcomes)
+    told = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
+    yield f"estimator: chosen by pilots: {told} (--json has that of each)"
 
 
 def told_unsaved(outcomes: Iterable[Outcome]) -> bool:

@@ -389,13 +389,10 @@ def _named(method: Method) -> str:
 
 def _against(pilot: Pilot, taken: Pilot, reason: str) -> str:
     """Why a way was not taken: what speaks against it, or how its cost compares."""
-    if not reason:
-        return _compared(pilot, taken)
-    return (
-        f"{_compared(pilot, taken)}, but {reason}"
-        if reason == KNOWS_PART
-        else f"{pilot.method.title} {reason}"
-    )
+    if reason not in ("", KNOWS_PART):
+        return f"{pilot.method.title} {reason}"
+    is_less = reason == KNOWS_PART and pilot.cost < taken.cost
+    return _compared(pilot, taken) + f", but {reason}" * is_less
 
 
 def _compared(pilot: Pilot, taken: Pilot) -> str:
