@@ -50,7 +50,13 @@ def test_what_is_exact_or_unknown_is_said():
         assert math.isnan(estimate.error)
         assert math.isnan(estimate.z(1.0))
         assert not estimate.exact
-        assert str(estimate).endswith(f"(error unknown: {reason})")
+        alike = reason == "every batch gave the same"
+        assert str(estimate).endswith(f"({reason})" if alike else f"(error unknown: {reason})")
+    few = Estimate(np.full(8, 0.1), Batches(np.full(8, 100)), "W")  # chance may have made them alike
+    assert str(few) == "0.1 W (error unknown: every batch gave the same)"
+    assert np.isnan(few.interval()).all() and few.verdict == "doubtful"
+    varied = noisy(5, 1, 1)
+    assert (varied + unknown["every batch gave the same"]).error == varied.error
     assert str(unknown["no score"]) == "0 W (error unknown: no score)"
 
 

@@ -286,8 +286,14 @@ def test_a_run_without_a_score_is_not_sound_and_warns():
     result = run(tp.Scene(lamp, (), [speck, volume]), 1000)
     for name in ("speck.flux_in", "volume.fluence_rate"):
         quality = result.quality(name)
-        assert not quality.is_sound and quality.doubts[0] == "no score, so the value is unknown, not 0"
+        assert not quality.is_sound and quality.doubts == ("light not sampled",)
         assert "sound" not in str(quality)
+        limit = result.quantity(name).interval()[1]
+        assert str(result.quantity(name)).endswith(
+            f"(no score: at most {limit:.2g} {result.quantity(name).unit})"
+        )
+    # Rule of three: 3.0 histories of power 1 W / 1000 (Poisson's 95 % limit of none).
+    assert result["speck"].flux_in.interval() == pytest.approx((0.0, -math.log(0.05) / 1000))
     (warning,) = result.warnings
     assert warning.startswith(
         "detector 'speck' and volume detector 'volume' have no score in 1000 particles: unknown, not 0."
@@ -296,7 +302,9 @@ def test_a_run_without_a_score_is_not_sound_and_warns():
     target = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=2.0), "target")
     alike = run(tp.Scene(beam, (), [target, tp.Detector(tp.Disk(radius=1.0), "lamp")]), 1000)
     assert alike["target"].flux_in.reason == "every batch gave the same"
-    assert alike.quality("target.flux_in").doubts == ("the error is unknown: every batch gave the same",)
+    assert str(alike["target"].flux_in) == "1 W (every batch gave the same)"
+    assert alike.quality("target.flux_in").verdict == "bounded" and alike.warnings == []
+    assert alike["target"].flux_in.interval() == pytest.approx((1 - 0.003, 1 + 0.003), abs=1e-5)
     assert alike.quality("lamp.flux_out").is_sound and alike["lamp"].flux_out.exact
 
 

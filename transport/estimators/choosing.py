@@ -25,9 +25,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.estimators.methods import PARTIAL, SAMPLINGS, Method, methods_for
-from transport.results.error_bars import CONSTANT
 from transport.results.estimates import Estimate, EstimateOrArray
-from transport.results.findings import ALLOWED, times_needed
+from transport.results.findings import ALLOWED, CONSTANT, times_needed
 from transport.results.notation import times_text
 from transport.results.statistics import normal_score
 from transport.validation import SceneError, listed, suggestion

@@ -91,7 +91,7 @@ class BackwardReading(Reading):
 
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of lamps that are met by chance alone."""
-        if side != ARRIVALS or self._is_dark(side):
+        if side != ARRIVALS or self.is_dark(side):
             return
         unit = self._extent / self._plan.unit
         for finding in self._cell_sums.missing(self.detector, self._title):

@@ -23,6 +23,12 @@ DIAGNOSTICS = (
         "Which of the surfaces brings the light, if there are several; and a class whose scores are many but unlike.",
     ),
     Diagnostic(
+        "all light",
+        "A detector to which light comes by chance alone, and that has scored fewer than 25 times, or fewer than 25 times as much"
+        " as one history can.",
+        "Where the light would come from.",
+    ),
+    Diagnostic(
         "strong rays",
         "Rays from walls and lamps so near to a detector that each brings much, of which fewer than 25 have come.",
         "Which wall or lamp they would come from.",

@@ -16,13 +16,12 @@ from transport.results.replicates import Replicates
 from transport.results.statistics import standard_error, welch_dof
 
 POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # axes of place and direction
-CONSTANT = "every batch gave the same"  # the one reason for an unknown error that is no cause for doubt
 
 
 def error_bars_of(
     replicates: Replicates, coords: Mapping[str, np.ndarray], units: Mapping[str, str]
 ) -> Pooled:
-    """Return the error bar of each bin, its degrees of freedom, and whether it is doubtful or unknown.
+    """Return the error bar of each bin, its degrees of freedom, and whether it is doubtful.
 
     Parameters
     ----------
@@ -59,7 +58,6 @@ def error_bars_of(
 def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
     """Error bars of bins that are made at once."""
     is_known = np.equal(replicates.reason, None)
-    unknown = ~is_known & np.not_equal(replicates.reason, CONSTANT)
     found = []
     for run, deviations in replicates.deviations.items() if axes else ():
         spread = np.abs(deviations).max(axis=0)
@@ -69,13 +67,13 @@ def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Po
             pooled = Pooled(own, np.full(own.shape, len(run) - 1.0), np.zeros(own.shape, dtype=bool))
         found.append(pooled)
     if not found:
-        return Pooled(replicates.error, replicates.dof, unknown)
+        return Pooled(replicates.error, replicates.dof, np.zeros(is_known.shape, dtype=bool))
     errors = [np.where(is_known, np.nan_to_num(each.error), np.nan) for each in found]
     dof = found[0].dof
     if len(found) > 1:
         with np.errstate(invalid="ignore"):
             dof = np.where(is_known, welch_dof(errors, [each.dof for each in found]), replicates.dof)
-    doubtful = reduce(np.logical_or, [each.is_doubtful for each in found], unknown)
+    doubtful = is_known & reduce(np.logical_or, [each.is_doubtful for each in found])
     return Pooled(reduce(np.hypot, errors), dof, doubtful)
 
 

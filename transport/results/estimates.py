@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.results.aside import let_go
-from transport.results.findings import BOUNDED, DOUBTFUL, Finding
+from transport.results.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, Finding
 from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
 from transport.results.pooling import Pooled
@@ -86,7 +86,12 @@ class Estimate(Quantity[float, str | None]):
         return estimate_html(self)
 
     def _in_words(self, number: str = "", sign: str = "") -> str:
-        words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
+        limit = None
+        if self.reason == CONSTANT and np.isfinite(self._limits_of_unknown):
+            limit = CONSTANT
+        elif self.reason == NO_SCORE and np.isfinite(self._limits_of_unknown) and self._bounds[0] == 0:
+            limit = f"{NO_SCORE}: at most {float(self._bounds[1]):.2g} {self.unit}".removesuffix(" 1")
+        words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign, limit)
         return words + self._doubt_in_words()
 
     def _doubt_in_words(self) -> str:

@@ -22,7 +22,8 @@ TINY = 0.01  # of the error: a smaller bound is not worth a word
 ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked for
 
 NOTE, SOUND, BOUNDED, DOUBTFUL = "note", "sound", "bounded", "doubtful"
-NO_SCORE = "no score"  # the reason of an error that is not known
+NO_SCORE, CONSTANT = "no score", "every batch gave the same"  # reasons of an error that is not known
+ALIKE = 14  # batches: that chance gives so many the same number of scores, and not none, happens less than once in e^14 = 1.2e6 runs
 SEVERITIES = (NOTE, BOUNDED, DOUBTFUL)
 
 
@@ -146,18 +147,33 @@ def severities(finding: Finding, value: np.ndarray, error: np.ndarray, allowed: 
     return np.where(is_small, SOUND, np.where(is_allowed, BOUNDED, DOUBTFUL))
 
 
-def of_unknown_error(reasons: np.ndarray) -> tuple[Finding, ...]:
-    """What speaks against numbers of which no error is known; reasons: (*dims) of str, or None where it is known."""
-    known = [reason for reason in np.ravel(reasons) if reason is not None]
+def limits_of_unknown(
+    reasons: np.ndarray, scale: np.ndarray, histories: int, batches: int, findings: Iterable[Finding]
+) -> np.ndarray:
+    """By how much numbers of unknown error may be off beside what the findings bound, (*dims); infinite where nothing tells.
+
+    reasons: (*dims) of str, None where the error is known;  scale: of the largest term of each number;  histories, batches: of the smallest run.  0 where a number
+    has no score and a finding bounds what it may be.  What is the same in so many batches that chance does not make them so is the same for all but 3
+    of the histories, with 95 % confidence.
+    """
+    bounds = [np.abs(np.broadcast_to(finding.bound, np.shape(scale))) for finding in findings]
+    in_all = np.sum(bounds, axis=0) if bounds else np.zeros(np.shape(scale))  # nan where one is not known
+    is_bounded = np.equal(reasons, NO_SCORE) & (in_all > 0) & np.isfinite(in_all)
+    alike = unseen_scores(0) / histories * scale if batches >= ALIKE else np.inf
+    limits = np.where(np.equal(reasons, CONSTANT), alike, np.inf)
+    return np.where(np.equal(reasons, None) | is_bounded, 0.0, limits)
+
+
+def of_unknown_error(reasons: np.ndarray, limits: np.ndarray) -> tuple[Finding, ...]:
+    """What speaks against numbers of which no error is known; limits: of `limits_of_unknown`, (*dims) as the reasons."""
+    known = [reason for reason in np.ravel(reasons)[np.ravel(limits) > 0] if reason is not None]
     if not known:
         return ()
-    what = (
-        f"the error is unknown: {known[0]}"
-        if known[0] != NO_SCORE
-        else "no score, so the value is unknown, not 0"
-    )
+    is_limited = known[0] == CONSTANT and np.isfinite(limits).all()
+    what = {CONSTANT: CONSTANT if is_limited else "", NO_SCORE: "no score, so the value is unknown, not 0"}
+    what = what.get(known[0]) or f"the error is unknown: {known[0]}"
     many = f" in {len(known)} of {np.size(reasons)} bins" if np.ndim(reasons) else ""
-    bound = np.where(np.equal(reasons, None), 0.0, np.inf)
+    bound = np.asarray(limits)
     return (
         Finding(
             DOUBTFUL,

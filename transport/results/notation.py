@@ -49,15 +49,23 @@ def _spaced(number: float) -> str:
 
 
 def measured(
-    value: float, error: float, unit: str, exact: bool, reason: str | None, number: str = "", sign: str = ""
+    value: float,
+    error: float,
+    unit: str,
+    exact: bool,
+    reason: str | None,
+    number: str = "",
+    sign: str = "",
+    limit: str | None = None,
 ) -> str:
     """An estimate in words: with its error, or that it is exact, or why the error is unknown.
 
-    number: how value and error are written, such as ".3f"; by itself the error decides.  sign: "+", "-" or " ".
+    number: how value and error are written, such as ".3f"; by itself the error decides.  sign: "+", "-" or " ".  limit: what is
+    known instead of an error, in words.
     """
     unit = "" if unit == "1" else f" {unit}"
     if reason is not None:
-        return f"{value:{sign}{number or '.4g'}}{unit} (error unknown: {reason})"
+        return f"{value:{sign}{number or '.4g'}}{unit} ({limit or f'error unknown: {reason}'})"
     if exact:
         return f"{value:{sign}{number or '.7g'}}{unit} (exact)"
     if number or sign:

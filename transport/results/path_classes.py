@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from transport.scene import Scene
     from transport.sources import Source
 
+ALL_LIGHT = "all light"  # the class of all that comes to a detector, where only chance brings it
 LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 
 
@@ -181,7 +182,7 @@ def _classes_of_detector(
     heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
     if expectation is None:
         if plan.lessens or plan.splits or plan.forces:
-            yield PathClass("light", scores, heaviest, MORE)
+            yield PathClass("light", scores, heaviest, MORE, name=ALL_LIGHT)
             if not is_aimed:
                 return
             born = sum(batch.born for batch in batches)
@@ -189,14 +190,16 @@ def _classes_of_detector(
                 min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
             )  # on its way
         number = large_scores(plan, batches, name, side, heaviest, scores)
-        yield PathClass("the heaviest births of an aim" if is_aimed else "light", number, heaviest, MORE)
+        what = "the heaviest births of an aim" if is_aimed else "light"
+        yield PathClass(what, number, heaviest, MORE, name=ALL_LIGHT)
         return
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     face = "back" if IS_BACK[looks] else "front"
     shape = scene.shape_of(detector)
     if side == 1 and isinstance(detector.shape, str):  # what leaves a surface is counted as it comes
-        yield PathClass("light", large_scores(plan, batches, name, side, 1.0, scores), 1.0, MORE)
+        number = large_scores(plan, batches, name, side, 1.0, scores)
+        yield PathClass("light", number, 1.0, MORE, name=ALL_LIGHT)
         return
     mirrors, beams = mirrors_of(scene, shape, looks), list(beams_of(plan, shape, looks))
     unconnected = [*names_of(scene, mirrors), *beams]

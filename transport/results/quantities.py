@@ -19,6 +19,7 @@ from transport.results.findings import (
     Finding,
     carried,
     judged,
+    limits_of_unknown,
     of_bins,
     of_unknown_error,
     severities,
@@ -154,9 +155,18 @@ class Quantity(Generic[Number, Reason]):
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
         """The same, and that the error is not known, where it is not."""
-        reasons = self._replicates.reason
-        is_doubtful = np.asarray(self._error_bars.is_doubtful) & np.equal(reasons, None)
-        return *of_unknown_error(reasons), *of_bins(is_doubtful), *self._raw_findings
+        unknown = of_unknown_error(self._replicates.reason, self._limits_of_unknown)
+        return *unknown, *of_bins(np.asarray(self._error_bars.is_doubtful)), *self._raw_findings
+
+    @cached_property
+    def _limits_of_unknown(self) -> np.ndarray:
+        """By how much numbers of unknown error may be off beside what findings bound, (*dims); 0 where the error is known."""
+        runs = self._replicates.runs
+        histories, batches = (
+            min(sizes, default=0) for sizes in ([run.sizes.sum() for run in runs], map(len, runs))
+        )
+        reasons, scale = self._replicates.reason, self._replicates.scale
+        return limits_of_unknown(reasons, scale, histories, batches, self._raw_findings)
 
     def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
         """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
@@ -179,14 +189,18 @@ class Quantity(Generic[Number, Reason]):
     def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:
         """(low, high) that cover the true value with this probability, by Student's t [unit].
 
-        Where light may be missing they include the bound of it: see `findings`.
+        Where light may be missing they include the bound of it: see `findings`.  Of a number without a score they are 0 and the
+        most that it may be; nan where nothing bounds it.
         """
         if not 0 < confidence < 1:
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
         reach = 0.0
         if not self.exact:
             bars = self._error_bars
-            reach = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
+            known = student_quantile(0.5 + confidence / 2, bars.dof) * bars.error
+            limits = self._limits_of_unknown
+            unknown = np.where(np.isfinite(limits), limits, np.nan)
+            reach = np.where(np.equal(self._replicates.reason, None), known, unknown)
         below, above = self._bounds
         return _plain(self._replicates.value - reach - below), _plain(self._replicates.value + reach + above)
 

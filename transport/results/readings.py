@@ -277,7 +277,7 @@ class Reading(Quantified):
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
         sums = self.sums
-        if self.is_sure(side) or self._is_dark(side):
+        if self.is_sure(side) or self.is_dark(side):
             return
         scores = int(sums.whole("counts", side).sum())
         total = self._total(side)
@@ -304,7 +304,7 @@ class Reading(Quantified):
         weights = self.sums.whole("weights", side).sum(axis=(1, 2))
         return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit())
 
-    def _is_dark(self, side: int) -> bool:
+    def is_dark(self, side: int) -> bool:
         """Whether geometry proves that nothing comes to a side."""
         if self.sums.whole("counts", side).any():
             return False

@@ -12,7 +12,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from transport.results.findings import NO_SCORE
+from transport.results.findings import ALIKE, CONSTANT, NO_SCORE
 from transport.results.statistics import pseudo_shifts, rounding_of, standard_error, weighted_mean, welch_dof
 
 
@@ -94,9 +94,12 @@ class Replicates:
     def reason(self) -> np.ndarray:
         """Why the error is unknown, (*dims) of str, or None where it is known; the weightiest reason."""
         reason = np.full(self.value.shape, None, dtype=object)
-        for run, deviations in self.deviations.items():
-            spread = np.abs(deviations).max(axis=0)
-            reason[spread == 0] = "every batch gave the same"
+        spreads = {run: np.abs(deviations).max(axis=0) for run, deviations in self.deviations.items()}
+        if spreads:
+            reason[reduce(np.fmax, spreads.values()) == 0] = CONSTANT
+        for run, spread in spreads.items():
+            if len(run) < ALIKE:  # chance may have made them alike
+                reason[spread == 0] = CONSTANT
             reason[np.isnan(spread)] = "too few scores or digits"
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"

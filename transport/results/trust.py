@@ -16,9 +16,10 @@ import numpy as np
 from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.faint_sources import faint_sources
-from transport.results.findings import DOUBTFUL, NOTE, Finding, capital, severities
+from transport.results.findings import DOUBTFUL, NO_SCORE, NOTE, Finding, capital, severities
 from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
+from transport.results.path_classes import ALL_LIGHT
 from transport.results.point_readings import PointReading
 from transport.results.quality import Quality, more_of, quality_of
 from transport.results.readings import Reading
@@ -93,9 +94,8 @@ def _warning(findings: list[Finding]) -> str:
         ]
     )
     first = findings[0]
-    if first.what.startswith("has no score"):
-        have = first.what if len(titles) == 1 else first.what.replace("has", "have", 1)
-        return f"{names} {have}. {capital(first.cure)}"
+    if first.what.startswith(NO_SCORE):
+        return f"{names} {'has' if len(titles) == 1 else 'have'} {first.what}. {capital(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
     seen = f" ({first.seen})" if first.seen else ""
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
@@ -109,8 +109,8 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
         yield _note(*note, title)
     elif reading.is_blind:
         found = reading.why_unscored()
-        reasons = [each for each in found if each.severity != NOTE and not each.what.startswith("light not")]
-        what = f"has no score in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
+        reasons = [each for each in found if each.severity != NOTE and each.name != ALL_LIGHT]
+        what = f"{NO_SCORE} in {result.particles} particle{'s' * (result.particles > 1)}: unknown, not 0"
         if reasons:
             yield Finding(
                 DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name
@@ -119,9 +119,9 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
             yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name="unknown error")
     else:
         found = [
-            _in_its_unit(replace(worst, quantity=name, value=float(total.value)), reading)
+            _in_its_unit(replace(worst, object=title, quantity=name, value=float(total.value)), reading)
             for name, total in _totals(reading)
-            if not math.isnan(total.error) and (worst := _worst(total)) is not None
+            if (worst := _worst(total)) is not None
         ]
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
@@ -169,7 +169,8 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield "fluence_rate", reading.total
     elif isinstance(reading, Reading):
         for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
-            if reading.sums.whole("weights", side).any() and not reading.is_sure(side):
+            has_come = reading.sums.whole("weights", side).any()
+            if (has_come or side == ARRIVALS and not reading.is_dark(side)) and not reading.is_sure(side):
                 yield name, reading.total(side)
     else:
         yield from reading.totals()

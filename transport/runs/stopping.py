@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from transport.results.estimates import Estimate
-from transport.results.findings import MIN_SCORES, times_needed
+from transport.results.findings import CONSTANT, MIN_SCORES, times_needed
 from transport.results.quantities import Quantity
 from transport.results.statistics import skewness_of_mean
 
@@ -113,7 +113,7 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
     known = np.isfinite(relative)
     allowed = LOPSIDED + math.sqrt(6) / quantity.batches  # what of it is noise: one standard error of it
     if not known.any():
-        is_constant = np.all(np.atleast_1d(quantity.reason) == "every batch gave the same")
+        is_constant = np.all(np.atleast_1d(quantity.reason) == CONSTANT)
         return Standing(
             name, target, 0.0 if is_constant and np.any(quantity.value) else math.inf, 0.0, allowed
         )
