@@ -230,7 +230,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
-        unknown = np.count_nonzero(np.isnan(self.error))
+        unknown = np.count_nonzero(~self._is_known)
         known = self.value[~np.isnan(self.value)]
         unit = "" if self.unit.is_dimensionless else f" {self.unit}"
         parts = [f"{known.min():.4g} to {known.max():.4g}{unit}"] if known.size else []
@@ -240,6 +240,9 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
         if unknown:
             parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        if doubtful := np.count_nonzero(self._is_known_but_doubtful):
+            of = f"the other {self.value.size - unknown}" if unknown else f"{self.value.size} bins"
+            parts.append(f"doubtful in {doubtful} of {of}")
         self._replicates.let_go()
         for each in self._error_bars:
             let_go(each)

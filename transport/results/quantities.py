@@ -145,6 +145,19 @@ class Quantity(Generic[Number, Reason]):
         return _plain(np.equal(self.verdict, DOUBTFUL))
 
     @property
+    def _is_known(self) -> np.ndarray:
+        """Where the error is known, (*dims) of bool."""
+        return ~np.isnan(self._error_bars.error)
+
+    @property
+    def _is_known_but_doubtful(self) -> np.ndarray:
+        """Where the error is known, and not to be trusted all the same, (*dims) of bool."""
+        value, error = self._replicates.value, np.asarray(self._error_bars.error)
+        doubts = [np.asarray(self._error_bars.is_doubtful)]
+        doubts += [severities(each, value, error, self.allowed) == DOUBTFUL for each in self._raw_findings]
+        return np.logical_or.reduce(doubts) & self._is_known
+
+    @property
     def _raw_findings(self) -> tuple[Finding, ...]:
         """What arithmetic carries: all that may matter, before it is compared with the error."""
         if callable(self._unjudged):
