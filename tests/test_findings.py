@@ -518,6 +518,33 @@ def test_a_run_for_an_error_stops_where_nothing_within_its_limits_settles_a_doub
     assert settled["m"].irradiance.verdict == "sound" and settled["m"].irradiance.relative_error < 0.03
 
 
+@pytest.mark.parametrize(
+    ("name", "bins"), [("irradiance", {}), ("radiance", {"directions": tp.Directions(mu=3)})]
+)
+def test_a_run_for_the_error_of_bins_names_what_it_leaves_in_doubt_as_one_for_a_number_does(name, bins):
+    scene = mirror(detectors=[tp.Detector(EYE.shape, "m", **bins)])
+    result = tp.simulate(
+        scene, error={f"m.{name}": 0.02}, seed=1, estimator="expected", threads=1, progress=False
+    )
+    assert np.any(result["m"].quantities[name].is_doubtful)
+    (line,) = [each for each in result.warnings if each.startswith(f"m.{name}: stopped after")]
+    assert "because no run within its limits settles a doubt: light by 'mirror' not sampled" in line
+
+
+def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
+    """A lamp so small that no history comes to it by the mirror.  Of a number that stays doubtful nothing is worth having; a picture is."""
+    camera = tp.Camera(name="cam", position=(3, 0, 1.5), look_at=(0, 0, -1), pixels=(4, 3))
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9, height=9), tp.Diffuse(0.5), "floor")
+    panel = tp.Surface(PANEL, tp.Mirror(1.0), "mirror")
+    scene = tp.Scene([disk_lamp((0, 0, 1.9), (0, 0, -1), 1e-3, 100.0)], [floor, panel], [camera])
+    result = tp.simulate(scene, error={"cam.radiance": 2e-3}, seed=1, progress=False)
+    assert result.particles > 1 << 18 and result["cam"].radiance.relative_error.max() <= 2e-3
+    (line,) = [each for each in result.warnings if each.startswith("cam.radiance: stopped after")]
+    short = tp.simulate(scene, 1e4, error={"cam.radiance": 2e-3}, seed=1, progress=False)
+    assert any("times the error asked for, and no run within" in each for each in short.warnings)
+    assert "settles a doubt: light" in line and "by 'mirror'" in line
+
+
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])
 def test_wrong_runs_of_a_named_scene_are_doubtful_and_complete_ones_are_not(name):
     """Two seeds of three radii and every estimator; a run of 30 complete ones may be doubtful, or wrong by chance."""

@@ -85,6 +85,10 @@ class Estimate(Quantity[float, str | None]):
 
         return estimate_html(self)
 
+    @property
+    def _whole(self) -> Estimate:
+        return self
+
     def _in_words(self, number: str = "", sign: str = "") -> str:
         words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign)
         return words + self._doubt_in_words()
@@ -203,6 +207,10 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
         """Its findings, with bounds changed so."""
         return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
+
+    @property
+    def _whole(self) -> Estimate:
+        return self.sum()
 
     def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""

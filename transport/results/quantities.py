@@ -332,6 +332,11 @@ class Quantity(Generic[Number, Reason]):
         """An exact quantity of the same runs and axes."""
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
 
+    @property
+    def _whole(self) -> Quantity[float, str | None]:
+        """The sum over all bins; of a single estimate this itself."""
+        raise NotImplementedError
+
     def _like(self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None) -> Self:
         """A quantity of this kind, with the same axes unless others are said."""
         raise NotImplementedError
