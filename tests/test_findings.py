@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import transport as tp
 from tests.bench.trust import judge_rooms, named_runs
+from tests.html_pages import page
 from tests.specular_scenes import CASES
 from transport.command.cli import app
 from transport.compile.expected import _slanted
@@ -443,6 +444,63 @@ def test_a_guard_counts_the_flights_that_pass_by():
     assert abs(float(number) - expected) < 4.5 * math.sqrt(expected)
 
 
+# ---- what is printed, shown and saved agrees ----
+
+
+def screen(particles):
+    """A screen of 400 bins before a lamp: of 2e4 particles too few come in a few of them, of 1e4 in a third."""
+    lamp = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0))
+    shape = tp.Rectangle(center=(0, 0, 2), normal=(0, 0, -1), width=4, height=4)
+    scene = tp.Scene(lamp, (), tp.Detector(shape, "m", positions=tp.Positions(u=20, v=20)))
+    return tp.simulate(scene, particles, seed=1, threads=1, progress=False)
+
+
+def test_a_report_without_warnings_names_the_bins_that_are_doubtful():
+    result = screen(2e4)
+    array = result["m"].irradiance
+    known = np.isfinite(array.error)
+    many, of = np.count_nonzero(array.is_doubtful & known), np.count_nonzero(known)
+    assert 0 < many < 0.05 * of and result.warnings == []
+    told = f"those of the totals that are known; {many} of {of} bins of 'm.irradiance' are doubtful"
+    assert result.report().endswith(f"error bars: nothing speaks against {told}")
+    assert told in page(result).text
+    assert f"doubtful in {many} of {of} bins" in repr(array)
+    clear = screen(3e5)
+    assert "nothing speaks against those that are known" in clear.report().splitlines()[-1]
+
+
+def test_a_bin_is_not_counted_as_unknown_and_as_doubtful():
+    array = screen(1e4)["m"].irradiance
+    unknown = np.isnan(array.error).sum()
+    others = array.is_doubtful.sum() - unknown
+    told = f"error unknown in {unknown} of 400 bins, doubtful in {others} of the other {400 - unknown}"
+    assert unknown > 0 and others > 0 and told in repr(array)
+    assert told in page(array).text
+
+
+def test_what_is_doubtful_has_no_price():
+    result = tp.simulate(mirror(), 1e5, seed=1, estimator="expected", threads=1, progress=False)
+    assert result["m"].flux_in.is_doubtful and "price of" not in result.report()
+    assert math.isnan(result.price("m.flux_in", 0.01))
+    few = screen(1e4)
+    array = few["m"].irradiance
+    worst = array.relative_error[np.isfinite(array.error) & ~array.is_doubtful].max()
+    assert few.price("m.irradiance", worst) == pytest.approx(few.cost.seconds)
+    assert math.isnan(screen(3e3).price("m.irradiance", 0.1))
+
+
+def test_numbers_are_saved_with_their_doubt_as_bins_are(tmp_path):
+    h5netcdf = pytest.importorskip("h5netcdf")
+    path = tmp_path / "run.nc"
+    result = tp.simulate(mirror(), 1e5, seed=1, estimator="expected", threads=1, progress=False)
+    result.save(path)
+    with h5netcdf.File(path) as stored:
+        saved = stored["m"].variables
+        for name in ("flux_in", "irradiance"):
+            assert result["m"].quantities[name].is_doubtful and saved[f"{name}_doubtful"][()] == 1
+        assert not result.ledger["absorbed"].is_doubtful and "absorbed_doubtful" not in stored.variables
+
+
 # ---- runs ----
 
 
@@ -458,6 +516,33 @@ def test_a_run_for_an_error_stops_where_nothing_within_its_limits_settles_a_doub
         mirror(detectors=[wide]), error={"m.irradiance": 0.03}, seed=1, estimator="expected", progress=False
     )
     assert settled["m"].irradiance.verdict == "sound" and settled["m"].irradiance.relative_error < 0.03
+
+
+@pytest.mark.parametrize(
+    ("name", "bins"), [("irradiance", {}), ("radiance", {"directions": tp.Directions(mu=3)})]
+)
+def test_a_run_for_the_error_of_bins_names_what_it_leaves_in_doubt_as_one_for_a_number_does(name, bins):
+    scene = mirror(detectors=[tp.Detector(EYE.shape, "m", **bins)])
+    result = tp.simulate(
+        scene, error={f"m.{name}": 0.02}, seed=1, estimator="expected", threads=1, progress=False
+    )
+    assert np.any(result["m"].quantities[name].is_doubtful)
+    (line,) = [each for each in result.warnings if each.startswith(f"m.{name}: stopped after")]
+    assert "because no run within its limits settles a doubt: light by 'mirror' not sampled" in line
+
+
+def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
+    """A lamp so small that no history comes to it by the mirror.  Of a number that stays doubtful nothing is worth having; a picture is."""
+    camera = tp.Camera(name="cam", position=(3, 0, 1.5), look_at=(0, 0, -1), pixels=(4, 3))
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9, height=9), tp.Diffuse(0.5), "floor")
+    panel = tp.Surface(PANEL, tp.Mirror(1.0), "mirror")
+    scene = tp.Scene([disk_lamp((0, 0, 1.9), (0, 0, -1), 1e-3, 100.0)], [floor, panel], [camera])
+    result = tp.simulate(scene, error={"cam.radiance": 2e-3}, seed=1, progress=False)
+    assert result.particles > 1 << 18 and result["cam"].radiance.relative_error.max() <= 2e-3
+    (line,) = [each for each in result.warnings if each.startswith("cam.radiance: stopped after")]
+    short = tp.simulate(scene, 1e4, error={"cam.radiance": 2e-3}, seed=1, progress=False)
+    assert any("times the error asked for, and no run within" in each for each in short.warnings)
+    assert "settles a doubt: light" in line and "by 'mirror'" in line
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])

@@ -179,6 +179,25 @@ def test_a_run_for_an_error_that_is_not_reached_says_so():
     assert any("without a score" in warning for warning in never.warnings)
 
 
+def test_a_run_that_did_not_reach_its_error_names_the_estimators_that_were_not_tried():
+    def told(scene, name="meter.flux_in", **how):
+        result = tp.simulate(scene, error={name: 1e-9}, particles=20_000, seed=1, progress=False, **how)
+        (line,) = [each for each in result.warnings if "times the error asked for" in each]
+        return line.partition("asked for")[2]
+
+    lamp = tp.Surface(tp.Disk(radius=0.5), tp.Black(), name="lamp")
+    lit = tp.Scene(tp.Source("lamp", tp.Lambertian(radiance=1.0)), lamp, scene().detectors)
+    cure = "may suit better: estimator='auto' tries them"
+    assert told(lit, estimator="analog") == f". 'aimed' or 'expected' or 'backward' {cure}"
+    assert told(lit, estimator="expected") == f". 'analog' or 'aimed' or 'backward' {cure}"
+    assert told(lit, estimator="expected", sampling="sobol") == f". 'analog' or 'aimed' {cure}"
+    assert told(lit) == ""  # pilots have compared them
+    camera = tp.Camera(name="cam", position=(0, 0, 2), look_at=(0.5, 0, 0), up=(0, 1, 0), pixels=(4, 3))
+    wall = tp.Surface(tp.Disk(radius=0.6, center=(0, 0, -1)), tp.Diffuse(0.5))
+    only_backward = tp.Scene(lit.sources, [lamp, wall], camera)
+    assert told(only_backward, "cam.radiance", estimator="backward") == ""
+
+
 def test_a_run_for_the_error_of_bins_looks_at_the_worst_that_has_scores():
     result = tp.simulate(
         scene(directions=tp.Directions(mu=4)), error={"meter.radiance": 0.05}, seed=1, estimator="analog"

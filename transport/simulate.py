@@ -142,7 +142,9 @@ def _run(
         with put_off() as interruption, hands_for(scene, way, staff, bar, interruption) as hands:
             ready = time.perf_counter()
             plan, seed, limits, threads = hands.plan, way.seed, way.limits, hands.threads
-            run = Run(scene, plan, seed, limits, threads, bar, hands.hire, interruption=interruption)
+            run = Run(
+                scene, plan, seed, limits, threads, bar, hands.hire, way.choice, interruption=interruption
+            )
             result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
             if saved is not None:
                 run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.estimators.methods import PARTIAL, SAMPLINGS, Method, methods_for
-from transport.results.estimates import Estimate, EstimateOrArray
+from transport.results.estimates import EstimateOrArray
 from transport.results.findings import ALLOWED, CONSTANT, times_needed
 from transport.results.notation import times_text
 from transport.results.statistics import normal_score
@@ -274,7 +274,7 @@ def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> S
     is_known = np.isfinite(relative)
     unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
     square = float(np.mean(unknown**2)) if is_known.any() else 0.0 if _is_constant(quantity) else math.nan
-    whole = quantity if isinstance(quantity, Estimate) else quantity.sum()
+    whole = quantity._whole
     mean = Mean(name, whole.value, whole.error, whole.dof)
     doubt = times_needed(whole._raw_findings, whole.value, whole.error, allowed)
     return Seen(square, int(np.count_nonzero(quantity.values)), mean, doubt)

@@ -85,6 +85,10 @@ class Estimate(Quantity[float, str | None]):
 
         return estimate_html(self)
 
+    @property
+    def _whole(self) -> Estimate:
+        return self
+
     def _in_words(self, number: str = "", sign: str = "") -> str:
         limit = None
         if self.reason == CONSTANT and np.isfinite(self._limits_of_unknown):
@@ -209,6 +213,10 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         """Its findings, with bounds changed so."""
         return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
 
+    @property
+    def _whole(self) -> Estimate:
+        return self.sum()
+
     def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
         """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
         bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
@@ -235,7 +243,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
-        unknown = np.count_nonzero(np.isnan(self.error))
+        unknown = np.count_nonzero(~self._is_known)
         known = self.value[~np.isnan(self.value)]
         unit = "" if self.unit.is_dimensionless else f" {self.unit}"
         parts = [f"{known.min():.4g} to {known.max():.4g}{unit}"] if known.size else []
@@ -245,6 +253,9 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
             parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
         if unknown:
             parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        if doubtful := np.count_nonzero(self._is_known_but_doubtful):
+            of = f"the other {self.value.size - unknown}" if unknown else f"{self.value.size} bins"
+            parts.append(f"doubtful in {doubtful} of {of}")
         self._replicates.let_go()
         for each in self._error_bars:
             let_go(each)

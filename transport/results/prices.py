@@ -18,33 +18,40 @@ DECADES = 2  # that a report tells, below the present error
 
 
 def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = BY_CHANCE) -> float:
-    """Seconds that a run takes to a relative error of the quantity, in its worst bin; nan where its error is not known.
+    """Seconds that a run takes to a relative error of the quantity, in the worst bin whose error is known and not doubtful.
 
-    Of the whole run, not of what is left of it; on the same machine with as many threads.
+    nan where there is none.  Of the whole run, not of what is left of it; on the same machine with as many threads.
     """
     relative = np.atleast_1d(quantity.relative_error)
-    relative = relative[np.isfinite(relative)]
+    relative = relative[np.isfinite(relative) & ~np.atleast_1d(quantity._is_known_but_doubtful)]
     if not relative.size:
         return math.nan
     return float(cost.seconds * (relative.max() / error) ** (-1 / slope))
 
 
 def price_lines(result: Result, name: str) -> list[str]:
-    """What the next digits of a detector's first known quantity cost, in a line; none where that is not known."""
+    """What the next digits of a detector's first known quantity cost, in a line; none where that is doubtful or there is none."""
     slopes = result.cost.slopes if result.cost is not None else {}
     found = result[name].quantities if result.cost is not None else {}
     asked = [quantity for quantity in found if f"{name}.{quantity}" in slopes]
-    for quantity in (*asked, *found):
-        present = (
-            price_of(found[quantity], result.cost, 1.0, BY_CHANCE)
-            if isinstance(found[quantity], Quantity)
-            else 0
-        )
-        if 0 < present < math.inf:
-            relative = math.sqrt(present / result.cost.seconds)
-            first = math.ceil(-math.log10(relative) + 1e-9)
-            errors = [10.0**-k for k in range(max(1, first), max(1, first) + DECADES)]
-            told = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
-            worst = " in its worst bin" if np.size(found[quantity].value) > 1 else ""
-            return [f"price of {quantity}{worst}: {', '.join(told)}"]
-    return []
+    known = (each for each in (*asked, *found) if _has_error(found[each]))
+    if (quantity := next(known, None)) is None:
+        return []
+    present = price_of(found[quantity], result.cost, 1.0, BY_CHANCE)
+    if not 0 < present < math.inf:
+        return []
+    relative = math.sqrt(present / result.cost.seconds)
+    first = math.ceil(-math.log10(relative) + 1e-9)
+    errors = [10.0**-k for k in range(max(1, first), max(1, first) + DECADES)]
+    told = [f"{percent(e)} in {duration(result.price(f'{name}.{quantity}', e))}" for e in errors]
+    sound = " that is not doubtful" if np.any(found[quantity]._is_known_but_doubtful) else ""
+    worst = f" in its worst bin{sound}" if np.size(found[quantity].value) > 1 else ""
+    return [f"price of {quantity}{worst}: {', '.join(told)}"]
+
+
+def _has_error(quantity: object) -> bool:
+    """Whether there is an error that a longer run would lessen."""
+    if not isinstance(quantity, Quantity):
+        return False
+    relative = np.asarray(quantity.relative_error)
+    return bool(np.any((relative > 0) & np.isfinite(relative)))

@@ -146,6 +146,19 @@ class Quantity(Generic[Number, Reason]):
         return _plain(np.equal(self.verdict, DOUBTFUL))
 
     @property
+    def _is_known(self) -> np.ndarray:
+        """Where the error is known, (*dims) of bool."""
+        return ~np.isnan(self._error_bars.error)
+
+    @property
+    def _is_known_but_doubtful(self) -> np.ndarray:
+        """Where the error is known, and not to be trusted all the same, (*dims) of bool."""
+        value, error = self._replicates.value, np.asarray(self._error_bars.error)
+        doubts = [np.asarray(self._error_bars.is_doubtful)]
+        doubts += [severities(each, value, error, self.allowed) == DOUBTFUL for each in self._raw_findings]
+        return np.logical_or.reduce(doubts) & self._is_known
+
+    @property
     def _raw_findings(self) -> tuple[Finding, ...]:
         """What arithmetic carries: all that may matter, before it is compared with the error."""
         if callable(self._unjudged):
@@ -332,6 +345,11 @@ class Quantity(Generic[Number, Reason]):
     def _known(self, value: np.ndarray, unit: Unit) -> Self:
         """An exact quantity of the same runs and axes."""
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
+
+    @property
+    def _whole(self) -> Quantity[float, str | None]:
+        """The sum over all bins; of a single estimate this itself."""
+        raise NotImplementedError
 
     def _like(self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None) -> Self:
         """A quantity of this kind, with the same axes unless others are said."""

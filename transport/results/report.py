@@ -1,17 +1,26 @@
 """A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from transport.cameras import Camera, Instrument
 from transport.estimators.expected import counted_as_they_come
-from transport.estimators.methods import ANALOG, methods_for
+from transport.estimators.methods import ANALOG, Method, methods_for
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
-from transport.results.estimates import Estimate
+from transport.results.estimates import Estimate, EstimateArray
 from transport.results.footprint import batches_that_fit, bytes_of_a_batch
 from transport.results.prices import price_lines
 from transport.validation import listed
 from transport.volumes import VolumeDetector
+
+if TYPE_CHECKING:
+    from transport.estimators.choosing import Choice
+    from transport.scene import Scene
 
 MOST_SEEDS = 6  # that are told one by one
 SELDOM = 0.1  # scores per history: another estimator may do better
@@ -45,7 +54,26 @@ def all_is_well(result) -> str:
     """What may be said of the error bars: nothing of those that are not known."""
     quantities = (q for look in result.scene.detectors for q in result[look.name].quantities.values())
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
-    return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
+    bins = [told for look in result.scene.detectors if (told := _doubtful_bins(result[look.name]))]
+    if not bins:
+        return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
+    totals = f"those of the totals{' that are known' * unscored}"
+    are = "is" if len(bins) == 1 and bins[0].startswith("1 ") else "are"
+    return f"error bars: nothing speaks against {totals}; {listed(bins)} {are} doubtful"
+
+
+def _doubtful_bins(reading) -> str:
+    """In how many of its bins of known error a detector's quantity is doubtful, of that where they are most; "" for none."""
+    arrays = dict(reading.binned()) or reading.quantities
+    many = {
+        name: np.count_nonzero(array._is_known_but_doubtful)
+        for name, array in arrays.items()
+        if isinstance(array, EstimateArray)
+    }
+    name = max(many, key=many.get, default="")
+    if not many.get(name):
+        return ""
+    return f"{many[name]} of {np.count_nonzero(arrays[name]._is_known)} bins of '{reading.name}.{name}'"
 
 
 def ledger_title(result) -> str:
@@ -161,17 +189,21 @@ def better_lines(result) -> list[str]:
         if not result[meter.name].is_blind
         and result[meter.name].sums.whole("counts", 0).sum() < SELDOM * result.particles
     ]
-    others = (
-        [method.estimator for method in methods_for(scene) if method.sampling == "random"][1:]
-        if seldom
-        else []
-    )
-    if not others:
-        return []
-    names = " or ".join(map(repr, others))
+    others = better_than(scene, ANALOG, None) if seldom else ""
     return [
-        f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {names} may suit better: 'auto' tries them"
-    ]
+        f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {others}"
+    ] * bool(others)
+
+
+def better_than(scene: Scene, taken: Method, choice: Choice | None) -> str:
+    """The other estimators that go with a scene, in a sentence; "" where there are none, or pilots have compared them."""
+    names = [each.estimator for each in methods_for(scene) if each.sampling == taken.sampling]
+    others = [repr(name) for name in names if name != taken.estimator]
+    if not others or choice is not None:
+        return ""
+    return (
+        f"{' or '.join(others)} may suit better: estimator='auto' tries {'them' if len(others) > 1 else 'it'}"
+    )
 
 
 def memory_lines(result) -> list[str]:

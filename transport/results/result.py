@@ -199,7 +199,8 @@ class Result:
     def price(self, name: str, error: float) -> float:
         """Seconds that a run takes, in all, to this relative error of "detector.quantity" [s].
 
-        Going by what this run cost; of an array to that error in its worst bin; nan where no error is known.
+        Going by what this run cost; of an array to that error in its worst bin that is not doubtful; nan where no error is
+        known, or all are doubtful.
         """
         if self.cost is None or not 0 < error < math.inf:
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")

@@ -170,7 +170,7 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
     elif isinstance(reading, Reading):
         for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
             has_come = reading.sums.whole("weights", side).any()
-            if (has_come or side == ARRIVALS and not reading.is_dark(side)) and not reading.is_sure(side):
+            if (has_come or (side == ARRIVALS and not reading.is_dark(side))) and not reading.is_sure(side):
                 yield name, reading.total(side)
     else:
         yield from reading.totals()

@@ -8,10 +8,11 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 
 from transport.compile.plan import Plan
+from transport.estimators.choosing import Choice
 from transport.results import Cost, Result
 from transport.results.batches import Batch
 from transport.results.notation import times_text
-from transport.results.report import duration_text
+from transport.results.report import better_than, duration_text
 from transport.runs.crew import GLANCE, CrewLost, InOrder
 from transport.runs.interruption import Interruption
 from transport.runs.limits import HOPELESS, MOST_BATCHES, Limits
@@ -46,6 +47,7 @@ class Run:
     threads: int
     bar: Progress
     hire: Callable[[int], InOrder]  # who does the batches; among so many a Snapshot's sample is divided
+    choice: Choice | None = None  # how the estimator was chosen
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
     forecast: Forecast | None = None
@@ -231,8 +233,9 @@ class Run:
         look = self._look()
         self.looks.append(look)
         if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
-            return not self._may_settle(look)
-        if not look.is_blind and look.doubted.unseen > 1 and not self._may_settle(look):
+            return not self._may_settle(look, look.doubted.unseen)
+        of_numbers = look.unseen_of_numbers
+        if not look.is_blind and of_numbers > 1 and not self._may_settle(look, of_numbers):
             return True
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
         self.outlook.plan(self._elapsed, self.particles, *to_come)
@@ -241,12 +244,11 @@ class Run:
             self.forecast = self.outlook.forecast
         return False
 
-    def _may_settle(self, look: Look) -> bool:
+    def _may_settle(self, look: Look, times: float) -> bool:
         """Whether what has not scored yet, and matters, may be settled before the other limits of the run are reached.
 
-        Without any other limit a run ends where its error should be reached, and goes on for nothing else.
+        times: as many histories as that takes.  Without any other limit a run ends where its error should be reached, and goes on for nothing else.
         """
-        times = look.doubted.unseen
         if times <= 1:
             return False
         if look.particles < OPEN:
@@ -277,18 +279,21 @@ class Run:
             return None
         look = self._look()
         worst, doubted = look.worst, look.doubted
-        ratio = worst.relative / worst.target
-        if doubted.unseen > 1 and ratio < math.inf:
-            why = f"because no run within its limits settles a doubt: {doubted.doubt}"
-            return f"{doubted.name}: stopped after {self.particles} particles, {why}"
-        if ratio <= 1:
+        is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
+        told = doubted if is_in_doubt else worst
+        ratio = told.relative / told.target
+        why = []
+        if ratio > 1:
+            times = f"at {times_text(ratio)} times the error asked for"
+            why.append(times if ratio < math.inf else "without a score for it")
+        if is_in_doubt:
+            link = "and" if why and told.has_bins else "because"
+            why.append(f"{link} no run within its limits settles a doubt: {told.doubt}")
+        if not why:
             return None
-        times = (
-            "without a score for it"
-            if ratio == math.inf
-            else f"at {times_text(ratio)} times the error asked for"
-        )
-        return f"{worst.name}: stopped after {self.particles} particles, {times}"
+        stopped = f"{told.name}: stopped after {self.particles} particles, {', '.join(why)}"
+        others = better_than(self.scene, self.plan.method, self.choice)
+        return f"{stopped}. {others}" if others else stopped
 
     def _tell_idle(self) -> None:
         """Warn, once, where there are fewer batches than threads."""

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.results.estimates import Estimate
 from transport.results.findings import CONSTANT, MIN_SCORES, times_needed
 from transport.results.quantities import Quantity
 from transport.results.statistics import skewness_of_mean
@@ -33,7 +32,7 @@ class Standing:
     """Where a quantity stands: its relative error (of the worst bin; inf while unknown) and its mean's skewness.
 
     foretold, unseen: how many times as many histories until nothing about it is doubtful any more, by what has scored and by what
-    may never score (results.findings.times_needed);  doubt: what that is.
+    may never score (results.findings.times_needed), of bins about their sum;  doubt: what that is.
     """
 
     name: str
@@ -44,6 +43,7 @@ class Standing:
     foretold: float = 1.0
     unseen: float = 1.0
     doubt: str = ""
+    has_bins: bool = False
 
     @property
     def shortfall(self) -> float:
@@ -73,6 +73,11 @@ class Look:
     def doubted(self) -> Standing:
         """The quantity of which most is unseen."""
         return max(self.standings, key=lambda standing: standing.unseen)
+
+    @property
+    def unseen_of_numbers(self) -> float:
+        """The most that is unseen of a number, which in doubt is worth nothing however small its error; of bins most may stand."""
+        return max((standing.unseen for standing in self.standings if not standing.has_bins), default=1.0)
 
     def of(self, name: str) -> Standing:
         """Where that quantity stood."""
@@ -107,7 +112,7 @@ class Look:
 
 
 def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
-    """Where a quantity stands; of an array its bin that is furthest off, among those with known errors."""
+    """Where a quantity stands; of an array its bin that is furthest off, among those with known errors, and what its sum leaves in doubt."""
     replicates = quantity._replicates
     relative = np.atleast_1d(quantity.relative_error)
     known = np.isfinite(relative)
@@ -121,7 +126,7 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
     for run, deviations in replicates.deviations.items():
         skewness = np.fmax(skewness, np.abs(np.atleast_1d(skewness_of_mean(deviations, run.sizes))))
     worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
-    doubts = (1.0, 1.0, "")
-    if isinstance(quantity, Estimate):
-        doubts = times_needed(quantity._raw_findings, quantity.value, quantity.error, target)
-    return Standing(name, target, float(relative.flat[worst]), float(skewness.flat[worst]), allowed, *doubts)
+    whole = quantity._whole
+    doubts = times_needed(whole._raw_findings, whole.value, whole.error, target)
+    furthest = float(relative.flat[worst]), float(skewness.flat[worst])
+    return Standing(name, target, *furthest, allowed, *doubts, has_bins=bool(quantity.coords))

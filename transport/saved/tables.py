@@ -144,7 +144,7 @@ def _with_error(
             "findings": json.dumps([each.record() for each in quantity.findings]),
         }
     yield name, Variable(dims, np.asarray(quantity.value), units | judged)
-    if dims and is_judged and np.any(doubtful := quantity.is_doubtful):
+    if is_judged and np.any(doubtful := quantity.is_doubtful):
         words = {"units": "1", "long_name": f"whether the error of {units['long_name']} is doubtful"}
         yield f"{name}_doubtful", Variable(dims, np.asarray(doubtful, dtype=np.int8), words)
     units = units | {"long_name": f"standard error of {units['long_name']}"}
