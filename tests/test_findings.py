@@ -569,3 +569,38 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
     names = {diagnostic.name for diagnostic in DIAGNOSTICS}
     result = tp.simulate(mirror(), 2000, seed=1, estimator="analog", progress=False)
     assert {finding.name for finding in result.findings} <= names
+
+
+def test_a_lamp_outside_the_image_is_not_missed_by_a_camera():
+    """One that looks at the floor has all of its light; one whose image the lamp may be in has to meet it."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.2), tp.Lambertian(power=10.0))
+    floor = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9.0, height=9.0), tp.Diffuse(0.5))
+    for turned, may_see in (
+        (-1.0, False),
+        (0.5, False),
+        (0.8, True),
+        (1.2, True),
+    ):  # of 0.32 rad upwards from level, where the lamp is
+        view = {"look_at": (0, 0, 2 + 3 * math.tan(turned * 0.32)), "field_of_view": 0.05, "pixels": (4, 3)}
+        camera = tp.Camera(name="view", position=(0, -3, 2), **view)
+        assert camera.may_see(lamp.shape) == may_see
+    down = tp.Camera(name="view", position=(0, -3, 2), look_at=(0, 0, -1), field_of_view=0.8, pixels=(8, 6))
+    result = tp.simulate(
+        tp.Scene(lamp, floor, down), 20_000, seed=1, estimator="backward", threads=1, progress=False
+    )
+    assert result.warnings == [] and result.quality("view.radiance").verdict == "sound"
+
+
+def test_a_side_that_nothing_came_to_is_warned_of_though_light_crossed_the_other():
+    """A detector that looks away from the lamp, at a mirror: rays connect nothing, and its back counts."""
+    lamp = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))
+    mirror = tp.Surface(
+        tp.Disk(center=(0, 0, 5), radius=3.0, normal=(0, 0, -1)), tp.Mirror(0.9), name="mirror"
+    )
+    up = tp.Detector(tp.Disk(center=(0, 0, 2), radius=1e-3), "up")
+    result = tp.simulate(
+        tp.Scene(lamp, mirror, up), 2000, seed=1, estimator="expected", threads=1, progress=False
+    )
+    assert result["up"].flux_in.reason == "no score" and result["up"].flux_in.verdict == "doubtful"
+    (warning,) = result.warnings
+    assert warning.startswith("flux_in of detector 'up' is doubtful: light by 'mirror' not sampled")

@@ -9,7 +9,7 @@ import numpy as np
 
 from transport.bins import Directions, check_total
 from transport.fields import BinsField, Converted, OptionalVector, VectorField
-from transport.shapes import Point
+from transport.shapes import Point, Shape
 from transport.sides import AnyDetector
 from transport.validation import (
     as_float,
@@ -102,6 +102,18 @@ class Camera(Instrument):
         half = math.tan(self.field_of_view / 2)
         tall = half * height / width
         return {"v": np.linspace(-tall, tall, height + 1), "u": np.linspace(-half, half, width + 1)}
+
+    def may_see(self, shape: Shape) -> bool:
+        """Whether a shape may be within the image, by a ball about the one and a cone about the other."""
+        if shape.is_infinite:
+            return True
+        way = np.subtract(shape.middle, self.position)
+        distance = float(np.linalg.norm(way))
+        if distance <= shape.extent:
+            return True
+        half = math.atan(math.hypot(*(edges[-1] for edges in self.edges().values())))  # to the corners
+        angle = math.acos(max(-1.0, min(1.0, float(np.dot(way, self.forward)) / distance)))
+        return angle <= half + math.asin(shape.extent / distance)
 
     def solid_angles(self) -> np.ndarray:
         """Solid angle [sr] of each pixel, (v, u)."""

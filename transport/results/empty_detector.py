@@ -67,14 +67,19 @@ def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool
 
     False where departures are what one reads: of a surface by its name, and of a source.
     """
-    if not is_blind and (isinstance(detector.shape, str) or _has_source_on(scene, shape)):
+    if not is_blind and is_on_surface(scene, shape, detector):
         return False
     return _faces_away(scene, (shape, detector.side))
 
 
+def is_on_surface(scene: Scene, shape: Shape, detector: Detector) -> bool:
+    """Whether a detector is a surface, by its name, or lies on a source."""
+    return isinstance(detector.shape, str) or _has_source_on(scene, shape)
+
+
 def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
     """Whether geometry proves that no light leaves from the side of a detector: none comes to its other side, and it is no surface."""
-    if isinstance(detector.shape, str) or _has_source_on(scene, shape):
+    if is_on_surface(scene, shape, detector):
         return False
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 

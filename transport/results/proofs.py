@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.cameras import Camera
 from transport.compile.adjoint import gains_of, turned_scene
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
@@ -131,6 +132,8 @@ def source_name(scene: Scene, source: Source) -> str:
 
 def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> bool:
     """Whether geometry proves that no light of a lamp comes straight to a sensor."""
+    if isinstance(sensor, Camera) and not sensor.may_see(lamp):
+        return True
     looks = getattr(sensor, "side", None)
     for part in parts:
         if looks is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, looks):

@@ -16,7 +16,7 @@ import numpy as np
 
 from transport.detectors import Detector
 from transport.results.deep_ways import why_so_deep
-from transport.results.empty_detector import cannot_arrive, none_crosses, why_dark
+from transport.results.empty_detector import cannot_arrive, is_on_surface, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.findings import MIN_SCORES, Finding
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
@@ -101,6 +101,12 @@ class Reading(Quantified):
         if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
             return False
         return cannot_arrive(self._scene, self.sums.shape, self.detector, self.is_blind)
+
+    @cached_property
+    def may_arrive(self) -> bool:
+        """Whether light may arrive, and is what one reads: of a surface, or on a source, one may read departures alone."""
+        is_on = is_on_surface(self._scene, self.sums.shape, self.detector)
+        return not is_on and not self.is_dark(ARRIVALS)
 
     @cached_property
     def _why_dark(self) -> str | None:

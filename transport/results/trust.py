@@ -169,8 +169,8 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield "fluence_rate", reading.total
     elif isinstance(reading, Reading):
         for side, name in ((ARRIVALS, "flux_in"), (DEPARTURES, "flux_out")):
-            has_come = reading.sums.whole("weights", side).any()
-            if (has_come or (side == ARRIVALS and not reading.is_dark(side))) and not reading.is_sure(side):
+            is_asked = reading.sums.whole("weights", side).any() or (side == ARRIVALS and reading.may_arrive)
+            if is_asked and not reading.is_sure(side):
                 yield name, reading.total(side)
     else:
         yield from reading.totals()

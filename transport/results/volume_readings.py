@@ -14,7 +14,7 @@ from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import Finding
-from transport.results.path_classes import PathClass
+from transport.results.path_classes import ALL_LIGHT, PathClass
 from transport.results.quality import MORE, advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
@@ -124,7 +124,7 @@ class VolumeReading(Quantified):
         if self.is_blind and self.note:
             return []
         number = int(totals_of(self._counts).sum())
-        few = PathClass("light", number, self._way_through(), MORE).finding(title, particles)
+        few = PathClass("light", number, self._way_through(), MORE, name=ALL_LIGHT).finding(title, particles)
         found = [] if few is None else [few]
         middle, most = self._volume.shape.middle, self._way_through_cell()
         cells = None if isinstance(self._sums, Stacked) or not self._axes else self._sums.sum(axis=-1)
