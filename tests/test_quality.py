@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -262,6 +263,9 @@ def test_too_few_scores_are_told():
     scores = round(result["meter"].counts.value)
     assert 0 < scores < FEW
     assert f"only {scores} score" in result.warnings[0]
+    needed = 5000 * FEW / scores
+    (told,) = re.findall("Use about (.*) particles", result.warnings[0])
+    assert needed <= float(told) <= 2 * needed
 
 
 def test_the_quality_of_bins_is_that_of_the_worst():

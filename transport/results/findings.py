@@ -77,7 +77,9 @@ class Finding:
             return ""
         if share < 0.995:
             return f", worth up to {100 * share:.2g} % of it"
-        return f", worth up to {times_text(share)} times it"
+        return (
+            f", worth up to {times_text(share)} times it" if share >= 1.05 else ", worth up to as much as it"
+        )
 
     def record(self) -> dict[str, Any]:
         """Its parts for machines."""

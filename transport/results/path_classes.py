@@ -209,7 +209,9 @@ def _classes_of_detector(
     seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
     if seen:
         what = f"light by {listed(list(seen))}"
-    flights = " and ".join(f"{passed} flights from {title}" for title, passed in seen.items())
+    flights = " and ".join(
+        f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
+    )
     yield PathClass(
         what,
         number,

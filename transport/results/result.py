@@ -194,7 +194,7 @@ class Result:
     @property
     def warnings(self) -> list[str]:
         """What a reader should know before trusting the numbers."""
-        return [*self._warnings, *in_words(self.findings)]
+        return [*self._warnings, *in_words(self.findings, self.particles)]
 
     def price(self, name: str, error: float) -> float:
         """Seconds that a run takes, in all, to this relative error of "detector.quantity" [s].

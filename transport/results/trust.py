@@ -16,7 +16,7 @@ import numpy as np
 from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.faint_sources import faint_sources
-from transport.results.findings import DOUBTFUL, NO_SCORE, NOTE, Finding, capital, severities
+from transport.results.findings import DOUBTFUL, NO_SCORE, NOTE, Finding, capital, severities, times_needed
 from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.path_classes import ALL_LIGHT
@@ -30,6 +30,8 @@ from transport.validation import SceneError, listed
 if TYPE_CHECKING:
     from transport.results.result import Result
 
+OUT_OF_REACH = 1e12  # particles
+BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", "few carriers")  # whose bounds fall as scores come
 MANY = 0.05  # of the bins that scored: so many may have too few scores without a warning
 
 SIDES = {
@@ -67,8 +69,8 @@ def _note(name: str, what: str, title: str = "") -> Finding:
     return Finding(NOTE, title, "", what, name=name)
 
 
-def in_words(findings: Iterable[Finding]) -> list[str]:
-    """A warning for each finding that is a note or a doubt; those of several detectors that are alike become one."""
+def in_words(findings: Iterable[Finding], particles: int) -> list[str]:
+    """A warning for each finding of a run that is a note or a doubt; those of several detectors that are alike become one."""
     alike: dict[tuple[str, str], list[Finding]] = {}
     ordered = []
     for finding in findings:
@@ -79,10 +81,10 @@ def in_words(findings: Iterable[Finding]) -> list[str]:
             alike.setdefault(key, []).append(finding)
         elif finding.severity == NOTE:
             ordered.append(finding.what)
-    return [each if isinstance(each, str) else _warning(alike[each]) for each in ordered]
+    return [each if isinstance(each, str) else _warning(alike[each], particles) for each in ordered]
 
 
-def _warning(findings: list[Finding]) -> str:
+def _warning(findings: list[Finding], particles: int) -> str:
     """A doubt about one or several detectors."""
     titles: dict[str, list[str]] = {}
     for finding in findings:
@@ -98,8 +100,20 @@ def _warning(findings: list[Finding]) -> str:
         return f"{names} {'has' if len(titles) == 1 else 'have'} {first.what}. {capital(first.cure)}"
     plural = len(titles) > 1 or any(len(quantities) > 1 for quantities in titles.values())
     seen = f" ({first.seen})" if first.seen else ""
+    cure = _in_numbers(first.cure, particles * max(finding.times for finding in findings))
     worst = max(findings, key=lambda finding: np.nan_to_num(finding.share))
-    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capital(first.cure)}"
+    return f"{names} {'are' if plural else 'is'} doubtful: {first.what}{worst.worth}{seen}. {capital(cure)}"
+
+
+def _in_numbers(cure: str, particles: float) -> str:
+    """What to do, with about how many particles it takes, where that is known and not out of reach."""
+    if not particles < OUT_OF_REACH:
+        return cure
+    power = 10 ** math.floor(math.log10(particles))
+    return cure.replace(
+        "more particles",
+        f"about {math.ceil(particles / power) * power:.0e} particles".replace("e+0", "e").replace("e+", "e"),
+    )
 
 
 def _of_detector(result: Result, reading) -> Iterator[Finding]:
@@ -119,13 +133,29 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
             yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name="unknown error")
     else:
         found = [
-            _in_its_unit(replace(worst, object=title, quantity=name, value=float(total.value)), reading)
+            _in_its_unit(
+                replace(
+                    worst,
+                    object=title,
+                    quantity=name,
+                    value=float(total.value),
+                    times=_times(worst, total),
+                ),
+                reading,
+            )
             for name, total in _totals(reading)
             if (worst := _worst(total)) is not None
         ]
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
             yield from _of_bins(reading, title)
+
+
+def _times(finding: Finding, total: Estimate) -> float:
+    """As many histories after which a finding is none, where that is foretold by how many scores have come; else nan."""
+    if finding.name not in BY_NUMBER:
+        return math.nan
+    return max(times_needed([finding], total.value, total.error, total.allowed)[:2])
 
 
 def _in_its_unit(finding: Finding, reading) -> Finding:
