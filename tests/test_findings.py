@@ -292,6 +292,40 @@ def test_no_probe_is_below_what_specular_surfaces_send(name):
     assert found + 2 * (bound - found) >= mirrored * scene.shape_of(sensor).area
 
 
+def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path):
+    """A box of mirrors in which a history meets a thousand walls: 65 536 of them would be far more work than the run."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 0.3), normal=(0, 0, -1), radius=0.05), tp.Lambertian(power=1.0))
+    eye = tp.Detector(tp.Disk(center=(0.1, 0.2, -0.3), radius=1e-5), "m")
+    scene = tp.Scene(lamp, tp.Surface(tp.Box(size=1.0), tp.Mirror(0.999), "box"), eye)
+    result = tp.simulate(scene, 500, seed=1, estimator="expected", threads=1, progress=False)
+    probes, run_probe = [], proofs._run
+
+    def recorded(*args):
+        probes.append(run_probe(*args))
+        return probes[-1]
+
+    monkeypatch.setattr(proofs, "_run", recorded)
+    finding = result["m"].irradiance.findings[0]
+    events = sum(probe.cost.crossings + probe.cost.collisions for probe in probes)
+    assert 0.1 * proofs.EVENTS < events < 1.5 * proofs.EVENTS
+    assert 0 < finding.bound < unseen_scores(0) / 500 / scene.shape_of(eye).area
+    path = tmp_path / "run.nc"
+    result.save(path)
+    assert tp.load(path)["m"].irradiance.findings[0].bound == finding.bound
+
+
+def test_a_finding_that_no_probe_bounds_gives_the_reason():
+    many = [
+        tp.Surface(tp.Disk(center=(-1, y, 0), normal=(1, 0, 0), radius=0.05), tp.Mirror(1.0))
+        for y in np.linspace(-1, 1, proofs.MOST + 1)
+    ]
+    plane = [tp.Surface(tp.Plane(center=(-1, 0, 0), normal=(1, 0, 0)), tp.Mirror(1.0), "sea")]
+    for surfaces, why in ((many, f"more than {proofs.MOST} surfaces"), (plane, "'sea' without end")):
+        finding = run(LAMP, surfaces, EYE, 500, seed=1).irradiance.findings[0]
+        assert finding.seen.endswith(f"no probe bounds it: {why}")
+        assert finding.cure.startswith("use estimator=")
+
+
 def test_a_dark_mirror_is_no_doubt_and_a_bright_one_is_one_by_how_much():
     wall = tp.Surface(tp.Rectangle(center=(0, 0, -1), width=9, height=9), tp.Diffuse(0.5), "floor")
     for share, verdict in ((1e-6, "sound"), (0.004, "bounded"), (0.9, "doubtful")):

@@ -10,6 +10,7 @@ from transport.cameras import Instrument
 from transport.compile.adjoint import Part, Turned
 from transport.results.findings import Finding
 from transport.results.path_classes import chances_of_sensor
+from transport.results.proofs import events_of
 from transport.results.stacked import Stacked, is_large, totals_of
 
 
@@ -96,7 +97,8 @@ class CellSums:
                 part.share * mean.mean(axis=1) for part, mean in zip(self.parts, self.means, strict=True)
             )
             error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in self.parts)
-        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories, error))
+        events = events_of(self.batches)
+        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories, error, events))
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:

@@ -28,10 +28,12 @@ from transport.results.proofs import (
     beams_of,
     bound_by_lines,
     bound_by_probe,
+    events_of,
     is_hidden,
     mirrors_of,
     names_of,
     way_past,
+    why_no_probe,
 )
 from transport.results.quality import MORE
 from transport.sides import IS_BACK, OTHER_SIDE
@@ -91,7 +93,9 @@ def chances_of_detector(
     for each in _classes_of_detector(plan, batches, name, side, scores, mean):
         finding = each.finding(title, histories)
         if finding is not None and is_probed:
-            finding = _probed(plan.scene, sided, each, finding, histories, error, plan.unit)
+            finding = _probed(
+                plan.scene, sided, each, finding, histories, error, plan.unit, events=events_of(batches)
+            )
         if finding is not None:
             yield finding
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
@@ -109,6 +113,7 @@ def _probed(
     unit: float,
     gain: float = 1.0,
     lamp: Source | None = None,
+    events: float = 0.0,
 ) -> Finding:
     """The finding with the bound that lines and a probe give, where that is less and matters; unit: of its bound [W];  gain: of a score."""
     straight = light.straight * gain
@@ -118,7 +123,10 @@ def _probed(
         return replace(finding, bound=straight)
     if lamp is not None and not isinstance(lamp.emission, Lambertian):
         return finding
-    bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp)
+    bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp, events)
+    if math.isinf(bound) and (why := why_no_probe(scene, light.surfaces)):
+        why = f"no probe bounds it: {why}"
+        return replace(finding, seen=f"{finding.seen}; {why}" if finding.seen else why)
     bound += straight * unit
     if not bound < finding.bound * unit:
         return finding
@@ -235,10 +243,12 @@ def chances_of_sensor(
     met: dict[int, tuple[int, int]],
     histories: float,
     error: float,
+    events: float,
 ) -> Iterator[Finding]:
     """What a detector that histories start from may have missed, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
-    met: by lamp how often flights and rays came to it;  histories: those that started there;  error: of the mean radiance.
+    met: by lamp how often flights and rays came to it;  histories: those that started there;  error: of the mean radiance;
+    events: of the run.
     """
     scene = plan.turned.scene
     for number, each in _classes_of_lamps(plan, sensor, parts, met, error):
@@ -250,7 +260,7 @@ def chances_of_sensor(
         if isinstance(each, PathClass) and isinstance(sensor, Detector):
             lamp = plan.turned.lamps[number].source
             unit = math.pi * scene.shape_of(sensor).area
-            finding = _probed(scene, sensor, each, finding, histories, error, unit, gain, lamp)
+            finding = _probed(scene, sensor, each, finding, histories, error, unit, gain, lamp, events)
         yield finding
 
 

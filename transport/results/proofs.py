@@ -7,8 +7,9 @@ Followed backwards such a path leaves the detector towards a specular surface.  
 of these surfaces, counts by flights and by rays what comes to the lamps (transport/estimators/backward.py), and takes the upper end of that:
 more than the class is worth, for what a surface reflects diffusely, and what flies past it, is counted as well.  For "backward", which
 meets light whose first vertex is specular by chance, histories go from the lamp towards the surfaces.  What a probe finds is never added to
-an estimate.  It is as long as its purpose needs: of 65 536 histories at least, and hardly of more than the run that it is about.  It depends on scene, detector and that
-length alone, so that the same run has the same findings wherever they are looked at.
+an estimate.  It is as long as its purpose needs: of 65 536 histories at least, and hardly of more than the run that it is about.  Where its histories are
+long (mirrors that keep light), it is shorter, so that it has hardly more crossings and collisions than that run, or there is none.  It depends on
+scene, detector and these counts alone, so that the same run has the same findings wherever they are looked at.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
 from transport.materials import Glossy, Material, Mirror, Surface, TwoSided, is_specular, lets_through
 from transport.materials.surface import titled
+from transport.overruns import OverrunError
 from transport.points import PointDetector
 from transport.results.empty_detector import are_parted
 from transport.results.findings import unseen_scores
@@ -37,12 +39,13 @@ from transport.shapes.crossings import crossings
 from transport.shapes.distances import is_behind
 from transport.sides import IS_BACK
 from transport.sources import Source
-from transport.validation import SceneError
+from transport.validation import SceneError, listed
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.adjoint import Part
     from transport.compile.plan import Plan
+    from transport.results.batches import Batch
     from transport.results.result import Result
     from transport.scene import Scene
 
@@ -50,6 +53,11 @@ LINES, MOST_LINES = 1 << 13, 1 << 17  # between a sensor and a lamp
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
 LAST, SHARE = 1 << 22, 1.25  # the longest, and as a share of the run that it is about
+EVENTS = FIRST * 128  # crossings and collisions that any probe may have; else SHARE of those of the run ...
+PLAIN = 32  # ... of which a history counts as having so many at least
+PILOTS = 8, 128  # histories that tell how many a probe's have
+BATCH = 128  # histories of a batch of a short probe: of fewer a crossing costs more time
+SHORTEST, FEWEST, MANY = 256, 8, 32  # histories of a probe, and batches of a short one
 MOST = 16  # surfaces of one probe, for each of which its passes are prepared
 NEAR = 1.15  # times the value that is found: a bound so near to it need not be improved
 BRIGHT = 0.5  # reflectance of mirrors in place of darker ones
@@ -251,15 +259,16 @@ def bound_by_probe(
     histories: float,
     enough: float,
     lamp: Source | None = None,
+    events: float = 0.0,
 ) -> tuple[float, float]:
     """(at most, about) so much light [W] comes to a detector, with 95 % confidence; infinite where that is not known.
 
     That which these surfaces send there last; with a lamp, that which it sends to these surfaces first.
-    surfaces: their numbers;  histories: of the run that it is about;  enough: a bound [W] that need not be improved.
+    surfaces: their numbers;  histories, events: of the run that it is about;  enough: a bound [W] that need not be improved.
     """
-    bound, value, length = math.inf, 0.0, FIRST
-    while length <= min(max(FIRST, SHARE * histories), LAST):
-        key = detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces), length
+    bound, value = math.inf, 0.0
+    for length in _lengths(scene, detector, surfaces, lamp, histories, events):
+        key = _key(scene, detector, surfaces, lamp), length
         if key not in scene.proofs:
             try:
                 if lamp is None:
@@ -271,19 +280,90 @@ def bound_by_probe(
         bound, value = scene.proofs[key]
         if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer one would say no more
             break
-        length *= FACTOR
     return bound, value
+
+
+def why_no_probe(scene: Scene, surfaces: Sequence[int]) -> str:
+    """Why no probe can bound what these surfaces send, where that is known without one; "" else."""
+    if len(surfaces) > MOST:
+        return f"more than {MOST} surfaces"
+    endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
+    return f"{listed(names_of(scene, endless))} without end" if endless else ""
+
+
+def _key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
+    return detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces)
+
+
+def _lengths(
+    scene: Scene,
+    detector: Detector,
+    surfaces: Sequence[int],
+    lamp: Source | None,
+    histories: float,
+    events: float,
+) -> list[int]:
+    """How many histories the probes for a run may have, of which each is tried after the other."""
+    most = max(EVENTS, SHARE * max(events, PLAIN * histories))
+    each = 1.0
+    for length in PILOTS:
+        if each * length <= most:
+            each = _events_each(scene, detector, surfaces, lamp, length)
+    longest = min(max(FIRST, SHARE * histories), LAST, most / each)
+    if longest < FIRST:  # one that fits, of few lengths, so that runs alike share it
+        lengths = [FIRST // FACTOR**k for k in range(1, 5)]
+        return [length for length in lengths if SHORTEST <= length <= longest][:1]
+    lengths = [FIRST]
+    while FACTOR * lengths[-1] <= longest:
+        lengths.append(FACTOR * lengths[-1])
+    return lengths
+
+
+def _events_each(
+    scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None, length: int
+) -> float:
+    """Crossings and collisions of a history of a probe, by a probe of so few; infinite where there is none."""
+    key = "events", *_key(scene, detector, surfaces, lamp), length
+    if key not in scene.proofs:
+        try:
+            if lamp is None:
+                turned, _ = _turned(scene)
+                result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
+            else:
+                result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
+            scene.proofs[key] = max(events_of(result.batches) / length, 1.0)
+        except (SceneError, MemoryError):
+            scene.proofs[key] = math.inf
+    return scene.proofs[key]
+
+
+def events_of(batches: Iterable[Batch]) -> int:
+    """Crossings and collisions of a run."""
+    return sum(batch.crossings + batch.collisions for batch in batches)
+
+
+def _turned(scene: Scene):
+    """The scene for histories from a detector, and its lamps.  Raises SceneError where there is none."""
+    if (why := backward.why_not(scene)) is not None:
+        raise SceneError(str(why))
+    turned, lamps = turned_scene(scene)
+    if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
+        raise SceneError("light is born in a volume")
+    return turned, lamps
+
+
+def _start_at(detector: Detector) -> Source:
+    return Source(detector.shape, Lambertian(power=1.0), side=detector.side)
+
+
+def _start_of(scene: Scene, lamp: Source) -> Source:
+    return replace(lamp, emission=Lambertian(power=lamp.amount(scene.shape_of(lamp), None)))
 
 
 def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length: int) -> tuple[float, float]:
     """What light by surfaces to a detector at most is, and is found to be [W], by histories from the detector."""
-    if backward.why_not(scene) is not None:
-        return math.inf, 0.0
-    turned, lamps = turned_scene(scene)
-    if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
-        return math.inf, 0.0
-    start = Source(detector.shape, Lambertian(power=1.0), side=detector.side)
-    result = _run(scene, start, surfaces, turned.detectors, length)
+    turned, lamps = _turned(scene)
+    result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
     gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
     scale = math.pi * scene.shape_of(detector).area * result.plan.unit
     found = [_found(result, lamp.seen_by) for lamp in lamps]
@@ -296,11 +376,10 @@ def _forwards(
     scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
 ) -> tuple[float, float]:
     """What light from a lamp by surfaces at most is, and is found to be [W], by histories from the lamp."""
-    power = lamp.amount(scene.shape_of(lamp), None)
-    start = replace(lamp, emission=Lambertian(power=power))
-    result = _run(scene, start, surfaces, [detector], length)
+    result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
     unit, mirrors = result.plan.unit, mirrors_of(scene, scene.shape_of(detector), detector.side)
-    straight = bound_by_probe(scene, detector, mirrors, length, 0.0)[0] if mirrors else 0.0
+    events = events_of(result.batches)
+    straight = bound_by_probe(scene, detector, mirrors, length, 0.0, events=events)[0] if mirrors else 0.0
     return tuple(unit * each for each in _found(result, detector, straight / unit))
 
 
@@ -318,8 +397,12 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
         born.append(replace(start, emission=power, aim=surface.shape))
     probe = type(scene)(born, there, detectors, scene.medium)
     how = {"seed": SEED, "threads": 1, "progress": False}
+    if length < FIRST:
+        how["batches"] = min(max(length // BATCH, FEWEST), MANY) if length >= SHORTEST else 2
     try:
         result = simulate(probe, length, estimator="expected", **how)
+    except OverrunError:
+        raise
     except SceneError:  # there is no lamp or detector that points are drawn on
         result = simulate(probe, length, estimator="analog", **how)
     if not result.is_complete:
