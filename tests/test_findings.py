@@ -307,7 +307,7 @@ def test_a_probe_of_long_histories_is_as_short_as_its_run(monkeypatch, tmp_path)
     monkeypatch.setattr(proofs, "_run", recorded)
     finding = result["m"].irradiance.findings[0]
     events = sum(probe.cost.crossings + probe.cost.collisions for probe in probes)
-    assert 0.1 * proofs.EVENTS < events < 1.5 * proofs.EVENTS
+    assert 1e6 < events < 2**23 * 1.25
     assert 0 < finding.bound < unseen_scores(0) / 500 / scene.shape_of(eye).area
     path = tmp_path / "run.nc"
     result.save(path)
