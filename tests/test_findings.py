@@ -461,12 +461,12 @@ def test_a_report_without_warnings_names_the_bins_that_are_doubtful():
     known = np.isfinite(array.error)
     many, of = np.count_nonzero(array.is_doubtful & known), np.count_nonzero(known)
     assert 0 < many < 0.05 * of and result.warnings == []
-    told = f"those of the totals that are known; {many} of {of} bins of 'm.irradiance' are doubtful"
+    told = f"those of the totals; {many} of {of} bins of 'm.irradiance' are doubtful"
     assert result.report().endswith(f"error bars: nothing speaks against {told}")
     assert told in page(result).text
     assert f"doubtful in {many} of {of} bins" in repr(array)
     clear = screen(3e5)
-    assert "nothing speaks against those that are known" in clear.report().splitlines()[-1]
+    assert "nothing speaks against them" in clear.report().splitlines()[-1]
 
 
 def test_a_bin_is_not_counted_as_unknown_and_as_doubtful():
@@ -604,3 +604,41 @@ def test_a_side_that_nothing_came_to_is_warned_of_though_light_crossed_the_other
     assert result["up"].flux_in.reason == "no score" and result["up"].flux_in.verdict == "doubtful"
     (warning,) = result.warnings
     assert warning.startswith("flux_in of detector 'up' is doubtful: light by 'mirror' not sampled")
+
+
+def test_what_lies_on_a_floor_leaves_it_again():
+    """A detector of its own in the plane of a floor: nothing proves that the floor sends nothing back, and a sum tells so."""
+    lamp = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.1), tp.Lambertian(power=1.0))
+    floor = tp.Surface(tp.Rectangle(width=4.0, height=4.0), tp.Diffuse(0.5), "floor")
+    meter = tp.Detector(tp.Disk(radius=1e-3), "meter")
+    result = tp.simulate(
+        tp.Scene(lamp, floor, meter), 20_000, seed=1, estimator="expected", threads=1, progress=False
+    )
+    read = result["meter"]
+    assert read.irradiance.verdict == "sound" and read.exitance.reason == "no score"
+    assert read.net_flux_density.verdict == read.fluence_rate.verdict == "doubtful"
+    assert str(read.net_flux_density).endswith("doubtful: a part of it has no score")
+    free = tp.Detector(tp.Disk(center=(0, 0, 0.5), radius=1e-3), "free")
+    above = tp.simulate(
+        tp.Scene(lamp, (), free), 2000, seed=1, estimator="expected", threads=1, progress=False
+    )["free"]
+    assert str(above.exitance) == "0 W m^-2 (exact)" and above.net_flux_density.verdict == "sound"
+
+
+def test_a_sum_of_few_scores_is_no_sound_number():
+    """Of bins, each rightly doubtful: their sum knows how many scores it has, as does what is made of it."""
+    run, counts = Batches(np.full(32, 100)), np.array([2, 3, 0, 40])
+    values = np.zeros((32, 4))
+    for b, count in enumerate(counts):
+        values[np.arange(count) % 32, b] += 32.0
+    array = EstimateArray(values, run, "W", ("x",), {"x": np.arange(5.0)}, counts=counts)
+    few, many = array[:3].sum(), array.sum()
+    assert few.verdict == "doubtful" and "only 5 scores, too few to know the error" in str(few)
+    assert many.verdict == "sound" and (few / many).verdict == (2 * few).verdict == "doubtful"
+    assert (many + few).interval()[1] > (many + few).value + unseen_scores(5) / 5 * few.value
+
+
+def test_a_product_misses_what_both_factors_miss_together():
+    """Of 1 and 1 that may each be 4: 16."""
+    one = estimate(1.0, 0.01, bound=3.0)
+    assert (one * one).interval()[1] >= 16.0

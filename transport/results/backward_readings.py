@@ -310,7 +310,12 @@ class ViewReading(Quantified):
         means = self._sums.means[0]
         mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
-        yield name, self._with_findings(Estimate(mean, self._sums.run, Unit()), 1.0)
+        yield (
+            name,
+            self._with_findings(
+                Estimate(mean, self._sums.run, Unit(), counts=int(sum_of(self._sums.counts[0]))), 1.0
+            ),
+        )
 
     @property
     def _title(self) -> str:

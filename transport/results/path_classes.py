@@ -23,7 +23,7 @@ from transport.compile.sizes import EDGES
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
-from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
+from transport.results.findings import DOUBTFUL, MIN_SCORES, MORE, Finding, unseen_scores
 from transport.results.proofs import (
     beams_of,
     bound_by_lines,
@@ -33,7 +33,6 @@ from transport.results.proofs import (
     names_of,
     way_past,
 )
-from transport.results.quality import MORE
 from transport.sides import IS_BACK, OTHER_SIDE
 from transport.validation import listed
 
