@@ -160,8 +160,8 @@ def test_a_warning_names_its_case(call):
     answer = call("run", "named.py", "--error", "meter.flux_in=0.1")
     assert answer.exit_code == 0, answer.output
     assert "warning     distance=4: run without the error asked for: " in answer.output
-    never = call("run", "named.py", "--error", "meter.flux_out=0.1", "--particles", "1e4")
-    assert "warning     distance=2: meter.flux_out: " in never.output
+    never = call("run", "named.py", "--error", "meter.flux_in=1e-9", "--particles", "1e4")
+    assert "warning     distance=2: meter.flux_in: " in never.output
     nowhere = call("run", "named.py", "--error", "near.flux_in=0.1")
     assert nowhere.exit_code == 2
 

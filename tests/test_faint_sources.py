@@ -32,7 +32,7 @@ def test_a_faint_lamp_is_named():
 def test_lamps_with_histories_of_their_own_are_not():
     found, report = told(1e-2)
     assert not found
-    assert "nothing speaks against those that are known" in report  # nothing departs from a meter's back
+    assert "nothing speaks against them" in report
 
 
 def test_one_lamp_alone_is_never_faint():

@@ -20,7 +20,8 @@ def test_errors_of_independent_runs_add_in_quadrature():
     )
     assert 15 <= total.dof <= 31 + 15
     assert total.run is None
-    assert math.isnan((a + Estimate(np.zeros(16), OTHER_RUN, "W")).error)
+    unscored = a + Estimate(np.zeros(16), OTHER_RUN, "W")
+    assert unscored.error == a.error and unscored.verdict == "doubtful"
     with pytest.raises(ValueError, match="several"):
         _ = total.values
 

@@ -174,7 +174,9 @@ def test_ratios_of_one_run_keep_their_correlation():
 def test_a_run_for_an_error_that_is_not_reached_says_so():
     result = tp.simulate(scene(), error={"meter.flux_in": 1e-9}, seconds=0.1)
     assert any("times the error asked for" in warning for warning in result.warnings)
-    never = tp.simulate(scene(), error={"meter.flux_out": 0.1})
+    speck = tp.Detector(tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=1e-7), "meter")
+    blind = tp.Scene(tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0)), (), speck)
+    never = tp.simulate(blind, error={"meter.flux_in": 0.1}, estimator="analog")
     assert never.particles < 10**8
     assert any("without a score" in warning for warning in never.warnings)
 

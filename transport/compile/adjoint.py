@@ -16,8 +16,10 @@ from transport.bins import DirectionCone
 from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.compile import layout
 from transport.compile.emitters import Emitter, medium_row
+from transport.compile.expected import face_of
 from transport.compile.looks import axis_columns
 from transport.compile.media import glowing_sources
+from transport.compile.sizes import LARGE
 from transport.compile.velocities import Step
 from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
@@ -71,7 +73,7 @@ class Part:
 class Turned:
     """What a plan knows of the scene that it stands for, and where its sums by cell lie.
 
-    Rows from `first` on: of each cell the histories born in it, then for each lamp what they brought, then what rays did.
+    Rows from `first` on: of each cell the histories born in it, then for each lamp what they brought, then what rays did (slants: the number of strong ones).
     """
 
     scene: Scene
@@ -169,6 +171,10 @@ def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
             of_lamp = [name == lamp.seen_by.name for name in plan.meter_names]
             plan.meters["by_cell"][of_lamp] = first + number * cells
             plan.meters["of_rays"][of_lamp] = first + (number + len(lamps)) * cells
+            for each in plan.expectations:
+                if each.detector.name == lamp.seen_by.name:
+                    strongest = each.strongest[face_of(lamp.seen_by)]
+                    plan.meters["strong"][of_lamp] = LARGE * strongest * each.scale
     for (
         each
     ) in plan.expectations:  # a birth looks into its own bin, of which rays to all sides could not tell

@@ -22,12 +22,12 @@ from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, Mixture, is_specular, simple_parts
-from transport.shapes import Disk, FlatShape, Point, Shape, Sphere
+from transport.shapes import Disk, FlatShape, Mesh, Point, Shape, Sphere, Triangle
 from transport.shapes.distances import is_behind, least_distance, least_height
 from transport.shapes.supports import are_on_one_support
 from transport.sheets import pieces
 from transport.sides import IS_BACK
-from transport.validation import refuse, shown
+from transport.validation import SceneError, refuse, shown
 
 if TYPE_CHECKING:
     from transport.compile.emitters import Emitter
@@ -38,6 +38,7 @@ LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of direc
 BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
 ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # of layout.HELD
 GRID = 1.1  # times the most that is found on a grid of points
+MOST_FACES = 256  # of a mesh that are told apart
 SMALLEST = 1e-12  # of a coordinate: a thousand roundings across a detector
 
 Row = np.ndarray
@@ -54,7 +55,9 @@ class Expectation:
     held: dict[str, float]  # columns of layout.HELD
     layer: int  # of its sheet, among the meters there
     scale: float  # by which its rows are too large
-    strongest: dict[str, float]  # by side, the most that a ray of weight 1 from a birth or wall there brings
+    strongest: dict[
+        str, float
+    ]  # by side, the most that a ray brings from a birth or wall there of a history of weight 1
     nearest: dict[str, float]  # by side, the largest share that a flight counts of what a ray tells as well
     scattered: (
         Callable[[float], float] | None
@@ -146,15 +149,9 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     ]
     held = _held(shape, values, is_pure, sheet)
     places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
-    strongest = {
-        side: max(
-            (min(_bound(shape, is_pure, *kind), _slanted(place, shape, side)) for place, *kind in kinds),
-            default=0.0,
-        )
-        for side, kinds in places.items()
-    }
+    strongest = {side: _strongest(shape, side, is_pure, kinds) for side, kinds in places.items()}
     nearest = {
-        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for _, *kind in kinds), default=0.0)
+        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for *_, kind in kinds), default=0.0)
         for side, kinds in places.items()
     }
     scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
@@ -163,22 +160,51 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
     )
 
 
-def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, float]]:
-    """Each emitter and diffuse wall that is not behind a side of a detector, its greatest density and how near it comes [m]."""
+def face_of(detector: Detector) -> str:
+    """Which of the two sides of its shape a detector looks from."""
+    return "back" if IS_BACK[detector.side] else "front"
+
+
+def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
+    """Each emitter and diffuse wall that is not behind a side of a detector, the greatest weight that it sends, its greatest
+    density and how near it comes [m]; of a run backwards the walls alone, for no ray tells of births there.
+    """
+    emitters = [] if plan.method.estimator == "backward" else plan.emitters
     places = [
-        (emitter.shape, max(law.values()), isinstance(emitter.source.emission, Isotropic))
-        for emitter in plan.emitters
+        (emitter.shape, 1.0, max(law.values()), isinstance(emitter.source.emission, Isotropic))
+        for emitter in emitters
         if (law := _law(emitter))
     ]
-    places += [
-        (piece, LAMBERTIAN, False)
-        for surface in plan.scene.surfaces
-        if any(isinstance(part, Diffuse) for part in simple_parts(surface.material))
-        for piece in pieces(surface.shape)
-    ]
+    for surface in plan.scene.surfaces:
+        parts = [part for part in simple_parts(surface.material) if isinstance(part, Diffuse)]
+        sent = max((part.albedo + part.transmission for part in parts), default=0.0)
+        walls = _triangles(surface.shape) if parts and isinstance(shape, FlatShape) else pieces(surface.shape)
+        places += [(piece, sent, LAMBERTIAN, False) for piece in walls if sent > 0]
     if isinstance(shape, FlatShape):
         places = [place for place in places if not is_behind(place[0], shape, side)]
-    return [(where, peak, _gap(where, shape, filled)) for where, peak, filled in places]
+    return [(where, sent, (peak, _gap(where, shape, filled))) for where, sent, peak, filled in places]
+
+
+def _triangles(shape: Shape) -> tuple[Shape, ...]:
+    """The pieces of a shape, of a mesh of few faces each of them: those behind a lamp do not count."""
+    if not isinstance(shape, Mesh) or len(shape.faces) > MOST_FACES:
+        return pieces(shape)
+    try:
+        return tuple(Triangle(vertices=corners) for corners in shape.vertices[shape.faces].tolist())
+    except SceneError:  # a face so thin that it has no plane
+        return (shape,)
+
+
+def _strongest(
+    shape: Shape, side: str, is_pure: bool, places: list[tuple[Shape, float, tuple[float, float]]]
+) -> float:
+    """The most that a ray brings from one of these places, of a history of weight 1 there."""
+    most = 0.0
+    bounds = [(sent * _bound(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
+    for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
+        if bound > most:  # else its angles need not be known
+            most = max(most, min(bound, sent * _slanted(place, shape, side)))
+    return most
 
 
 def _slanted(place: Shape, shape: Shape, side: str) -> float:

@@ -138,12 +138,13 @@ def _axis(name: str) -> list[tuple[str, str]]:
 
 
 METER = np.dtype(
-    _floats(FRAME + " axis_x axis_y axis_z side handed turn_low")
+    _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong")
     + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")
     + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
 )  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
 # via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
-# by_cell: first of its rows by the cell of birth, of a source that is run backwards;  of_rays: that of what rays bring it
+# by_cell: first of its rows by the cell of birth, of a source that is run backwards;  of_rays: that of what rays bring it;
+# strong: the least score of a ray that is among the strongest
 
 # A detector that histories start at: its cells from `first` on, of mu, turn, u and v (the shape's own), and what their edges are of:
 # squared cosines (and squared sines at sine_edges), cosines to +z, or columns of pixels; turns, or their rows; lengths, squared radii

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 # Edges of the cells of a count [largest birth weight], SIZE_PARTS an octave, equally far apart within one; the first and the
 # last cell take all that is beyond them.
 EVERY = 8  # a power of two
+LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 EDGES = np.array(
     [
         math.ldexp(1 + k % SIZE_PARTS / SIZE_PARTS, SIZE_OCTAVE + k // SIZE_PARTS)

@@ -21,6 +21,8 @@ from transport.physics.directions import either, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
+SLANT_UNITS = 1 << 22  # that make a slant of 1
+
 
 @lane_pass(SENSOR)
 def draw_cell(b, table, first, live):
@@ -249,13 +251,17 @@ def weigh_by_surface(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_cell(b, table, first, live):
-    """What arrives at a source, or rays bring it, counts in the row of the cell of birth; what leaves, nowhere."""
+    """What arrives at a source, or rays bring it, counts in the row of the cell of birth; what leaves, nowhere.
+
+    No reading asks these rows for weight/|mu|: there they count the rays that are among the strongest.
+    """
     meters, half = view(table.meters, table.meter_count, METER), table.half
     for k in range(first, live):
         m, is_flight = meters[b.meter[k]], b.home[k] < half
         arrives = is_flight | ((b.home[k] >= 2 * half) & (b.home[k] < 3 * half))
         row = (m.by_cell if is_flight else m.of_rays) + b.cell[k]
         b.bin[k] = row if (b.bin[k] != 0) & arrives else 0
+        b.slant[k] = 0 if is_flight | (b.weight[k] < m.strong) else SLANT_UNITS
     return live
 
 

@@ -94,13 +94,18 @@ class BackwardReading(Reading):
         if side != ARRIVALS or self.is_dark(side):
             return
         unit = self._extent / self._plan.unit
-        for finding in self._cell_sums.missing(self.detector, self._title):
+        for finding in self._cell_sums.missing(self.detector, self._title, self._extents):
             yield replace(finding, bound=finding.bound * unit)
 
     @cached_property
     def _extent(self) -> float:
         """Area times projected solid angle that its cells cover [m^2 sr]."""
-        return sum(float(self.sums._extents(part).sum()) for part in self._cell_sums.parts)
+        return sum(float(extents.sum()) for extents in self._extents)
+
+    @cached_property
+    def _extents(self) -> list[np.ndarray]:
+        """The same of each cell of each part."""
+        return [self.sums._extents(part) for part in self._cell_sums.parts]
 
     def scores_on(self, side: int) -> Scores | None:
         return self.scores
@@ -310,7 +315,12 @@ class ViewReading(Quantified):
         means = self._sums.means[0]
         mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
-        yield name, self._with_findings(Estimate(mean, self._sums.run, Unit()), 1.0)
+        yield (
+            name,
+            self._with_findings(
+                Estimate(mean, self._sums.run, Unit(), counts=int(sum_of(self._sums.counts[0]))), 1.0
+            ),
+        )
 
     @property
     def _title(self) -> str:

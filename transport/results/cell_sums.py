@@ -8,10 +8,13 @@ import numpy as np
 
 from transport.cameras import Instrument
 from transport.compile.adjoint import Part, Turned
+from transport.compile.sizes import LARGE
 from transport.results.findings import Finding
-from transport.results.path_classes import chances_of_sensor
+from transport.results.path_classes import Met, chances_of_sensor
 from transport.results.proofs import events_of
 from transport.results.stacked import Stacked, is_large, totals_of
+
+ALIKE = 1e-9  # weights of cells that differ by less are the same
 
 
 class CellSums:
@@ -80,17 +83,44 @@ class CellSums:
             return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
         return rows(0, part.cells)
 
-    def _met_by(self, lamp: int, block: int) -> int:
-        """How often flights, or rays, of all cells came to a lamp; 0 where no ray is sent to it."""
-        is_told = block == 1 + lamp or lamp in self.turned.scales
-        return int(sum(sum_of(self._rows(part, "counts", block)) for part in self.parts)) if is_told else 0
+    def _met_by(self, lamp: int, chosen: list[np.ndarray | None]) -> Met:
+        """How often flights and rays of chosen cells, None for all, came to a lamp; no ray where none is sent to it."""
 
-    def missing(self, sensor: object, title: str) -> list[Finding]:
-        """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1]."""
+        def number(kind: str, block: int) -> int:
+            rows = (self._rows(part, kind, block) for part in self.parts)
+            return round(
+                sum(
+                    sum_of(each if which is None else each[:, which])
+                    for each, which in zip(rows, chosen, strict=True)
+                )
+            )
+
+        flights, block = number("counts", 1 + lamp), self._block(lamp)
+        if lamp not in self.turned.scales:
+            return Met(flights, 0, 0)
+        return Met(flights, number("counts", block), number("slants", block))
+
+    def _weights_of_cells(self, extents: list[np.ndarray]) -> list[np.ndarray]:
+        """Of each part's cells, what a score there adds to the mean over all, where it would add 1 if all cells were alike."""
+        shares, whole = sum(part.share for part in self.parts), sum(float(each.sum()) for each in extents)
+        return [
+            each / whole * part.cells * shares / part.share
+            for part, each in zip(self.parts, extents, strict=True)
+        ]
+
+    def missing(self, sensor: object, title: str, extents: list[np.ndarray] | None = None) -> list[Finding]:
+        """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+
+        extents: of each part's cells, by which the mean weighs them; None where it weighs all alike.
+        """
         histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-        met = {
-            lamp: (self._met_by(lamp, 1 + lamp), self._met_by(lamp, self._block(lamp))) for lamp in self.lamps
-        }
+        heaviest, chosen = 1.0, [None] * len(self.parts)
+        if extents is not None:
+            weights = self._weights_of_cells(extents)
+            most = max(float(each.max()) for each in weights)
+            if most > 1 + ALIKE:  # a score in a small cell does not tell of what comes in a large one
+                heaviest, chosen = most, [each >= LARGE * most for each in weights]
+        met = {lamp: self._met_by(lamp, chosen) for lamp in self.lamps}
         error = 0.0
         if not self.is_view:
             each = sum(
@@ -98,7 +128,11 @@ class CellSums:
             )
             error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in self.parts)
         events = events_of(self.batches)
-        return list(chances_of_sensor(self.plan, title, sensor, self.parts, met, histories, error, events))
+        return list(
+            chances_of_sensor(
+                self.plan, title, sensor, self.parts, met, histories, error, heaviest, events=events
+            )
+        )
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:

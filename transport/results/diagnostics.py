@@ -26,7 +26,8 @@ DIAGNOSTICS = (
         "all light",
         "A detector to which light comes by chance alone, and that has scored fewer than 25 times, or fewer than 25 times as much"
         " as one history can.",
-        "Where the light would come from.",
+        "Where the light would come from; and light that very few histories bring, each by thousands of scores, as between two"
+        " mirrors of 0.9999: each score counts as another history's.",
     ),
     Diagnostic(
         "strong rays",

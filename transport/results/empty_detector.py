@@ -79,7 +79,11 @@ def is_on_surface(scene: Scene, shape: Shape, detector: Detector) -> bool:
 
 def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
     """Whether geometry proves that no light leaves from the side of a detector: none comes to its other side, and it is no surface."""
-    if is_on_surface(scene, shape, detector):
+    if is_on_surface(scene, shape, detector) or any(
+        are_on_one_support(one, other)
+        for surface in scene.surfaces
+        for one, other in product(pieces(shape), pieces(surface.shape))
+    ):  # which sends back what arrives
         return False
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 

@@ -17,7 +17,9 @@ import numpy as np
 from transport.results.enough import MIN_SCORES
 from transport.results.notation import times_text
 
+MORE = "use more particles, or estimator='auto', which tries all that go with the scene"
 CONFIDENCE = 0.95  # of the bound of what has not been seen
+FEW_CARRIERS, UNKNOWN = "few carriers", "unknown error"  # entries of the table of diagnostics
 TINY = 0.01  # of the error: a smaller bound is not worth a word
 ALLOWED = 0.01  # of the value, that a bound may reach where no error was asked for
 
@@ -116,6 +118,15 @@ def unseen_scores(scores: float | np.ndarray) -> Any:
     return unseen.item() if unseen.ndim == 0 else unseen
 
 
+def of_few_scores(scores: float, value: float) -> tuple[Finding, ...]:
+    """What speaks against the error of a single number that so few scores carry; of none when there are none, or enough."""
+    if not 0 < scores < MIN_SCORES:
+        return ()
+    what = f"only {scores:g} score{'s' * (scores > 1)}, too few to know the error"
+    bound, times = unseen_scores(scores) / scores * value, MIN_SCORES / scores
+    return (Finding(DOUBTFUL, "", "", what, bound, MORE, name=FEW_CARRIERS, times=times),)
+
+
 def unknown_of_error(carriers: float) -> float:
     """By how many standard errors a 95 % interval may be too short where about so many scores carry the error.
 
@@ -184,7 +195,7 @@ def of_unknown_error(reasons: np.ndarray, limits: np.ndarray) -> tuple[Finding, 
             what + many,
             float(bound) if bound.ndim == 0 else bound,
             "use more particles",
-            name="unknown error",
+            name=UNKNOWN,
         ),
     )
 
@@ -270,19 +281,22 @@ def judged(
 def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]]) -> tuple[Finding, ...]:
     """The findings of a function of numbers: each bound becomes what it moves the function by.
 
-    operands: of each number its value and its findings.  Findings of one kind and one sign become one.
+    operands: of each number its value and its findings.  Findings of one kind and one sign become one.  Where the numbers before
+    may be more as well, a product moves by more: theirs are moved by all that they may miss.
     """
     values = [value for value, _ in operands]
     found: dict[tuple[str, str, bool], Finding] = {}
     with np.errstate(all="ignore"):
-        base = function(*values)
         for place, (value, findings) in enumerate(operands):
+            base = function(*values)
             for finding in findings:
                 bound = function(*values[:place], value + finding.bound, *values[place + 1 :]) - base
                 key = finding.object, finding.what, bool(np.all(np.nan_to_num(bound) >= 0))
                 if key in found:  # of one sign: what may add to a number and what may take from it stay apart
                     bound = bound + found[key].bound
                 found[key] = replace(finding, bound=bound)
+            more = sum((np.fmax(finding.bound, 0.0) for finding in findings), start=np.zeros(np.shape(value)))
+            values[place] = value + np.where(np.isfinite(more), more, 0.0)
     return tuple(found.values())
 
 

@@ -89,8 +89,8 @@ class InParts(Replicates):
         return self._gathered(lambda part: part.dof, float)
 
     @property
-    def scored(self) -> np.ndarray:
-        return self._gathered(lambda part: part.scored, bool)
+    def scores(self) -> np.ndarray:
+        return self._gathered(lambda part: part.scores, float)
 
     @property
     def scale(self) -> np.ndarray:
@@ -121,16 +121,16 @@ class InParts(Replicates):
     def summed(self, axis: int) -> Replicates:
         axis %= len(self.bins)
         left = self.bins[:axis] + self.bins[axis + 1 :]
-        value, scale, scored = np.zeros(left), np.zeros(left), np.zeros(left, bool)
+        value, scale, scores = np.zeros(left), np.zeros(left), np.zeros(left)
         deviations = {} if self.exact else {run: np.zeros((len(run), *left)) for run in self.runs}
         for box in self.boxes:
             part, into = self.part(box).summed(axis - len(self.bins)), box[:axis] + box[axis + 1 :]
             value[into] += part.value
             scale[into] += part.scale
-            scored[into] |= part.scored
+            scores[into] += part.scores
             for run, of_run in part.deviations.items():
                 deviations[run][(slice(None), *into)] += of_run
-        return Replicates(value, deviations, scored, self.runs, scale)
+        return Replicates(value, deviations, scores, self.runs, scale)
 
     def mapped(self, function: Callable[..., Replicates], operands: tuple[Replicates, ...]) -> InParts:
         """A function of replicates with these bins, or one along an axis; of which this is one."""

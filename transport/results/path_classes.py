@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.compile.expected import face_of
 from transport.compile.layout import SIZE_CELLS
-from transport.compile.sizes import EDGES
+from transport.compile.sizes import EDGES, LARGE
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
-from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
+from transport.results.findings import DOUBTFUL, MIN_SCORES, MORE, Finding, unseen_scores
 from transport.results.proofs import (
     beams_of,
     bound_by_lines,
@@ -35,7 +36,6 @@ from transport.results.proofs import (
     way_past,
     why_no_probe,
 )
-from transport.results.quality import MORE
 from transport.sides import IS_BACK, OTHER_SIDE
 from transport.validation import listed
 
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from transport.sources import Source
 
 ALL_LIGHT = "all light"  # the class of all that comes to a detector, where only chance brings it
-LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
 
 
 @dataclass(frozen=True)
@@ -77,6 +76,15 @@ class PathClass:
         return Finding(
             DOUBTFUL, title, "", few, bound, self.cure, name=self.name, times=times, seen=self.seen
         )
+
+
+@dataclass(frozen=True)
+class Met:
+    """How often a lamp was met by flights and by rays, and by rays of at least LARGE of the strongest that there can be."""
+
+    flights: int
+    rays: int
+    strong_rays: int
 
 
 def chances_of_detector(
@@ -240,18 +248,20 @@ def chances_of_sensor(
     title: str,
     sensor: object,
     parts: list[Part],
-    met: dict[int, tuple[int, int]],
+    met: dict[int, Met],
     histories: float,
     error: float,
-    events: float,
+    heaviest: float = 1.0,
+    events: float = 0.0,
 ) -> Iterator[Finding]:
     """What a detector that histories start from may have missed, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
-    met: by lamp how often flights and rays came to it;  histories: those that started there;  error: of the mean radiance;
+    met: by lamp the scores there, in cells whose weight in the mean is large;  histories: those that started there;
+    error: of the mean radiance;  heaviest: of the cells, in units of the weight of each where all are alike;
     events: of the run.
     """
     scene = plan.turned.scene
-    for number, each in _classes_of_lamps(plan, sensor, parts, met, error):
+    for number, each in _classes_of_lamps(plan, sensor, parts, met, error, heaviest):
         finding = each.finding(title, histories) if isinstance(each, PathClass) else each
         if finding is None:
             continue
@@ -265,7 +275,7 @@ def chances_of_sensor(
 
 
 def _classes_of_lamps(
-    plan: Plan, sensor: object, parts: list[Part], met: dict[int, tuple[int, int]], error: float
+    plan: Plan, sensor: object, parts: list[Part], met: dict[int, Met], error: float, heaviest: float
 ) -> Iterator[tuple[int, PathClass | Finding]]:
     """Those of each lamp by its number; largest, straight: in units of what a sum of 1 over one history is."""
     scene = plan.turned.scene
@@ -275,11 +285,6 @@ def _classes_of_lamps(
         for k, lamp in enumerate(plan.turned.lamps)
         if lamp.seen_by.name in expected
     }
-    scales = {
-        k: 1 / each.scale
-        for k, each in with_rays.items()
-        if each.walls is not None or each.collisions is not None
-    }
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
@@ -287,10 +292,10 @@ def _classes_of_lamps(
         mirrors = mirrors_of(scene, shape, side)
         seen = not is_hidden(scene, sensor, parts, shape, side)
         straight = 0.0
-        if seen and met[number][0] < MIN_SCORES:
+        if seen and met[number].flights < MIN_SCORES:
             gain = max(part.gains[number] for part in parts)
             straight, is_shown = bound_by_lines(scene, sensor, number, parts, shape, side, error / gain)
-            if not is_shown and not met[number][0]:
+            if not is_shown and not met[number].flights:
                 seen = False
                 what = f"light straight from {lamp.name!r}, which no line between them shows"
                 yield (
@@ -305,16 +310,31 @@ def _classes_of_lamps(
                 number,
                 PathClass(
                     f"light {' or '.join(ways)}",
-                    met[number][0],
-                    1.0,
+                    met[number].flights,
+                    heaviest,
                     "use more particles",
                     surfaces=tuple(mirrors),
                     straight=straight,
                 ),
             )
-        if number in scales:
+        if number not in with_rays:
+            continue
+        each, rays, strong = with_rays[number], met[number].rays, met[number].strong_rays
+        if each.collisions is not None:  # which may be so near that a ray from there has no other limit
             what = f"light from {lamp.name!r} by diffuse walls or scattering"
-            yield number, PathClass(what, met[number][1], scales[number], "use more particles")
+            yield number, PathClass(what, rays, heaviest / each.scale, "use more particles")
+        if each.walls is not None:
+            near = "walls near it" if rays else "diffuse walls"
+            yield (
+                number,
+                PathClass(
+                    f"light from {lamp.name!r} by {near}",
+                    strong,
+                    heaviest * each.strongest[face_of(lamp.seen_by)],
+                    "use more particles",
+                    name="strong rays",
+                ),
+            )
 
 
 def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:

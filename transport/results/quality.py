@@ -20,12 +20,13 @@ from transport.results.estimates import Estimate
 from transport.results.findings import (
     BOUNDED,
     DOUBTFUL,
+    FEW_CARRIERS,
     MIN_SCORES,
+    MORE,
     NOTE,
     SOUND,
     Finding,
     unknown_of_error,
-    unseen_scores,
 )
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
-MORE = "use more particles, or estimator='auto', which tries all that go with the scene"
 LARGER = "use more particles or a larger detector"
 
 
@@ -158,7 +158,7 @@ def findings_of_error(
                 what,
                 bound,
                 MORE,
-                name="few carriers",
+                name=FEW_CARRIERS,
                 times=MIN_SCORES / max(carriers, 1),
             )
         if unseen > 0:
@@ -169,12 +169,7 @@ def findings_of_error(
             yield Finding(
                 DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail"
             )
-    elif scores is not None:
-        if scores.number:
-            what = f"only {scores.number} score{'s' * (scores.number > 1)}, too few to know the error"
-            bound = unseen_scores(scores.number) / scores.number * total.value
-            times = MIN_SCORES / scores.number
-            yield Finding(DOUBTFUL, title, "", what, bound, MORE, name="few carriers", times=times)
+    elif scores is not None:  # which `Quantity.findings` says
         return
     if trend < ODD:
         what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"

@@ -15,12 +15,16 @@ from transport.results.error_bars import error_bars_of
 from transport.results.findings import (
     ALLOWED,
     DOUBTFUL,
+    FEW_CARRIERS,
+    NO_SCORE,
     SOUND,
+    UNKNOWN,
     Finding,
     carried,
     judged,
     limits_of_unknown,
     of_bins,
+    of_few_scores,
     of_unknown_error,
     severities,
     worst_of,
@@ -52,7 +56,7 @@ class Quantity(Generic[Number, Reason]):
         None  # error bars known from elsewhere, such as those of a bin of an array
     )
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
-    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = ()  # made when they are asked for
+    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for
 
     @property
     def value(self) -> Number:
@@ -160,10 +164,28 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _raw_findings(self) -> tuple[Finding, ...]:
-        """What arithmetic carries: all that may matter, before it is compared with the error."""
+        """All that may matter, before it is compared with the error; of a single number also that it has few scores."""
         if callable(self._unjudged):
-            self._unjudged = tuple(self._unjudged())
+            found = tuple(self._unjudged())
+            if not (
+                self.coords
+                or self.exact
+                or self._bars_from
+                or any(each.name == FEW_CARRIERS for each in found)
+            ):
+                found += of_few_scores(self._replicates.scores.item(), self._replicates.value.item())
+            self._unjudged = found
         return self._unjudged
+
+    @property
+    def _carried_findings(self) -> tuple[Finding, ...]:
+        """What arithmetic carries: the same, and of a single number that it has no score, where nothing bounds what it may be."""
+        if self.coords or self.reason != NO_SCORE or not np.isinf(self._limits_of_unknown):
+            return self._raw_findings
+        unknown = Finding(
+            DOUBTFUL, "", "", "a part of it has no score", np.inf, "use more particles", name=UNKNOWN
+        )
+        return *self._raw_findings, unknown
 
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
@@ -385,7 +407,7 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
     own, shape = tuple(quantity.coords), quantity._replicates.shape
     return [
         replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
-        for finding in quantity._raw_findings
+        for finding in quantity._carried_findings
     ]
 
 

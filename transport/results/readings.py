@@ -64,6 +64,7 @@ class Reading(Quantified):
         self._is_exact_out = _leaves_once(plan, detector)
         self._allowed, self._more = result.allowed_of(detector.name), more_of(result.choice)
         self._found: dict[int, tuple[list[Finding], list[Finding]]] = {}
+        self._dark: dict[int, bool] = {}
 
     @cached_property
     def area(self) -> float:
@@ -83,8 +84,8 @@ class Reading(Quantified):
         return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
 
     def is_sure(self, side: int) -> bool:
-        """Whether what arrives (0) or leaves (1) is the same for every history by construction."""
-        return self._is_exact_out and side == DEPARTURES
+        """Whether what arrives (0) or leaves (1) is the same for every history by construction, or nothing by proof."""
+        return (self._is_exact_out and side == DEPARTURES) or self.is_dark(side)
 
     @cached_property
     def note(self) -> Note | None:
@@ -283,7 +284,7 @@ class Reading(Quantified):
     def _classes(self, side: int) -> Iterator[Finding]:
         """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
         sums = self.sums
-        if self.is_sure(side) or self.is_dark(side):
+        if self.is_sure(side):
             return
         scores = int(sums.whole("counts", side).sum())
         total = self._total(side)
@@ -308,15 +309,21 @@ class Reading(Quantified):
 
     def _total(self, side: int) -> Estimate:
         weights = self.sums.whole("weights", side).sum(axis=(1, 2))
-        return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit())
+        scores = int(self.sums.whole("counts", side).sum())
+        return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit(), self.is_sure(side), scores)
 
     def is_dark(self, side: int) -> bool:
         """Whether geometry proves that nothing comes to a side."""
+        if side not in self._dark:
+            self._dark[side] = self._is_dark(side)
+        return self._dark[side]
+
+    def _is_dark(self, side: int) -> bool:
         if self.sums.whole("counts", side).any():
             return False
         if side == DEPARTURES and none_crosses(self._scene, self.sums.shape, self.detector):
             return True
-        return bool(self._why_dark) if self.is_blind else side == ARRIVALS and self.cannot_arrive
+        return (self.is_blind and bool(self._why_dark)) or (side == ARRIVALS and self.cannot_arrive)
 
     def why_unscored(self) -> Iterator[Finding]:
         """What is known of why it counted nothing."""
@@ -356,13 +363,13 @@ class Reading(Quantified):
 
     def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.whole(kind, side) for kind in ("weights", "counts"))
-        exact, scale = self._is_exact_out and side == DEPARTURES, self._scale(per_second, 3)
+        exact, scale = self.is_sure(side), self._scale(per_second, 3)
         made = self.sums.estimate(values * scale, self._unit(per_second), {}, counts, exact)
         return self._with_findings(made, side, scale, values.shape[1:])
 
     def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
         values, counts = (self.sums.by_place(k, side) for k in (kind, "counts"))
-        exact = self._is_exact_out and side == DEPARTURES and kind == "weights" and not self.sums.place_axes
+        exact = (self.is_sure(side) and kind == "weights" and not self.sums.place_axes) or self.is_dark(side)
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
         made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
@@ -396,7 +403,7 @@ class Reading(Quantified):
         if volumes is not None:
             volumes = np.reshape(volumes, (-1, *(1,) * (values.ndim - 3)))
             values, unit, sizes = values / volumes, unit / Unit.parse(per), sizes * volumes
-        made = sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts)
+        made = sums.estimate(values, unit, sums.place_axes | sums.direction_axes, counts, self.is_dark(side))
         return self._with_findings(made, side, self._scale(True, values.ndim) / sizes, values.shape[1:])
 
     def _momentum(self, side: int) -> EstimateOrArray:
@@ -408,7 +415,7 @@ class Reading(Quantified):
             one = self._mass("pressure") * self._plan.fastest
         scale = self._scale(True, values.ndim) * one
         made = self.sums.estimate(
-            values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts
+            values * scale / self._areas, Unit.parse("Pa"), self.sums.place_axes, counts, self.is_dark(side)
         )
         return self._with_findings(made, side, scale / self._areas, values.shape[1:])
 

@@ -40,12 +40,12 @@ class Batches:
 class Replicates:
     """Values with the deviations of the batches from them; without deviations they are exact.
 
-    value, scored, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
+    value, scores, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
     """
 
     value: np.ndarray
     deviations: dict[Batches, np.ndarray]
-    scored: np.ndarray  # whether anything was counted at all
+    scores: np.ndarray  # how many there are; infinite where that is not counted, or the value is exact
     runs: tuple[Batches, ...]
     scale: np.ndarray  # size of the largest term added: a spread that rounding of it alone can make is none
 
@@ -62,15 +62,14 @@ class Replicates:
         with np.errstate(invalid="ignore", over="ignore"):
             value = weighted_mean(values, run.sizes)
             deviations = values - value
-        scored = (values != 0).any(axis=0)  # what is too faint for the digits of a sum is no score
-        if counts is not None:
-            scored &= np.asarray(counts) > 0
-        return _replicates(value, {} if exact else {run: deviations}, scored, (run,))
+        is_scored = (values != 0).any(axis=0)  # what is too faint for the digits of a sum is no score
+        scores = np.where(is_scored, np.inf if counts is None else counts, 0.0)
+        return _replicates(value, {} if exact else {run: deviations}, scores, (run,))
 
     @classmethod
     def constant(cls, value: np.ndarray | float, runs: tuple[Batches, ...] = ()) -> Replicates:
         """Replicates of what is known exactly."""
-        return _replicates(np.asarray(value, dtype=float), {}, True, runs)
+        return _replicates(np.asarray(value, dtype=float), {}, np.inf, runs)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -104,7 +103,7 @@ class Replicates:
             if len(run) < 2:
                 reason[...] = "fewer than 2 batches"
         if not self.is_exact:
-            reason[~self.scored] = NO_SCORE
+            reason[self.scores == 0] = NO_SCORE
         reason[~np.isfinite(self.value)] = "undefined: not finite"
         return _read_only(reason)
 
@@ -123,13 +122,13 @@ class Replicates:
     def unless(self, too_few: np.ndarray) -> Replicates:
         """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
-        return _aligned(self.value, deviations, self.scored, self.runs, self.scale)
+        return _aligned(self.value, deviations, self.scores, self.runs, self.scale)
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
         """Replicates after a change of the last axes that leaves those in front alone, such as x[..., i]."""
         deviations = {run: change(of_run) for run, of_run in self.deviations.items()}
-        value, scored, scale = (change(part) for part in (self.value, self.scored, self.scale))
-        return _aligned(value, deviations, scored, self.runs, scale)
+        value, scores, scale = (change(part) for part in (self.value, self.scores, self.scale))
+        return _aligned(value, deviations, scores, self.runs, scale)
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
         """Replicates of the bins of an index, one whole number or slice an axis."""
@@ -144,7 +143,7 @@ class Replicates:
         with np.errstate(invalid="ignore", over="ignore"):
             deviations = {run: of_run.sum(axis=axis) for run, of_run in self.deviations.items()}
             value, scale = self.value.sum(axis=axis), self.scale.sum(axis=axis)
-        return _replicates(value, deviations, self.scored.any(axis=axis), self.runs, scale)
+        return _replicates(value, deviations, self.scores.sum(axis=axis), self.runs, scale)
 
 
 def arranged(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> np.ndarray:
@@ -164,7 +163,7 @@ def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
             run: first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0) for run in runs
         }
         value, scale = first.value + sign * second.value, np.fmax(first.scale, second.scale)
-    return _replicates(value, deviations, first.scored | second.scored, first.runs + second.runs, scale)
+    return _replicates(value, deviations, first.scores + second.scores, first.runs + second.runs, scale)
 
 
 def product(first: Replicates, second: Replicates) -> Replicates:
@@ -191,7 +190,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
     if large := _in_parts(*operands):
         return large.mapped(lambda *parts: combined(function, *parts, linear_in=linear_in), operands)
     means = [operand.value for operand in operands]
-    scored = reduce(np.logical_and, [operand.scored for operand in operands])
+    scores = reduce(np.minimum, [operand.scores for operand in operands])
     runs = sum((operand.runs for operand in operands), ())
     uncertain = [place for place, operand in enumerate(operands) if not operand.is_exact]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -216,7 +215,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
             for k, (mean, operand) in enumerate(zip(means, operands, strict=True))
         ]
         scale = reduce(np.fmax, [np.where(np.isfinite(each), each, 0.0) for each in moved])
-    return _replicates(value, deviations, scored, runs, scale)
+    return _replicates(value, deviations, scores, runs, scale)
 
 
 def _in_parts(*operands: Replicates) -> Replicates | None:
@@ -225,18 +224,22 @@ def _in_parts(*operands: Replicates) -> Replicates | None:
 
 
 def _replicates(
-    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray | float = 0.0
+    value: np.ndarray,
+    deviations: dict,
+    scores: np.ndarray | float,
+    runs: tuple,
+    scale: np.ndarray | float = 0.0,
 ) -> Replicates:
     """Replicates without the spread that rounding alone can make; scale: of the terms, where it is larger."""
     scale = np.fmax(np.abs(value), scale)
     deviations = {
         run: np.where(np.abs(of_run) <= rounding_of(scale), 0.0, of_run) for run, of_run in deviations.items()
     }
-    return _aligned(value, deviations, scored, runs, scale)
+    return _aligned(value, deviations, scores, runs, scale)
 
 
 def _aligned(
-    value: np.ndarray, deviations: dict, scored: np.ndarray, runs: tuple, scale: np.ndarray
+    value: np.ndarray, deviations: dict, scores: np.ndarray | float, runs: tuple, scale: np.ndarray
 ) -> Replicates:
     """Replicates whose arrays all have the shape of the value."""
     value = np.asarray(value, dtype=float)
@@ -245,8 +248,8 @@ def _aligned(
         for run, of_run in deviations.items()
     }
     runs = tuple(deviations) or tuple(dict.fromkeys(runs))
-    scored, scale = (np.broadcast_to(part, value.shape) for part in (scored, scale))
-    return Replicates(_read_only(value), deviations, scored, runs, scale)
+    scores, scale = (np.broadcast_to(part, value.shape) for part in (scores, scale))
+    return Replicates(_read_only(value), deviations, scores, runs, scale)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

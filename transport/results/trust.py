@@ -16,7 +16,17 @@ import numpy as np
 from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.faint_sources import faint_sources
-from transport.results.findings import DOUBTFUL, NO_SCORE, NOTE, Finding, capital, severities, times_needed
+from transport.results.findings import (
+    DOUBTFUL,
+    FEW_CARRIERS,
+    NO_SCORE,
+    NOTE,
+    UNKNOWN,
+    Finding,
+    capital,
+    severities,
+    times_needed,
+)
 from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.path_classes import ALL_LIGHT
@@ -31,7 +41,7 @@ if TYPE_CHECKING:
     from transport.results.result import Result
 
 OUT_OF_REACH = 1e12  # particles
-BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", "few carriers")  # whose bounds fall as scores come
+BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores come
 MANY = 0.05  # of the bins that scored: so many may have too few scores without a warning
 
 SIDES = {
@@ -130,7 +140,7 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
                 DOUBTFUL, title, "", f"{what}; {reasons[0].what}", cure=reasons[0].cure, name=reasons[0].name
             )
         elif not reading.cannot_arrive:
-            yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name="unknown error")
+            yield Finding(DOUBTFUL, title, "", what, cure=more_of(result.choice), name=UNKNOWN)
     else:
         found = [
             _in_its_unit(
@@ -179,7 +189,7 @@ def _of_bins(reading, title: str) -> Iterator[Finding]:
     """The worst finding about the bins of which any is doubtful though the total is sound."""
     for name, array in reading.binned():
         worst = next(
-            (each for each in array.findings if each.severity == DOUBTFUL and each.name != "unknown error"),
+            (each for each in array.findings if each.severity == DOUBTFUL and each.name != UNKNOWN),
             None,
         )
         if worst is not None:

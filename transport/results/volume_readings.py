@@ -13,9 +13,9 @@ from transport.bodies.contents import may_absorb
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
-from transport.results.findings import Finding
+from transport.results.findings import MORE, Finding
 from transport.results.path_classes import ALL_LIGHT, PathClass
-from transport.results.quality import MORE, advising, findings_of_error, more_of
+from transport.results.quality import advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike
@@ -136,7 +136,7 @@ class VolumeReading(Quantified):
     @cached_property
     def whole(self) -> Estimate:
         """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
-        return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit())
+        return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit(), counts=self.scores.number)
 
     def why_unscored(self) -> list[Finding]:
         """What is known of why it counted nothing."""
