@@ -4,6 +4,7 @@ import gc
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from tests import one_thread  # noqa: F401
 from tests.ctrl_c import pressing_ctrl_c
@@ -18,6 +19,9 @@ COMPILING, MEANWHILE = (
 LONGEST = ("test_plain_python.py", "test_sims.py", "test_fuzz.py", "test_error_bars.py")
 FIRST = (*COMPILING, *MEANWHILE, *LONGEST)
 
+
+settings.register_profile("suite", derandomize=True, deadline=None)
+settings.load_profile("suite")
 
 APPROX = pytest.approx
 

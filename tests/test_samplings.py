@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import config
+from scipy.integrate import dblquad
 from scipy.special import fdtrc
 
 import transport as tp
@@ -257,3 +258,51 @@ def test_an_unknown_sampling_is_refused_with_those_there_are():
     assert_refused(
         lambda: tp.simulate(disks(), particles=10, sampling="sobl"), ["sampling", "'sobl'", "sobol"]
     )
+
+
+@pytest.mark.parametrize("sampling", NETS)
+def test_each_source_has_its_exact_share_of_even_points(sampling):
+    """Dealt by chance a source has one history more or less, by which all eight batches of a run may be wrong alike."""
+    powers = {"above": 3.0, "below": 7.3}
+    sources = [
+        tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=power), side=side)
+        for power, side in zip(powers.values(), ("front", "back"), strict=True)
+    ]
+    planes = [
+        tp.Detector(tp.Plane(center=(0, 0, z), normal=(0, 0, -z)), name)
+        for z, name in ((1, "above"), (-1, "below"))
+    ]
+    for particles in (1024, 1 << 16):
+        result = tp.simulate(tp.Scene(sources, detectors=planes), particles, seed=3, sampling=sampling)
+        for name, power in powers.items():
+            flux = result[name].flux_in
+            assert flux.value == pytest.approx(power, rel=1e-12)
+            assert flux.interval()[0] <= power <= flux.interval()[1] and not flux.is_doubtful
+        assert result.ledger["escaped"].value == pytest.approx(10.3, rel=1e-12)
+
+
+@pytest.mark.parametrize("sampling", NETS)
+def test_one_score_more_is_within_the_interval_where_all_batches_have_as_many(sampling):
+    """Half of a lamp is hidden from a point: rays from 0.288 of it come, so many that all batches may have the same number.
+
+    Their spread is then that of the rays' smooth weights, without which the interval missed by up to 300 standard errors.
+    """
+    edge = -0.04246
+    lamp = tp.Source(
+        tp.Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=0.2, height=0.2), tp.Lambertian(power=3.0)
+    )
+    wall = tp.Rectangle(center=(edge / 2 + 0.5, 0, 0.5), width=1, height=1)
+    scene = tp.Scene(
+        lamp, tp.Surface(wall, tp.Diffuse(0.0)), detectors=tp.PointDetector(name="eye", position=(0, 0, 0))
+    )
+    density = 3.0 / (math.pi * 0.2**2)
+    exact, _ = dblquad(lambda y, x: density * (1 + x * x + y * y) ** -1.5, -0.1, edge, -0.1, 0.1)
+    found = [
+        tp.simulate(scene, 1 << 13, seed=seed, sampling=sampling, progress=False)["eye"].fluence_rate
+        for seed in range(40)
+    ]
+    blind = [estimate for estimate in found if estimate.verdict == "bounded"]
+    assert blind and all("as many scores" in str(estimate) for estimate in blind)
+    assert max(abs(estimate.z(exact)) for estimate in blind) > 5  # else this scene shows nothing
+    covered = sum(low <= exact <= high for low, high in (estimate.interval() for estimate in found))
+    assert covered >= 35  # fewer with a chance of 1e-2 at 95 % each

@@ -132,7 +132,7 @@ def test_distance_from_a_rectangle_with_a_hole(point, radius):
         is_out = np.hypot(u, v) >= radius
         if isinstance(hole, Rectangle):
             is_out = (np.abs(along) >= radius / 2) | (np.abs(across) >= radius)
-        apart = np.sqrt((u - point[0]) ** 2 + (v - point[1]) ** 2 + point[2] ** 2)[is_out].min()
+        apart = np.hypot(np.hypot(u - point[0], v - point[1]), point[2])[is_out].min()
         assert apart - 0.02 < least_distance(frame, point) <= apart * (1 + 1e-14)
 
 

@@ -10,6 +10,7 @@ from numba import int64
 from transport.compile.layout import BEAM, BIRTH, HOLED, MEDIUM, NO_TABLE, PATCH
 from transport.engine.flats import beyond_hole
 from transport.engine.passes import lane_pass
+from transport.physics.bits import float_of
 from transport.physics.directions import sample_cosine_law, sample_isotropic
 from transport.physics.elementary import cos_sin_turn
 from transport.physics.streams import DEPTH, DIRECTION, POSITION, random_words, uniform
@@ -18,8 +19,8 @@ from transport.physics.velocities import sample_normal_pair
 
 @lane_pass(BIRTH)
 def begin(b, table, first, live):
-    """A new history at full weight, standing on its source's sheet."""
-    weight, start, sheet = table.weight, table.start, table.sheet
+    """A new history at the weight dealt to it, standing on its source's sheet."""
+    weight, start, sheet = table.weight * float_of(b.worth), table.start, table.sheet
     history = int64(b.next_history) - int64(first)
     for k in range(first, live):
         b.history[k] = history + int64(k)

@@ -33,6 +33,7 @@ HEADER = (
     "seed_high",
     "batch",
     "next_history",  # number of the history that the next newborn lane begins
+    "worth",  # bits of the weight that newborns have, of those at which all that an emitter sends is dealt to its histories
     "started",  # histories born so far; other threads may read it while the bundle runs
     "crossings",
     "collisions",
@@ -209,5 +210,5 @@ def empty_bundle() -> np.ndarray:
     memory = np.zeros(Bundle.itemsize + 64, np.uint8)
     offset = -memory.ctypes.data % 64
     bundle = memory[offset : offset + Bundle.itemsize].view(Bundle)
-    bundle["address"] = bundle.ctypes.data
+    bundle["address"], bundle["worth"] = bundle.ctypes.data, np.float64(1.0).view(np.int64)
     return bundle

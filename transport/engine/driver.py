@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 from numba import config, float64, int64, njit
 
-from transport.compile.layout import ABSORBED, RECORD, SURFACE_MASK, SURFACE_SHIFT, WAY
+from transport.compile.layout import ABSORBED, BORN, RECORD, SURFACE_MASK, SURFACE_SHIFT, WAY
 from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
 from transport.engine.bank import FIELDS, ROOM
@@ -19,6 +19,7 @@ from transport.engine.cache import cached_kernels
 from transport.engine.plain import PlainRecord
 from transport.engine.program import Program
 from transport.overruns import endless, too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
+from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 
 REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which serves a part of the lanes
@@ -28,6 +29,8 @@ MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (e
 # Crossings and collisions of a bundle in which some history must end or some weight be lost: else none ever will.  1e6 crossings
 # per lane of a full bundle; fewer than 16 histories are given up before (surfaces.MOST_EVENTS), and counted as lost.
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
+ROUNDING = 2.0**-40  # of an emitter's number of histories: above a whole number by less it is that
+LEFT = 0.75  # of the brightest emitter's histories: less is not left to it by the others
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
@@ -36,6 +39,7 @@ class RawSums:
     """What a batch counted: integer rows (high, low, count, slant) of the meters and of the ledger."""
 
     histories: int
+    sent: int  # weight [2^-63] with which all were born that no aim weighs
     meters: np.ndarray  # (rows, 4) int64; phase space behind the meters
     ledger: np.ndarray  # (rows, 4) int64
     moments: np.ndarray  # (rows, 4) int64: four limbs of velocity sums
@@ -80,21 +84,22 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
 
     flow: entries and tables of the steps, how many of them come before a flight, and how many after these are done again for
     what collides in a medium;  births: entries and tables of the newborn's steps, where among these each emitter's begin, and
-    the emitters' cumulative shares;  sight: of shadow rays the bundle, its handle, entries and tables of their steps;
-    copies: entries and tables of what takes copies from the bank.
+    the emitters' cumulative shares, and what `_dealt` gives;  sight: of shadow rays the bundle, its handle, entries and tables of
+    their steps;  copies: entries and tables of what takes copies from the bank.
 
-    Histories are dealt to the emitters in proportion, in one run of numbers each: systematic sampling, whose random
-    offset makes every history's chance right.
+    Histories are dealt to the emitters in proportion, in one run of numbers each: as `_dealt` says, else by systematic sampling,
+    whose random offset makes every history's chance right.
     """
     entries, tables, ready, inner = flow
-    birth_entries, birth_tables, emitters, shares = births
+    birth_entries, birth_tables, emitters, shares, dealt, worths = births
     withdrawal, withdrawn = copies
     b = bundle[0]
     w0, w1, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
     offset = uniform(w0, w1)
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
-    copied, live, history, emitter, end = 0, 0, 0, 0, _last_of(histories, shares[0], offset, count == 1)
+    copied, live, history, emitter = 0, 0, 0, 0
+    end = dealt[0] if len(dealt) > 0 else _last_of(histories, shares[0], offset, count == 1)
     calm = (int64(0), int64(0), -1.0)
     while True:
         before, begun, given_up = live, history + copied, b.given_up
@@ -107,14 +112,16 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         while live < LANES and emitter < count:
             born = min(LANES - live, end - history)
             if born > 0:
-                b.next_history = history
+                b.next_history, b.worth = history, bits_of(worths[emitter])
                 for p in range(emitters[emitter], emitters[emitter + 1]):
                     call_pass(birth_entries[p], handle, birth_tables[p], live, live + born)
                     _trace(b, handle, sight)
             live, history = _fill_line(b, live + born), history + born
             if history == end:
                 emitter += 1
-                if emitter < count:
+                if emitter < count and len(dealt) > 0:
+                    end = dealt[emitter]
+                elif emitter < count:
                     end = _last_of(histories, shares[emitter], offset, emitter == count - 1)
         b.started = history
         if copied > MOST_COPIES_EACH * (history + LANES):
@@ -240,6 +247,9 @@ class Machine:
     births: tuple
     sight: tuple
     copies: tuple
+    bounds: (
+        np.ndarray
+    )  # what each emitter's histories would stand for, if all were born at the largest weight
 
 
 def machine_of(program: Program, progress=None) -> Machine:
@@ -257,6 +267,7 @@ def machine_of(program: Program, progress=None) -> Machine:
         births=(*_wired(chain(*program.births)), starts, np.cumsum(bounds) / bounds.sum()),
         sight=_wired(program.sight),
         copies=_wired(program.withdrawal),
+        bounds=bounds,
     )
     if not (config.DISABLE_JIT or drive.signatures):
         if progress is not None:
@@ -264,6 +275,37 @@ def machine_of(program: Program, progress=None) -> Machine:
         # A first run would count its compilation as its own.
         run_batch(machine, seed=0, batch=0, histories=0)
     return machine
+
+
+def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
+    """One past the last history of each emitter, none where chance deals them, and the weights at which histories are born.
+
+    Points that know of one another are so even that all batches deal alike, and no error would tell what chance adds by one
+    history more or less.  So they have fixed numbers, and weights that make up for what is rounded; the brightest emitter has what is left.
+    """
+    bounds, count = machine.bounds, len(machine.bounds)
+    by_chance = np.empty(0, np.int64), np.ones(count)
+    if count == 1 or machine.program.plan.method.sampling == "random":
+        return by_chance
+    due = histories * (bounds / bounds.sum())
+    numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)
+    brightest = int(np.argmax(due))
+    numbers[brightest] += histories - numbers.sum()
+    if numbers[brightest] < LEFT * due[brightest]:
+        return by_chance
+    return np.cumsum(numbers), np.divide(due, numbers, out=np.ones(count), where=numbers > 0)
+
+
+def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -> int:
+    """The weight [2^-63] of so many histories that no aim weighs."""
+    if not len(dealt):
+        return without_aim << 63
+    numbers = np.diff(dealt, prepend=0)
+    return sum(
+        int(number) * int(math.ldexp(worth, 63))
+        for emitter, number, worth in zip(plan.emitters, numbers, worths, strict=True)
+        if emitter.target is None
+    )
 
 
 def _wired(steps):
@@ -318,7 +360,8 @@ def run_batch(
         shadows[name] = bundle[name]
     bundle["shadow"], bundle["cast"], bundle["taken"] = shadows["address"], 0, 0
     sight = (*_handled(shadows), *machine.sight)
-    drive(lanes, handle, machine.flow, machine.births, sight, machine.copies, histories)
+    dealt, worths = _dealt(machine, histories)
+    drive(lanes, handle, machine.flow, (*machine.births, dealt, worths), sight, machine.copies, histories)
     if bundle["stop"][0]:
         raise Stopped
     counted = ("crossings", "started", "overfull", "trapped", "given_up")
@@ -338,6 +381,7 @@ def run_batch(
     records = np.sort(sums.records[: int(bundle["recorded"][0])], order=("snapshot", "history"))
     return RawSums(
         histories,
+        _sent(plan, histories - int(sums.ledger[BORN, 2]), dealt, worths),
         sums.tallies,
         sums.ledger,
         sums.moments,

@@ -78,8 +78,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
     """The numbers of the raw sums (engine.driver.RawSums) of the batch of this number.  Raises LedgerError where they do not close."""
     ledger = raw.ledger.astype(object)
     whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
-    aimed = int(ledger[layout.BORN, 2])
-    born = ((raw.histories - aimed) << 63) + whole[layout.BORN]
+    born = raw.sent + whole[layout.BORN]
     ended = sum(whole) - whole[layout.BORN]
     if born != ended:
         raise LedgerError(

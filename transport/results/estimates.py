@@ -51,7 +51,7 @@ class Estimate(Quantity[float, str | None]):
             raise ValueError(
                 f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
             )
-        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self._replicates, self._is_measured = Replicates.of_batches(values, run, exact, counts), True
         self.unit = as_unit(unit)
         self.coords = {}
 
@@ -138,7 +138,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         axis_units: Mapping[str, str] | None = None,
     ) -> None:
         _check_axes(np.shape(values)[1:], dims, coords)
-        self._replicates = replicates_of(values, run, exact, counts)
+        self._replicates, self._is_measured = replicates_of(values, run, exact, counts), True
         self.unit = as_unit(unit)
         self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
         self.axis_units = dict(axis_units or {})

@@ -127,6 +127,24 @@ def of_few_scores(scores: float, value: float) -> tuple[Finding, ...]:
     return (Finding(DOUBTFUL, "", "", what, bound, MORE, name=FEW_CARRIERS, times=times),)
 
 
+def of_even_scores(
+    value: np.ndarray, error: np.ndarray, scores: np.ndarray, histories: int
+) -> tuple[Finding, ...]:
+    """What speaks against errors of even points that are less than one score is worth: all batches have as many scores.
+
+    Of a number of scores that should lie between two whole numbers, even points give all batches the same one, with a chance of 5 %
+    where it should be 3 in all of them more or less.  Where every history has a score there is no such number.  Arrays (*dims).
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        is_blind = (scores > 0) & (error * scores < np.abs(value)) & (scores % histories != 0)
+        bound = np.where(is_blind, unseen_scores(0) / scores * np.abs(value), 0.0)
+    if not is_blind.any():
+        return ()
+    what = "all batches have as many scores, so their spread tells nothing of one more"
+    bound = bound.item() if bound.ndim == 0 else bound
+    return tuple(Finding(DOUBTFUL, "", "", what, each, MORE, name=UNKNOWN) for each in (bound, -bound))
+
+
 def unknown_of_error(carriers: float) -> float:
     """By how many standard errors a 95 % interval may be too short where about so many scores carry the error.
 
@@ -161,18 +179,24 @@ def severities(finding: Finding, value: np.ndarray, error: np.ndarray, allowed: 
 
 
 def limits_of_unknown(
-    reasons: np.ndarray, scale: np.ndarray, histories: int, batches: int, findings: Iterable[Finding]
+    reasons: np.ndarray,
+    scale: np.ndarray,
+    scores: np.ndarray,
+    histories: int,
+    is_sure: bool,
+    findings: Iterable[Finding],
 ) -> np.ndarray:
     """By how much numbers of unknown error may be off beside what the findings bound, (*dims); infinite where nothing tells.
 
-    reasons: (*dims) of str, None where the error is known;  scale: of the largest term of each number;  histories, batches: of the smallest run.  0 where a number
-    has no score and a finding bounds what it may be.  What is the same in so many batches that chance does not make them so is the same for all but 3
-    of the histories, with 95 % confidence.
+    reasons: (*dims) of str, None where the error is known;  scale: of the largest term of each number;  scores: of each;  histories: of the smallest
+    run;  is_sure: whether it is not chance that made its batches alike, for they are many or of even points.  0 where a number
+    has no score and a finding bounds what it may be.  What is the same in such batches is the same for all but 3 of the histories, with 95 %
+    confidence, and a history that differs may have or lack a score.
     """
     bounds = [np.abs(np.broadcast_to(finding.bound, np.shape(scale))) for finding in findings]
     in_all = np.sum(bounds, axis=0) if bounds else np.zeros(np.shape(scale))  # nan where one is not known
     is_bounded = np.equal(reasons, NO_SCORE) & (in_all > 0) & np.isfinite(in_all)
-    alike = unseen_scores(0) / histories * scale if batches >= ALIKE else np.inf
+    alike = unseen_scores(0) * scale / np.clip(scores, 1, histories) if is_sure else np.inf
     limits = np.where(np.equal(reasons, CONSTANT), alike, np.inf)
     return np.where(np.equal(reasons, None) | is_bounded, 0.0, limits)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from transport.results.error_bars import error_bars_of
 from transport.results.findings import (
+    ALIKE,
     ALLOWED,
     DOUBTFUL,
     FEW_CARRIERS,
@@ -24,6 +25,7 @@ from transport.results.findings import (
     judged,
     limits_of_unknown,
     of_bins,
+    of_even_scores,
     of_few_scores,
     of_unknown_error,
     severities,
@@ -56,6 +58,7 @@ class Quantity(Generic[Number, Reason]):
         None  # error bars known from elsewhere, such as those of a bin of an array
     )
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
+    _is_measured = False  # by a run itself, not made of other quantities
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for
 
     @property
@@ -174,8 +177,17 @@ class Quantity(Generic[Number, Reason]):
                 or any(each.name == FEW_CARRIERS for each in found)
             ):
                 found += of_few_scores(self._replicates.scores.item(), self._replicates.value.item())
-            self._unjudged = found
+            self._unjudged = found + self._of_even_scores
         return self._unjudged
+
+    @property
+    def _of_even_scores(self) -> tuple[Finding, ...]:
+        """That its batches are more even than they should be, where that is so."""
+        number, run = self._replicates, self.run
+        if not self._is_measured or self.exact or run is None or not run.is_even or number.is_in_parts:
+            return ()
+        histories = int(run.sizes.sum())
+        return of_even_scores(number.value, np.asarray(self._error_bars.error), number.scores, histories)
 
     @property
     def _carried_findings(self) -> tuple[Finding, ...]:
@@ -197,11 +209,12 @@ class Quantity(Generic[Number, Reason]):
     def _limits_of_unknown(self) -> np.ndarray:
         """By how much numbers of unknown error may be off beside what findings bound, (*dims); 0 where the error is known."""
         runs = self._replicates.runs
-        histories, batches = (
-            min(sizes, default=0) for sizes in ([run.sizes.sum() for run in runs], map(len, runs))
+        histories = min((run.sizes.sum() for run in runs), default=0)
+        is_sure = all(run.is_even or len(run) >= ALIKE for run in runs)
+        number = self._replicates
+        return limits_of_unknown(
+            number.reason, number.scale, number.scores, histories, is_sure, self._raw_findings
         )
-        reasons, scale = self._replicates.reason, self._replicates.scale
-        return limits_of_unknown(reasons, scale, histories, batches, self._raw_findings)
 
     def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
         """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""

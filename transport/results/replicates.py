@@ -20,10 +20,12 @@ from transport.results.statistics import pseudo_shifts, rounding_of, standard_er
 class Batches:
     """The batches of one run, by the histories in each; a run is this very object, not one with equal sizes.
 
-    sizes: int array (B,).  Raises ValueError for a batch without a history.
+    sizes: int array (B,);  is_even: whether the histories of a batch know of one another, as points of a net do.
+    Raises ValueError for a batch without a history.
     """
 
     sizes: np.ndarray
+    is_even: bool = False
 
     def __post_init__(self) -> None:
         sizes = np.array(self.sizes, dtype=np.int64)

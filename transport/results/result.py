@@ -102,7 +102,8 @@ class Result:
             is_complete,
         )
         self.batches, self.asked, self.choice, self.state = batches, asked, choice, state
-        self.run = Batches(np.array([batch.histories for batch in batches]))
+        is_even = plan.method.sampling != "random"
+        self.run = Batches(np.array([batch.histories for batch in batches]), is_even)
         self._readings: dict[str, Reading] = {}
         self._warnings = list(warnings)
 
