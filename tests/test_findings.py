@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from transport.results import proofs
 from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.findings import MIN_SCORES, Finding, unknown_of_error, unseen_scores
-from transport.results.proofs import bound_by_probe, mirrors_of
+from transport.results.proofs import bound_by_lines, bound_by_probe, mirrors_of
 
 RUN = Batches(np.full(32, 100))
 LAMP = tp.Source(tp.Disk(center=(0, 0, 1.9), normal=(0, 0, -1), radius=0.05), tp.Lambertian(power=100.0))
@@ -750,3 +751,18 @@ def test_a_product_misses_what_both_factors_miss_together():
     """Of 1 and 1 that may each be 4: 16."""
     one = estimate(1.0, 0.01, bound=3.0)
     assert (one * one).interval()[1] >= 16.0
+
+
+@pytest.mark.parametrize("gap", [1e-6, 1e-9])
+def test_lines_between_plates_know_how_near_these_are(gap):
+    """Light comes through a pinhole of a mask between two plates: no even line is as short as those that count."""
+    size, hole = 0.1, 0.1 * gap**0.5
+    lamp = tp.Source(tp.Disk(center=(0, 0, gap), normal=(0, 0, -1), radius=size), tp.Lambertian(radiance=1.0))
+    mask = tp.Disk(center=(0, 0, gap / 2), radius=size, inner_radius=hole)
+    plate = tp.Detector(tp.Disk(radius=size), name="plate")
+    scene = tp.Scene(lamp, tp.Surface(mask, tp.Diffuse(0.0)), detectors=plate)
+    bound, is_shown = bound_by_lines(
+        scene, plate, 0, [SimpleNamespace(shape=plate.shape)], lamp.shape, "front", 0.0
+    )
+    most = (hole / size) ** 2  # of what all of the plate sees through the hole, nearly all of it
+    assert not is_shown and 0.9 * most < bound <= 1.0

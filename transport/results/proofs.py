@@ -36,7 +36,7 @@ from transport.results.meter_sums import ARRIVALS
 from transport.results.statistics import student_quantile
 from transport.shapes import Disk, FlatShape, Point, Rectangle, Shape, Sphere
 from transport.shapes.crossings import crossings
-from transport.shapes.distances import is_behind
+from transport.shapes.distances import is_behind, least_gap
 from transport.sides import IS_BACK
 from transport.sources import Source
 from transport.validation import SceneError, listed
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from transport.scene import Scene
 
 LINES, MOST_LINES = 1 << 13, 1 << 17  # between a sensor and a lamp
+NEARLY = 0.25  # of the most that a line may count
 CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
 FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
 LAST, SHARE = 1 << 22, 1.25  # the longest, and as a share of the run that it is about
@@ -206,12 +207,13 @@ def _seen_by_lines(
         shown = kernel[free]
         mean = float(shown.sum()) / lines
         spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
-        unseen = unseen_scores(len(free)) * float(kernel.max(initial=0.0)) / lines
-        bound, found, is_shown = (
-            max(bound, mean + spread + unseen),
-            max(found, mean),
-            is_shown or len(free) > 0,
-        )
+        # Lines as short as the gap may count most, and none of them may have been drawn.
+        gap, full = least_gap(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
+        limit = lamp.area * full / gap**2 if gap > 0 else math.inf
+        strong = int((shown >= NEARLY * limit).sum())
+        unseen = unseen_scores(strong) * limit / lines
+        bound = max(bound, min(mean + spread + unseen, 1.0))
+        found, is_shown = max(found, mean), is_shown or len(free) > 0
     return bound, found, is_shown
 
 

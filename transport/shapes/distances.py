@@ -56,6 +56,20 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
     return max(0.0, min(heights), -max(heights))
 
 
+def least_gap(first: Shape, second: Shape) -> float:
+    """So far apart two shapes are at least [m], by the balls and boxes about them and by the planes of flat ones; 0 where these do not tell."""
+    if first.is_infinite or second.is_infinite:
+        return 0.0
+    balls = math.dist(first.middle, second.middle) - first.extent - second.extent
+    sides = zip(*first.bounds, *second.bounds, strict=True)
+    boxes = math.hypot(
+        *(max(low - other_high, other_low - high, 0.0) for low, high, other_low, other_high in sides)
+    )
+    pairs = (first, second), (second, first)
+    heights = [least_height(shape, flat) for shape, flat in pairs if isinstance(flat, FlatShape)]
+    return max(balls, boxes, *heights, 0.0)
+
+
 def point_beside(flat: FlatShape, is_back: bool, others: Iterable[Shape]) -> Vector:
     """A point in front of the middle of a flat shape, or behind it, just so far that rounding cannot put it on another."""
     step = BESIDE * max((rounding_of(flat, other) for other in others), default=rounding_of(flat, flat))
