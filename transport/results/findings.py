@@ -230,7 +230,6 @@ def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
     if not many:
         return ()
     what = "too few or too unlike scores, even with those of neighbouring bins"
-    what += f", in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
     bound = np.where(is_doubtful, np.nan, 0.0)
     return (
         Finding(
@@ -241,6 +240,7 @@ def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
             float(bound) if bound.ndim == 0 else bound,
             "use more particles",
             name="bins",
+            seen=f"in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else "",
         ),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 
 import numpy as np
@@ -118,6 +118,10 @@ class PhaseReading(Quantified):
         """n k T: mass times density times the variance of the velocity over 3 [Pa, where `within` is given]."""
         third = self._constant(self._mass("pressure") / 3, "Pa m s^2")
         return self.density * self._all_variances * third
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """The particles in each bin."""
+        yield "number", self.number
 
     def __repr__(self) -> str:
         return f"<{self.name}: number {self.number!r}, outside {self.outside!r}>"

@@ -330,14 +330,19 @@ class Reading(Quantified):
         return (finding for side in (ARRIVALS, DEPARTURES) for finding in self._missing(side))
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
-        """The irradiance and exitance by position, or the radiance by direction."""
-        for side, by_place, by_direction in (
-            (ARRIVALS, "irradiance", "radiance"),
-            (DEPARTURES, "exitance", "radiance_out"),
+        """The radiance by direction, the irradiance and exitance by position, or the flux by time or speed."""
+        sums = self.sums
+        for side, names in (
+            (ARRIVALS, ("radiance", "irradiance", "flux_in")),
+            (DEPARTURES, ("radiance_out", "exitance", "flux_out")),
         ):
-            is_scored = self.sums.whole("weights", side).any() and not self.sums.shape.is_infinite
-            name = by_direction if self.sums.direction_axes else by_place if self.sums.place_axes else None
-            if is_scored and name in self.known:
+            is_binned = bool(sums.direction_axes), bool(sums.place_axes), bool(sums.outer_axes)
+            name = next((name for name, is_so in zip(names, is_binned, strict=True) if is_so), None)
+            if (
+                name is not None
+                and sums.whole("weights", side).any()
+                and not (sums.shape.is_infinite and any(is_binned[:2]))
+            ):
                 yield name, getattr(self, name)
 
     def scores_on(self, side: int) -> Scores | None:

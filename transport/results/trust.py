@@ -68,6 +68,9 @@ def findings_of(result: Result) -> tuple[Finding, ...]:
     looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
     for look in looks:
         found += _of_detector(result, result[look.name])
+    for space in result.scene.phase_spaces:
+        reading = result[space.name]
+        found += _of_bins(reading, f"{reading.title}{reading.name!r}")
     if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
         found.append(_note("enclosed detector", none_can_arrive(away)))
     found += [_note("grazing", what) for what in doubts_of_fluence(result)]
@@ -197,8 +200,8 @@ def _of_bins(reading, title: str) -> Iterator[Finding]:
             doubtful = severities(worst, array.value, array.error, array.allowed) == DOUBTFUL
             many, of = int((doubtful & scored).sum()), int(scored.sum())
             if many > (MANY * of if worst.name == "bins" else 0):
-                what = f"{worst.what.partition(', in ')[0]}, which matters in {many} of {of} bins"
-                yield replace(worst, object=title, quantity=name, what=what)
+                seen = f"which matters in {many} of {of} bins"
+                yield replace(worst, object=title, quantity=name, seen=seen)
 
 
 def _totals(reading) -> Iterator[tuple[str, Estimate]]:
