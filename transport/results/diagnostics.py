@@ -72,7 +72,8 @@ DIAGNOSTICS = (
     ),
     Diagnostic(
         "unknown error",
-        "A number without a score, or of batches that gave all the same.",
+        "A number without a score, or of batches that gave all the same; with sobol and stratified also of batches that all have"
+        " as many scores, so that their spread tells nothing of one more.",
         "Why there is no score.",
     ),
     Diagnostic(

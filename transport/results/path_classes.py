@@ -132,7 +132,7 @@ def _probed(
     if lamp is not None and not isinstance(lamp.emission, Lambertian):
         return finding
     bound, found = bound_by_probe(scene, detector, light.surfaces, histories, error * unit, lamp, events)
-    if math.isinf(bound) and (why := why_no_probe(scene, light.surfaces)):
+    if math.isinf(bound) and (why := why_no_probe(scene, light.surfaces, lamp)):
         why = f"no probe bounds it: {why}"
         return replace(finding, seen=f"{finding.seen}; {why}" if finding.seen else why)
     bound += straight * unit

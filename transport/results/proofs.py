@@ -285,12 +285,19 @@ def bound_by_probe(
     return bound, value
 
 
-def why_no_probe(scene: Scene, surfaces: Sequence[int]) -> str:
-    """Why no probe can bound what these surfaces send, where that is known without one; "" else."""
+def why_no_probe(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
+    """Why no probe can bound what these surfaces send to a detector, or have from a lamp, where that is known without one; "" else."""
     if len(surfaces) > MOST:
         return f"more than {MOST} surfaces"
     endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
-    return f"{listed(names_of(scene, endless))} without end" if endless else ""
+    if endless:
+        return f"{listed(names_of(scene, endless))} without end"
+    try:
+        if lamp is None:
+            _turned(scene)
+    except SceneError as error:
+        return str(error)
+    return ""
 
 
 def _key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
