@@ -339,7 +339,7 @@ class Reading(Quantified):
             is_binned = bool(sums.direction_axes), bool(sums.place_axes), bool(sums.outer_axes)
             name = next((name for name, is_so in zip(names, is_binned, strict=True) if is_so), None)
             if (
-                name is not None
+                name in self.known
                 and sums.whole("weights", side).any()
                 and not (sums.shape.is_infinite and any(is_binned[:2]))
             ):
