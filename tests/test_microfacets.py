@@ -108,9 +108,8 @@ def test_the_roughest_surface_has_a_closed_form():
     assert microfacets.lost_albedo(mu, 1.0) == pytest.approx(mu * np.log1p(1 / mu), rel=1e-13, abs=0)
     assert microfacets.single_albedo(1.0, 1.0) == pytest.approx(1 - math.log(2), rel=1e-14)
     assert microfacets.mean_albedo(1.0) == pytest.approx(4 / 3 * (1 - math.log(2)), rel=1e-14)
-    below = (
-        mu**3 * np.log1p(1 / mu) + mu**2 / 2 - mu + np.log1p(mu)
-    )  # 3 times the integral of mu^2 log(1 + 1/mu)
+    # 3 times the integral of mu^2 log(1 + 1/mu)
+    below = mu**3 * np.log1p(1 / mu) + mu**2 / 2 - mu + np.log1p(mu)
     reached = microfacets.lobe_quantile(below[1:] * 2 / 3 / (1 - microfacets.mean_albedo(1.0)), 1.0)
     assert reached == pytest.approx(mu[1:], rel=1e-7)  # the closed form cancels for small mu
 

@@ -306,9 +306,8 @@ def test_what_leaves_a_hollow_falls_on_itself_by_its_view_factor(shape):
     """The inside of a hollow with one mouth sees itself but for its mouth, F = 1 − A_mouth/A; the outside sees none of it."""
     mouths = {tp.Cone: math.pi * 0.49, tp.Paraboloid: math.pi * 0.36, tp.Sphere: math.pi * 0.96}
     x = 2 + (2 / 0.7) ** 2
-    seen = (
-        math.pi * 0.49 * 2 * (1 - (x - math.sqrt(x * x - 4)) / 2)
-    )  # of a tube's ends, but for what passes both
+    # of a tube's ends, but for what passes both
+    seen = math.pi * 0.49 * 2 * (1 - (x - math.sqrt(x * x - 4)) / 2)
     mouth = mouths.get(type(shape), seen)
     for side, share in (("back", 1 - mouth / shape.area), ("front", 0.0)):
         lamp = tp.Source(shape, tp.Lambertian(exitance=1.0), side=side)

@@ -114,9 +114,8 @@ def test_transmission_agrees_with_zones():
         ends = (
             2 / (np.hypot(2, np.arange(count + 2) * edge) + np.arange(count + 2) * edge)
         ) ** 2  # disk to disk
-        second = (
-            ends[:-2] - 2 * ends[1:-1] + ends[2:]
-        )  # ring to ring at a distance of 1, 2 ... edges, over ring's pi
+        # ring to ring at a distance of 1, 2 ... edges, over ring's pi
+        second = ends[:-2] - 2 * ends[1:-1] + ends[2:]
         share = np.empty(count)
         share[1:] = second[: count - 1] / (2 * edge)
         share[0] = 1 - 2 * (1 - ends[1]) / (2 * edge)

@@ -133,9 +133,8 @@ def test_smallest_bias_is_the_judges_own_and_is_caught_as_often_as_promised():
     rng, seeds, level = np.random.default_rng(11), 3000, 1e-3
     law = Law("", "", "", "", _estimate(rng, 1.0), 1.0)
     assert math.isclose(law.smallest_bias(level), agreement.smallest_bias(law.estimate, level), rel_tol=0.05)
-    true_bias = (
-        law.smallest_bias(level) / law.estimate.error * 0.01
-    )  # for the spread that the error estimates
+    # for the spread that the error estimates
+    true_bias = law.smallest_bias(level) / law.estimate.error * 0.01
     caught = sum(
         not Law("", "", "", "", _estimate(rng, 1 + true_bias), 1.0).holds(level) for _ in range(seeds)
     )

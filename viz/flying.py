@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 FRAMES = 60
 SAMPLE = 3000  # particles of a frame
 TAIL = 2.5  # frames, of the way behind a particle that is told
-FARTHEST = (
-    2.0  # diagonals of the box that particles fly at most: farther, they would jump from frame to frame
-)
+# diagonals of the box that particles fly at most: farther, they would jump from frame to frame
+FARTHEST = 2.0
 FAR = 1.5  # diagonals of the box: where all particles fly farther before they are in it, that way is left out
 MOST_GONE = 0.95  # share of the particles that are gone at the end
 

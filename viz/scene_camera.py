@@ -98,9 +98,8 @@ def _shown(painted: list[Part], ways: np.ndarray) -> np.ndarray:
     for part in painted:
         areas = part.facets.vector_areas * (-1.0 if part.side == BACK else 1.0)
         towards = areas @ ways.T
-        other = (
-            0.0 if part.kind == "surface" else 0.3
-        )  # a transparent meter's map is seen from behind as well
+        # a transparent meter's map is seen from behind as well
+        other = 0.0 if part.kind == "surface" else 0.3
         seen += np.where(towards > 0, towards, -other * towards).sum(axis=0)
         total += np.linalg.norm(areas, axis=1).sum()
     return seen / total if total else seen

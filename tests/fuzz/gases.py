@@ -108,9 +108,8 @@ def _levels(world: World, seed: int, more: int) -> Scores:
     speed = getattr(emission, "speed", None) if result.scene.measured_in == "particles" else None
     mean = _mean_speed(speed)
     unit = 2.0 ** (world.unit[1] - 3 * world.unit[0])
-    density = (
-        DENSITY * unit * (2.0 ** world.unit[0] if speed is None else 1.0)
-    )  # energies grow with the length
+    # energies grow with the length
+    density = DENSITY * unit * (2.0 ** world.unit[0] if speed is None else 1.0)
     for look in result.scene.phase_spaces:
         kept = np.asarray(result[look.name].alive.value) / result.ledger["emitted"].value
         assert np.allclose(kept, 1.0, rtol=1e-12, atol=0), f"alive in {look.name}: {kept} of all"

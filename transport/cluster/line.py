@@ -42,9 +42,8 @@ class Line:
 
         self.cluster, self.processes, self.task = cluster, threads, dumps(task)
         self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
-        self.run = (
-            self.name
-        )  # by which workers know it; another with each connection, as news of the last may be late
+        # by which workers know it; another with each connection, as news of the last may be late
+        self.run = self.name
         self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
         self.groups: Groups | None = None
         self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it

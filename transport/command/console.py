@@ -20,9 +20,8 @@ from transport.validation import SceneError
 
 TEXT_WIDTH = 110  # characters, at which a labelled text is folded
 UNBROKEN = "\u00a0"  # a space at which it is not
-PIPED_WIDTH = (
-    4096  # characters: so wide that no table is folded where neither a terminal nor COLUMNS sets a width
-)
+# characters: so wide that no table is folded where neither a terminal nor COLUMNS sets a width
+PIPED_WIDTH = 4096
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit statuses
 
 

@@ -64,9 +64,8 @@ class Part:
     first: int
     cells: int
     share: float  # of all histories of a run
-    gains: (
-        np.ndarray
-    )  # by lamp: what a sum of 1 over one history is [W m^-2 sr^-1], indices of refraction and all
+    # by lamp: what a sum of 1 over one history is [W m^-2 sr^-1], indices of refraction and all
+    gains: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -292,9 +292,8 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
         weight = _seen(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
-    whole = (
-        replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
-    )  # directions go to its hole as well
+    # directions go to its hole as well
+    whole = replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
     area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
     if isinstance(aim, FlatShape):
         gap = max(gap, least_height(shape, aim) / space.size)

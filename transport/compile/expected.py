@@ -59,9 +59,8 @@ class Expectation:
         str, float
     ]  # by side, the most that a ray brings from a birth or wall there of a history of weight 1
     nearest: dict[str, float]  # by side, the largest share that a flight counts of what a ray tells as well
-    scattered: (
-        Callable[[float], float] | None
-    )  # that of a flight from a collision at least so far away [m]; None without any
+    # that of a flight from a collision at least so far away [m]; None without any
+    scattered: Callable[[float], float] | None
 
 
 def fill_expected(plan: Plan) -> None:
@@ -235,9 +234,8 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
     least = np.maximum(apart - reach, 0.0)
     with np.errstate(divide="ignore"):
         there = np.minimum((abs(height) + lift) / least, 1.0)
-        here = (
-            np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
-        )  # as high above all of a flat one
+        # as high above all of a flat one
+        here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
         return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
 

@@ -23,9 +23,8 @@ TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(7)  # mate
 
 ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: four units in the last place
 
-GRAZING_CUT = (
-    1e-3  # below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
-)
+# below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
+GRAZING_CUT = 1e-3
 
 COUNT_BITS = 36  # of a row's number of scores; above them is what grazes it (engine/grazing.py)
 

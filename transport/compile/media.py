@@ -27,9 +27,8 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.scene import Scene
 
-THINNEST = (
-    2.0**16 * layout.SLACK
-)  # [scene lengths]: shorter free paths would be wrong by more than 2^-16 of themselves
+# [scene lengths]: shorter free paths would be wrong by more than 2^-16 of themselves
+THINNEST = 2.0**16 * layout.SLACK
 ANALOG, WEIGHTED = "analog", "weighted"
 
 

@@ -129,9 +129,8 @@ def aim_at_sphere(b, table, first, live):
         ux, uy, uz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
         mu = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (mu if mu > 0.0 else 0.0)
-        depth = (
-            d * sine
-        )  # the ray's closest point to the centre, relative to it; it may lie behind what is born within
+        # the ray's closest point to the centre, relative to it; it may lie behind what is born within
+        depth = d * sine
         ahead = (cosine > 0.0) & (d2 > radius * radius)
         b.x[k] = cx + depth * (cosine * ex - sine * axis_x) if ahead else b.x[k]
         b.y[k] = cy + depth * (cosine * ey - sine * axis_y) if ahead else b.y[k]

@@ -11,9 +11,8 @@ import numpy as np
 LANES = int(
     os.environ.get("TRANSPORT_LANES", "256")
 )  # a constant of the build; the variable is a seam for tests
-PITCH = (
-    LANES + 8
-)  # words from field to field: a cache line more, lest one lane's fields all compete for one cache set
+# words from field to field: a cache line more, lest one lane's fields all compete for one cache set
+PITCH = LANES + 8
 
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64

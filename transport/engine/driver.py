@@ -247,9 +247,8 @@ class Machine:
     births: tuple
     sight: tuple
     copies: tuple
-    bounds: (
-        np.ndarray
-    )  # what each emitter's histories would stand for, if all were born at the largest weight
+    # what each emitter's histories would stand for, if all were born at the largest weight
+    bounds: np.ndarray
 
 
 def machine_of(program: Program, progress=None) -> Machine:

@@ -27,9 +27,8 @@ from transport.physics.elementary import exp_negative
 WORDS = Bundle.itemsize // 8
 WEIGHT = Bundle.fields["weight"][1] // 8
 LARGEST = 2.0**250  # score; more than that comes of a beam through the very point
-A_SCORE = (
-    1 << 30
-)  # towards driver.MOST_SCORED: each adds as much to a row at most as one of 2^28 volume scores does
+# towards driver.MOST_SCORED: each adds as much to a row at most as one of 2^28 volume scores does
+A_SCORE = 1 << 30
 
 
 @lane_pass(ROWS)

@@ -9,9 +9,8 @@ from transport.engine.sums import chance_of
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 
-THIN = (
-    2.0**-20
-)  # optical depth below which this is done: above it rounding takes 1e-10 of what is absorbed at most
+# optical depth below which this is done: above it rounding takes 1e-10 of what is absorbed at most
+THIN = 2.0**-20
 
 
 @device

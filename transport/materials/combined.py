@@ -148,9 +148,8 @@ def lets_through(material: Material) -> bool:
 def is_specular(material: Material) -> bool:
     """Whether light leaves a material into directions that no ray can be aimed along: mirrors, glass, gloss and lenses."""
     parts = list(simple_parts(material))
-    is_sieve = (
-        any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
-    )  # no ray passes it
+    # no ray passes it
+    is_sieve = any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
     return is_sieve or any(_is_specular(part) for part in parts)
 
 

@@ -8,9 +8,8 @@ import math
 
 from transport.physics.device import device
 
-GRAZING = (
-    2.0**-50
-)  # relative rounding of the discriminant: a ray that misses by less touches, as through a cone's apex
+# relative rounding of the discriminant: a ray that misses by less touches, as through a cone's apex
+GRAZING = 2.0**-50
 
 
 @device

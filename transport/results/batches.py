@@ -29,9 +29,8 @@ class Batch:
     weights: np.ndarray | Packed  # (rows,) sums
     counts: np.ndarray | Packed  # (rows,) scores
     slants: np.ndarray | Packed  # (rows,) sums of weight/|mu|
-    grazing: (
-        np.ndarray
-    )  # (meters,) crossings beyond the grazing cut: how many more in its inner half than in the outer
+    # (meters,) crossings beyond the grazing cut: how many more in its inner half than in the outer
+    grazing: np.ndarray
     born: float
     heaviest: float  # of births towards an aim
     ledger: dict[str, float]

@@ -60,9 +60,8 @@ class Finding:
     value: float = np.nan  # of the number that it is about
     name: str = ""  # of its entry in the table of diagnostics
     seen: str = ""  # what shows that it is no mere possibility
-    times: float = (
-        np.nan
-    )  # as many histories after which the error knows it; nan where no score foretells that
+    # as many histories after which the error knows it; nan where no score foretells that
+    times: float = np.nan
     about: float = np.nan  # what it is worth, as a share of the bound, where a probe has found that out
     adds: bool = False  # of bins: each has its part of the bound, where else any one may have all of it
 

@@ -202,9 +202,8 @@ def _classes_of_detector(
             if not is_aimed:
                 return
             born = sum(batch.born for batch in batches)
-            heaviest *= (
-                min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
-            )  # on its way
+            # on its way
+            heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
         number = large_scores(plan, batches, name, side, heaviest, scores)
         what = "the heaviest births of an aim" if is_aimed else "light"
         yield PathClass(what, number, heaviest, MORE, name=ALL_LIGHT)

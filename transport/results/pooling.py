@@ -26,14 +26,12 @@ AROUND = 2  # reach within which bins are counted that have few scores
 MOST_IN_WINDOW = 33**2  # bins in a window; of more than two axes windows therefore reach less far
 INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
 MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
-OWN_SHARE = (
-    0.1  # of the weight of a bin's own variance; all of it would tie the error to the luck of the value
-)
+# of the weight of a bin's own variance; all of it would tie the error to the luck of the value
+OWN_SHARE = 0.1
 PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
 MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand for its own
-MIN_DOF = (
-    MIN_SCORES / 2
-)  # an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+# an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+MIN_DOF = MIN_SCORES / 2
 OWN_DOF = 0.8  # of the degrees of freedom of the batches: as many are enough where batches are few
 UNLIKELY = 1e-3  # chance of an own variance so large, below which the bin is unlike its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
@@ -227,9 +225,8 @@ def _moderated(
         is_alone = (others[:, 0] <= ROUNDING * own) | (others[:, 1] <= ROUNDING * own * moments.variance)
         count, total, noise, square = np.where(is_alone[:, None], own * each, others).swapaxes(0, 1)
         mean, noise = total / count, noise / count
-        of_window = _worse_of_next(
-            np.maximum(noise / mean**2, bare)
-        )  # if all were like the mean of the window
+        # If all were like the mean of the window, and as each bin is.
+        of_window = _worse_of_next(np.maximum(noise / mean**2, bare))
         of_bin = _worse_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
         dof = np.where(is_alone, 0.0, 2 * count / of_window)
         # Begin with the widest window, and moderate each narrower one with what is known so far.

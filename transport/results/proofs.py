@@ -72,10 +72,8 @@ def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
     """The numbers of the surfaces whose mirrored or refracted light may come straight to a side of a shape; side: None for all."""
     key = "mirrors", id(shape), side
     if key not in scene.proofs:
-        scene.proofs[key] = (
-            shape,
-            _mirrors_of(scene, shape, side),
-        )  # the shape is kept, so that no other one takes its id
+        # The shape is kept, so that no other one takes its id.
+        scene.proofs[key] = shape, _mirrors_of(scene, shape, side)
     return scene.proofs[key][1]
 
 

@@ -184,9 +184,8 @@ def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
     if scores is None:
         return True
     values = _alike(total)
-    excess = (
-        (values.max() / values.mean() - 1) * scores.power(1) / len(values)
-    )  # in scores as large as the largest
+    # in scores as large as the largest
+    excess = (values.max() / values.mean() - 1) * scores.power(1) / len(values)
     return excess > CHANCE * math.sqrt(max(scores.carriers / len(values), 1.0))
 
 

@@ -54,9 +54,8 @@ class Quantity(Generic[Number, Reason]):
     unit: Unit
     coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
     axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
-    _bars_from: Callable[[], Pooled] | None = (
-        None  # error bars known from elsewhere, such as those of a bin of an array
-    )
+    # error bars known from elsewhere, such as those of a bin of an array
+    _bars_from: Callable[[], Pooled] | None = None
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
     _is_measured = False  # by a run itself, not made of other quantities
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for

@@ -43,9 +43,8 @@ QUANTITIES = (
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
-SLANT = (
-    2.0  # what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
-)
+# what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
+SLANT = 2.0
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
@@ -336,13 +335,12 @@ class Reading(Quantified):
             (ARRIVALS, ("radiance", "irradiance", "flux_in")),
             (DEPARTURES, ("radiance_out", "exitance", "flux_out")),
         ):
-            is_binned = bool(sums.direction_axes), bool(sums.place_axes), bool(sums.outer_axes)
-            name = next((name for name, is_so in zip(names, is_binned, strict=True) if is_so), None)
-            if (
-                name in self.known
-                and sums.whole("weights", side).any()
-                and not (sums.shape.is_infinite and any(is_binned[:2]))
-            ):
+            axes = sums.direction_axes, sums.place_axes, sums.outer_axes
+            name = next((name for name, of_it in zip(names, axes, strict=True) if of_it), None)
+            is_of_area = bool(sums.direction_axes or sums.place_axes)
+            if name not in self.known or (is_of_area and sums.shape.is_infinite):
+                continue
+            if sums.whole("weights", side).any():
                 yield name, getattr(self, name)
 
     def scores_on(self, side: int) -> Scores | None:

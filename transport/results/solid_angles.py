@@ -30,9 +30,8 @@ def solid_angles_of(detector: Detector, shape: Shape) -> tuple[np.ndarray, np.nd
         middle = 0.5 * (cosines[1:] + cosines[:-1])
         projected = plain * middle[:, None]
     elif isinstance(shape, Sphere):
-        projected = (
-            plain / 4.0
-        )  # every direction sees the sphere's normal at a mean |cos| of 1/4 of the whole surface
+        # every direction sees the sphere's normal at a mean |cos| of 1/4 of the whole surface
+        projected = plain / 4.0
     else:
         projected = _mean_over_pieces(detector, shape, lambda n: projected_solid_angles(cosines, turns, n))
     order = slice(None, None, -1 if swap else 1)

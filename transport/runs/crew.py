@@ -11,9 +11,8 @@ from transport.results.batches import Batch, batch_of
 from transport.runs.origins import Origin
 
 GLANCE = 0.1  # [s] between looks at the progress
-PARCEL = (
-    5e-3  # [s] of batches that are handed over together: between threads that takes as long as a small one
-)
+# [s] of batches that are handed over together: between threads that takes as long as a small one
+PARCEL = 5e-3
 
 
 class CrewLost(RuntimeError):

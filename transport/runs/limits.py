@@ -22,9 +22,8 @@ from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches
-MANY_FOR_ERROR = (
-    128  # batches, and up to twice as many: they know an error to 1 / sqrt(2 × 128) = 6 % or better
-)
+# batches, and up to twice as many: they know an error to 1 / sqrt(2 × 128) = 6 % or better
+MANY_FOR_ERROR = 128
 MOST_BATCHES = 4096
 HOPELESS = 10**7  # particles without a score, after which a run for an error ends
 MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning

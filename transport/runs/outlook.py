@@ -10,12 +10,10 @@ import numpy as np
 from transport.pricing.slopes import Pace, pace_of
 from transport.runs.stopping import Look
 
-KNOWN = (
-    0.1  # relative error below which it is known well enough to tell by it how many histories another takes
-)
-LONG = (
-    1e-3  # [s], a batch that tells the time of its histories: in smaller ones lanes idle, and latencies count
-)
+# relative error below which it is known well enough to tell by it how many histories another takes
+KNOWN = 0.1
+# [s], a batch that tells the time of its histories: in smaller ones lanes idle, and latencies count
+LONG = 1e-3
 FAR = 0.1  # of the way to the end, from where on the way itself tells the speed
 
 

@@ -26,9 +26,8 @@ from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 from transport.validation import SceneError
 
-OPEN = (
-    1 << 18
-)  # histories after which a class of paths without a score is taken for one that none may ever score
+# histories after which a class of paths without a score is taken for one that none may ever score
+OPEN = 1 << 18
 SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
 
 
@@ -212,9 +211,8 @@ class Run:
 
     def why_nothing(self) -> str:
         """What to say of a run that was interrupted before a batch was whole: how long one takes, and how to have shorter ones."""
-        rate = (
-            self.crew.started / self._elapsed / self.threads
-        )  # histories a second of one thread, so of one batch
+        # histories a second of one thread, so of one batch
+        rate = self.crew.started / self._elapsed / self.threads
         said = f"interrupted before the first batch, of {self.size} particles, was done, so nothing is known"
         if not rate > 0:
             return said

@@ -134,9 +134,8 @@ def _with_error(
     units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
-    is_judged = (
-        not quantity._replicates.is_in_parts
-    )  # as judging very many bins takes all of their errors at once
+    # as judging very many bins takes all of their errors at once
+    is_judged = not quantity._replicates.is_in_parts
     judged = {}
     if not dims:
         judged = {

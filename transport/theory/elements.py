@@ -18,9 +18,8 @@ from transport.theory.view_factors import coaxial_disks
 
 Vector = Sequence[float]
 
-NODES = (
-    16  # Gauss-Legendre along each side: 1e-12 where sides are as long as the distance, 1e-6 where four times
-)
+# Gauss-Legendre along each side: 1e-12 where sides are as long as the distance, 1e-6 where four times
+NODES = 16
 
 
 def disks_throughput(radius_1: float, radius_2: float, distance: float) -> float:
