@@ -766,3 +766,15 @@ def test_lines_between_plates_know_how_near_these_are(gap):
     )
     most = (hole / size) ** 2  # of what all of the plate sees through the hole, nearly all of it
     assert not is_shown and 0.9 * most < bound <= 1.0
+
+
+def test_bins_that_are_not_pooled_need_as_many_scores_as_single_numbers():
+    """Of a bin of time with a few late scores the error is not known, though that of the total is."""
+    run = Batches(np.full(32, 1000))
+    scores = np.stack([np.arange(32) == 7, np.arange(32) % 2 == 0, np.arange(32) % 16 + 5]).T / 1000
+    numbers = (scores * 1000).sum(axis=0).astype(int)
+    times = {"time": np.array([0.0, 1.0, 2.0, 3.0])}
+    energies = EstimateArray(scores, run, "J", ("time",), times, counts=numbers)
+    assert numbers.tolist() == [1, 16, 400]
+    assert energies.verdict.tolist() == ["doubtful", "doubtful", "sound"]
+    assert energies[1].is_doubtful and "scores" in str(energies[1])

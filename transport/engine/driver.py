@@ -279,12 +279,13 @@ def machine_of(program: Program, progress=None) -> Machine:
 def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
     """One past the last history of each emitter, none where chance deals them, and the weights at which histories are born.
 
-    Points that know of one another are so even that all batches deal alike, and no error would tell what chance adds by one
-    history more or less.  So they have fixed numbers, and weights that make up for what is rounded; the brightest emitter has what is left.
+    Chance would deal them so evenly that all batches might have the same one more or less, of which no error would tell.  So their
+    numbers are fixed, and weights make up for what is rounded; the brightest emitter has what is left.  Histories that run backwards
+    are counted by emitter, and dealt by chance.
     """
     bounds, count = machine.bounds, len(machine.bounds)
     by_chance = np.empty(0, np.int64), np.ones(count)
-    if count == 1 or machine.program.plan.method.sampling == "random":
+    if count == 1 or machine.program.plan.turned is not None:
         return by_chance
     due = histories * (bounds / bounds.sum())
     numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)

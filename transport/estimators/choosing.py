@@ -26,7 +26,7 @@ import numpy as np
 
 from transport.estimators.methods import PARTIAL, SAMPLINGS, Method, methods_for
 from transport.results.estimates import EstimateOrArray
-from transport.results.findings import ALLOWED, CONSTANT, times_needed
+from transport.results.findings import ALLOWED, times_needed
 from transport.results.notation import times_text
 from transport.results.statistics import normal_score
 from transport.validation import SceneError, listed, suggestion
@@ -270,19 +270,18 @@ class Seen:
 
 def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> Seen:
     """What a pilot's quantity is worth.  A bin without a score is unknown by all of its value."""
-    relative = np.atleast_1d(quantity.relative_error)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.atleast_1d(quantity._error_of_all / np.abs(quantity.value))
     is_known = np.isfinite(relative)
     unknown = np.where(is_known, np.minimum(relative, 1.0), 1.0)
-    square = float(np.mean(unknown**2)) if is_known.any() else 0.0 if _is_constant(quantity) else math.nan
+    square = float(np.mean(unknown**2)) if is_known.any() else math.nan
     whole = quantity._whole
-    mean = Mean(name, whole.value, whole.error, whole.dof)
-    doubt = times_needed(whole._raw_findings, whole.value, whole.error, allowed)
+    error = float(whole._error_of_all)
+    mean = Mean(name, whole.value, error if error < math.inf else math.nan, whole.dof)
+    doubt = times_needed(
+        whole._all_findings if error < math.inf else whole._raw_findings, whole.value, error, allowed
+    )
     return Seen(square, int(np.count_nonzero(quantity.values)), mean, doubt)
-
-
-def _is_constant(quantity: EstimateOrArray) -> bool:
-    """Whether chance plays no part in it: all batches gave the same, and not nothing."""
-    return bool(np.all(np.atleast_1d(quantity.reason) == CONSTANT) and np.any(quantity.value))
 
 
 def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: float) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from functools import reduce
 import numpy as np
 
 from transport.results.aside import let_go, room_for
+from transport.results.enough import MIN_SCORES
 from transport.results.pooling import Pooled, covers_circle, pooled_errors
 from transport.results.replicates import Replicates
 from transport.results.statistics import standard_error, welch_dof
@@ -57,17 +58,18 @@ def error_bars_of(
 
 def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
     """Error bars of bins that are made at once."""
-    is_known = np.equal(replicates.reason, None)
+    is_known, scores = np.equal(replicates.reason, None), replicates.scores
+    has_few = (scores > 0) & (scores < MIN_SCORES) if replicates.shape else np.zeros((), dtype=bool)
     found = []
     for run, deviations in replicates.deviations.items() if axes else ():
         spread = np.abs(deviations).max(axis=0)
         pooled = pooled_errors(deviations, run.sizes, is_known & (spread > 0), axes, periodic)
         if pooled is None:  # too few batches: the run's own errors, beside those of other runs
             own = np.where(is_known, standard_error(deviations, run.sizes), np.nan)
-            pooled = Pooled(own, np.full(own.shape, len(run) - 1.0), np.zeros(own.shape, dtype=bool))
+            pooled = Pooled(own, np.full(own.shape, len(run) - 1.0), has_few)
         found.append(pooled)
     if not found:
-        return Pooled(replicates.error, replicates.dof, np.zeros(is_known.shape, dtype=bool))
+        return Pooled(replicates.error, replicates.dof, is_known & has_few)
     errors = [np.where(is_known, np.nan_to_num(each.error), np.nan) for each in found]
     dof = found[0].dof
     if len(found) > 1:

@@ -129,10 +129,11 @@ def of_few_scores(scores: float, value: float) -> tuple[Finding, ...]:
 def of_even_scores(
     value: np.ndarray, error: np.ndarray, scores: np.ndarray, histories: int
 ) -> tuple[Finding, ...]:
-    """What speaks against errors of even points that are less than one score is worth: all batches have as many scores.
+    """What speaks against errors that are less than one score is worth: all batches have as many scores.
 
     Of a number of scores that should lie between two whole numbers, even points give all batches the same one, with a chance of 5 %
-    where it should be 3 in all of them more or less.  Where every history has a score there is no such number.  Arrays (*dims).
+    where it should be 3 in all of them more or less.  Where every history has a score there is no such number.
+    Arrays (*dims).
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         is_blind = (scores > 0) & (error * scores < np.abs(value)) & (scores % histories != 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, reduce
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Generic, Never, NoReturn, Self, TypeAlias, TypeVar
@@ -15,6 +15,7 @@ from transport.results.error_bars import error_bars_of
 from transport.results.findings import (
     ALIKE,
     ALLOWED,
+    CONSTANT,
     DOUBTFUL,
     FEW_CARRIERS,
     NO_SCORE,
@@ -178,6 +179,21 @@ class Quantity(Generic[Number, Reason]):
                 found += of_few_scores(self._replicates.scores.item(), self._replicates.value.item())
             self._unjudged = found + self._of_even_scores
         return self._unjudged
+
+    @property
+    def _error_of_all(self) -> np.ndarray:
+        """One standard error with what batches that are alike do not tell, (*dims); infinite where that is not known."""
+        from scipy.special import ndtri
+
+        reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
+        bounds = [
+            each.bound for each in self._raw_findings if each.name == UNKNOWN and np.all(each.bound >= 0)
+        ]
+        unknown = reduce(
+            np.hypot, bounds, np.where(np.equal(reason, CONSTANT), self._limits_of_unknown, 0.0)
+        ) / ndtri(0.975)
+        known = np.where(np.equal(reason, None), error, np.where(np.equal(reason, CONSTANT), 0.0, np.inf))
+        return np.hypot(known, unknown)
 
     @property
     def _of_even_scores(self) -> tuple[Finding, ...]:

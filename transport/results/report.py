@@ -13,6 +13,7 @@ from transport.estimators.methods import ANALOG, Method, methods_for
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
 from transport.results.estimates import Estimate, EstimateArray
+from transport.results.findings import BOUNDED
 from transport.results.footprint import batches_that_fit, bytes_of_a_batch
 from transport.results.prices import price_lines
 from transport.validation import listed
@@ -52,9 +53,12 @@ def report_of(result) -> str:
 
 def all_is_well(result) -> str:
     """What may be said of the error bars: nothing of those that are not known."""
-    quantities = (q for look in result.scene.detectors for q in result[look.name].quantities.values())
+    quantities = [q for look in result.scene.detectors for q in result[look.name].quantities.values()]
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
     bins = [told for look in result.scene.detectors if (told := _doubtful_bins(result[look.name]))]
+    known = [q for q in quantities if isinstance(q, Estimate) and q.reason is None]
+    if not bins and any(q.verdict == BOUNDED for q in known):
+        return "error bars: none is doubtful; what may be missing stands beside the numbers"
     if not bins:
         return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
     totals = f"those of the totals{' that are known' * unscored}"
