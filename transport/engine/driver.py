@@ -279,13 +279,12 @@ def machine_of(program: Program, progress=None) -> Machine:
 def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
     """One past the last history of each emitter, none where chance deals them, and the weights at which histories are born.
 
-    Chance would deal them so evenly that all batches might have the same one more or less, of which no error would tell.  So their
-    numbers are fixed, and weights make up for what is rounded; the brightest emitter has what is left.  Histories that run backwards
-    are counted by emitter, and dealt by chance.
+    Chance would deal points that know of one another so evenly that all batches might have the same one more or less, of which no error
+    would tell.  So their numbers are fixed, and weights make up for what is rounded; the brightest emitter has what is left.
     """
     bounds, count = machine.bounds, len(machine.bounds)
     by_chance = np.empty(0, np.int64), np.ones(count)
-    if count == 1 or machine.program.plan.turned is not None:
+    if count == 1 or machine.program.plan.method.sampling == "random":
         return by_chance
     due = histories * (bounds / bounds.sum())
     numbers = np.ceil(due * (1.0 - ROUNDING)).astype(np.int64)
@@ -293,7 +292,8 @@ def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
     numbers[brightest] += histories - numbers.sum()
     if numbers[brightest] < LEFT * due[brightest]:
         return by_chance
-    return np.cumsum(numbers), np.divide(due, numbers, out=np.ones(count), where=numbers > 0)
+    is_whole = np.abs(due - numbers) <= ROUNDING * due
+    return np.cumsum(numbers), np.where(is_whole, 1.0, due / np.maximum(numbers, 1))
 
 
 def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -> int:
