@@ -48,11 +48,12 @@ def test_the_driver_is_compiled_before_the_clock_starts(monkeypatch):
 
 
 def test_importing_takes_no_time():
-    """Below 0.6 s of CPU, the best of three (0.24 s on two shared cores, of which NumPy takes 0.09), and few modules."""
-    code = "import sys, time\nbegun = time.process_time()\nimport transport\nprint(time.process_time() - begun, len(sys.modules))"
+    """Below 5 times the CPU of NumPy's import, the best of three (3.2 times, 0.3 s, on two shared cores), and few modules."""
+    clock = "import sys, time; begun = time.process_time()"
+    code = f"{clock}\nimport numpy\nfirst = time.process_time() - begun\nimport transport\nprint((time.process_time() - begun) / first, len(sys.modules))"
     runs = [
         subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
         for _ in range(3)
     ]
-    seconds, modules = zip(*(map(float, run.stdout.split()) for run in runs), strict=True)
-    assert min(seconds) < 0.6 and modules[0] < 450
+    times, modules = zip(*(map(float, run.stdout.split()) for run in runs), strict=True)
+    assert min(times) < 5 and modules[0] < 450
