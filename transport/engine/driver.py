@@ -33,7 +33,7 @@ ROUNDING = 2.0**-40  # of an emitter's number of histories: above a whole number
 GOLDEN = (
     0.6180339887498949  # multiples of it fill a circle as evenly as can be (van der Corput 1935; Knuth 6.4)
 )
-LEFT = 0.75  # of the brightest emitter's histories: less is not left to it by the others
+LEFT = 0.95  # of the brightest emitter's histories: less is not left to it by the others
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
