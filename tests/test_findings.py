@@ -23,8 +23,9 @@ from transport.compile.sizes import EDGES
 from transport.results import proofs
 from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.results.findings import MIN_SCORES, Finding, unknown_of_error, unseen_scores
+from transport.results.findings import MIN_SCORES, Finding, carried, unknown_of_error, unseen_scores
 from transport.results.proofs import bound_by_lines, bound_by_probe, mirrors_of
+from transport.results.quality import quality_of
 
 RUN = Batches(np.full(32, 100))
 LAMP = tp.Source(tp.Disk(center=(0, 0, 1.9), normal=(0, 0, -1), radius=0.05), tp.Lambertian(power=100.0))
@@ -778,3 +779,19 @@ def test_bins_that_are_not_pooled_need_as_many_scores_as_single_numbers():
     assert numbers.tolist() == [1, 16, 400]
     assert energies.verdict.tolist() == ["doubtful", "doubtful", "sound"]
     assert energies[1].is_doubtful and "scores" in str(energies[1])
+
+
+def test_a_carried_finding_takes_the_longer_of_two_times_whatever_the_order():
+    """As many histories settle a sum as settle the part that takes most."""
+    few, many = (Finding("doubtful", "", "", "light not sampled", 1.0, times=times) for times in (2.0, 100.0))
+    for pair in ((few, many), (many, few)):
+        (sum_of_both,) = carried(np.add, *((np.array(1.0), [each]) for each in pair))
+        assert (sum_of_both.bound, sum_of_both.times) == (2.0, 100.0)
+
+
+def test_quality_keeps_the_error_that_was_asked_for():
+    """A bound within 1 % of the value, and above what was asked for, is a doubt in both."""
+    run = Batches(np.full(32, 1000))
+    estimate = Estimate(1.0 + 1e-6 * np.arange(32), run, "W")
+    estimate._with_findings(lambda: (Finding("doubtful", "", "", "light not sampled", 5e-3),), allowed=1e-4)
+    assert estimate.verdict == quality_of(estimate).verdict == "doubtful"

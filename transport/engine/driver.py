@@ -30,7 +30,10 @@ MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (e
 # per lane of a full bundle; fewer than 16 histories are given up before (surfaces.MOST_EVENTS), and counted as lost.
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
 ROUNDING = 2.0**-40  # of an emitter's number of histories: above a whole number by less it is that
-LEFT = 0.75  # of the brightest emitter's histories: less is not left to it by the others
+GOLDEN = (
+    0.6180339887498949  # multiples of it fill a circle as evenly as can be (van der Corput 1935; Knuth 6.4)
+)
+LEFT = 0.95  # of the brightest emitter's histories: less is not left to it by the others
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 
 
@@ -88,14 +91,16 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     their steps;  copies: entries and tables of what takes copies from the bank.
 
     Histories are dealt to the emitters in proportion, in one run of numbers each: as `_dealt` says, else by systematic sampling,
-    whose random offset makes every history's chance right.
+    whose random offset makes every history's chance right.  From batch to batch it goes on by the golden section, so that all batches
+    together have as many of each emitter as they should, but for about one history, and differ from one another where these are not whole.
     """
     entries, tables, ready, inner = flow
     birth_entries, birth_tables, emitters, shares, dealt, worths = births
     withdrawal, withdrawn = copies
     b = bundle[0]
-    w0, w1, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
-    offset = uniform(w0, w1)
+    _, _, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
+    o0, o1, _, _ = random_words(0, 0, 0, SHARES, b.seed_low, b.seed_high)
+    offset = (uniform(o0, o1) + b.batch * GOLDEN) % 1.0
     b.phase = int64(uniform(w2, w3) * b.stride)
     count = emitters.shape[0] - 1
     copied, live, history, emitter = 0, 0, 0, 0

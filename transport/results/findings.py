@@ -316,8 +316,11 @@ def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]])
             for finding in findings:
                 bound = function(*values[:place], value + finding.bound, *values[place + 1 :]) - base
                 key = finding.object, finding.what, bool(np.all(np.nan_to_num(bound) >= 0))
-                if key in found:  # of one sign: what may add to a number and what may take from it stay apart
-                    bound = bound + found[key].bound
+                if (
+                    other := found.get(key)
+                ) is not None:  # what may add to a number and what may take from it stay apart
+                    bound = bound + other.bound
+                    finding = replace(finding, times=np.fmax(finding.times, other.times), about=np.nan)
                 found[key] = replace(finding, bound=bound)
             more = sum((np.fmax(finding.bound, 0.0) for finding in findings), start=np.zeros(np.shape(value)))
             values[place] = value + np.where(np.isfinite(more), more, 0.0)

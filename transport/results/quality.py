@@ -105,7 +105,7 @@ def quality_of(
     is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
     if is_known and scores is not None and not estimate._raw_findings:
         found = advising(findings_of_error("", estimate, scores, particles), more)
-        estimate = copy(estimate)._with_findings(lambda: found)
+        estimate = copy(estimate)._with_findings(lambda: found, estimate.allowed)
     if np.ndim(relative):
         with np.errstate(divide="ignore"):
             merit = 1 / (relative**2 * seconds)
