@@ -30,9 +30,8 @@ MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (e
 # per lane of a full bundle; fewer than 16 histories are given up before (surfaces.MOST_EVENTS), and counted as lost.
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
 ROUNDING = 2.0**-40  # of an emitter's number of histories: above a whole number by less it is that
-GOLDEN = (
-    0.6180339887498949  # multiples of it fill a circle as evenly as can be (van der Corput 1935; Knuth 6.4)
-)
+# The golden section: multiples of it fill a circle as evenly as can be (Knuth, The Art of Computer Programming, 6.4).
+GOLDEN = 0.6180339887498949
 LEFT = 0.95  # of the brightest emitter's histories: less is not left to it by the others
 MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
 

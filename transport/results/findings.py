@@ -316,9 +316,8 @@ def carried(function: Callable, *operands: tuple[np.ndarray, Iterable[Finding]])
             for finding in findings:
                 bound = function(*values[:place], value + finding.bound, *values[place + 1 :]) - base
                 key = finding.object, finding.what, bool(np.all(np.nan_to_num(bound) >= 0))
-                if (
-                    other := found.get(key)
-                ) is not None:  # what may add to a number and what may take from it stay apart
+                # What may add to a number and what may take from it stay apart.
+                if (other := found.get(key)) is not None:
                     bound = bound + other.bound
                     finding = replace(finding, times=np.fmax(finding.times, other.times), about=np.nan)
                 found[key] = replace(finding, bound=bound)
