@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,10 +22,11 @@ from transport.command.cli import app
 from transport.compile.expected import _slanted
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.sizes import EDGES
-from transport.results import proofs
+from transport.results import findings, proofs
 from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.findings import MIN_SCORES, Finding, carried, unknown_of_error, unseen_scores
+from transport.results.path_classes import ALL_LIGHT
 from transport.results.proofs import bound_by_lines, bound_by_probe, mirrors_of
 from transport.results.quality import quality_of
 
@@ -614,11 +617,11 @@ def test_numbers_are_saved_with_their_doubt_as_bins_are(tmp_path):
 # ---- runs ----
 
 
-def test_a_run_for_an_error_stops_where_nothing_within_its_limits_settles_a_doubt():
+def test_a_run_for_an_error_stops_where_running_on_would_not_settle_a_doubt():
     result = tp.simulate(mirror(), error={"m.irradiance": 1e-6}, seed=1, estimator="expected", progress=False)
     assert result.particles < 1e6 and result["m"].irradiance.is_doubtful  # the error would take six million
     assert any(
-        "because no run within its limits settles a doubt: light by 'mirror' not sampled" in each
+        "times as many particles to settle a doubt: light by 'mirror' not sampled" in each
         for each in result.warnings
     )
     wide = tp.Detector(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=0.1), "m")
@@ -638,7 +641,7 @@ def test_a_run_for_the_error_of_bins_names_what_it_leaves_in_doubt_as_one_for_a_
     )
     assert np.any(result["m"].quantities[name].is_doubtful)
     (line,) = [each for each in result.warnings if each.startswith(f"m.{name}: stopped after")]
-    assert "because no run within its limits settles a doubt: light by 'mirror' not sampled" in line
+    assert "times as many particles to settle a doubt: light by 'mirror' not sampled" in line
 
 
 def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
@@ -651,8 +654,10 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
     assert result.particles > 1 << 18 and result["cam"].radiance.relative_error.max() <= 2e-3
     (line,) = [each for each in result.warnings if each.startswith("cam.radiance: stopped after")]
     short = tp.simulate(scene, 1e4, error={"cam.radiance": 2e-3}, seed=1, progress=False)
-    assert any("times the error asked for, and no run within" in each for each in short.warnings)
-    assert "settles a doubt: light" in line and "by 'mirror'" in line
+    assert any(
+        "times the error asked for, and running on to its limits would not" in each for each in short.warnings
+    )
+    assert "settle a doubt: light" in line and "by 'mirror'" in line
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])
@@ -679,6 +684,11 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
     names = {diagnostic.name for diagnostic in DIAGNOSTICS}
     result = tp.simulate(mirror(), 2000, seed=1, estimator="analog", progress=False)
     assert {finding.name for finding in result.findings} <= names
+    results = Path(findings.__file__).parent
+    code = "".join(path.read_text() for path in results.glob("*.py"))
+    written = set(re.findall(r"""(?:\bname=|_note\()"(.+?)\"""", code))
+    assert len(written) > 12 and written <= names
+    assert {findings.FEW_CARRIERS, findings.UNKNOWN, ALL_LIGHT} <= names
 
 
 def test_a_lamp_outside_the_image_is_not_missed_by_a_camera():

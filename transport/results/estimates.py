@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 import numpy as np
 
 from transport.results.aside import let_go
-from transport.results.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, Finding
+from transport.results.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.results.in_parts import replicates_of
 from transport.results.notation import measured, split_format
 from transport.results.pooling import Pooled
@@ -100,8 +100,11 @@ class Estimate(Quantity[float, str | None]):
 
     def _doubt_in_words(self) -> str:
         """What the error leaves out, after a number whose error is known; "" where nothing matters."""
-        worst = next(iter(self.findings), None)
-        if worst is None or self.reason is not None:
+        if self.reason not in (None, CONSTANT):  # which says more
+            return ""
+        told = UNKNOWN if self.reason == CONSTANT else None  # that they are all the same is said
+        worst = next((finding for finding in self.findings if finding.name != told), None)
+        if worst is None:
             return ""
         if worst.severity == DOUBTFUL:
             return f", doubtful: {worst.what}"

@@ -8,40 +8,36 @@ are nearer to grazing than cut/sqrt(2) as are farther, which batches count (engi
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from transport.compile.layout import GRAZING_CUT
 from transport.compile.sizes import weights_vary
-from transport.results.findings import MIN_SCORES
+from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.statistics import student_quantile
 
 if TYPE_CHECKING:
     from transport.results.meter_sums import MeterSums
-    from transport.results.result import Result
 
 CHANCE = 1e-6  # of even light that so many batches agree about it
 
 
-def doubts_of_fluence(result: Result) -> list[str]:
-    """A warning for each meter whose fluence rate rests on such light."""
-    if result.plan.turned is not None:
-        return []
-    found = []
-    for number, meter in enumerate(result.scene.meters):
-        share = grazing_share(result[meter.name].sums, number)
-        if share > 0:
-            found.append(
-                f"{share:.2g} or more of the fluence rate of detector {meter.name!r} is crossings of |mu| < {GRAZING_CUT:g}, each"
-                f" counted as {2 / GRAZING_CUT:g} instead of 1/|mu|, as if radiance were constant there, which it is not; use"
-                " a VolumeDetector, or turn the meter towards the light"
-            )
-    return found
+def grazing_of_detector(sums: MeterSums, title: str) -> Iterator[Finding]:
+    """The finding about the fluence rate of a detector that rests on such light; nothing tells by how much it is too low."""
+    share = grazing_share(sums)
+    if share > 0:
+        what = (
+            f"{share:.2g} or more of it is crossings of |mu| < {GRAZING_CUT:g}, each counted as {2 / GRAZING_CUT:g} instead of"
+            " 1/|mu|, as if radiance were constant there, which it is not"
+        )
+        cure = "use a VolumeDetector, or turn the detector towards the light"
+        yield Finding(DOUBTFUL, title, "", what, cure=cure, name="grazing")
 
 
-def grazing_share(sums: MeterSums, number: int) -> float:
+def grazing_share(sums: MeterSums) -> float:
     """About the least share of a meter's fluence rate that lopsided crossings beyond the cut bring; 0 where none is sure.
 
     What is sure matters: by more than five roots of a number of crossings it is as many of the standard errors that these make.
@@ -55,6 +51,7 @@ def grazing_share(sums: MeterSums, number: int) -> float:
     inverse = slants.sum() / weights.sum()  # the mean of 1/|mu|
     if weights_vary(sums.plan):  # numbers do not tell what they bring
         return 1.0 if inverse > 1 / GRAZING_CUT else 0.0
+    number = [meter.name for meter in sums.scene.meters].index(sums.detector.name)
     excess = np.array([batch.grazing[number] for batch in sums.batches], float)
     if abs(excess.sum()) < MIN_SCORES or not _is_sure(excess):
         return 0.0

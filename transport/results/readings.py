@@ -8,7 +8,7 @@ for quantities by direction, (mu or theta, phi).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import cannot_arrive, is_on_surface, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.findings import MIN_SCORES, Finding
+from transport.results.grazing import grazing_of_detector
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
@@ -171,7 +172,7 @@ class Reading(Quantified):
 
         Scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 a crossing scores its expectation for a constant
         radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971); of a beam closer to grazing than
-        that it is wrong, and the result warns where such light matters.
+        that it is wrong, and doubtful where such light matters.
         """
         return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 
@@ -260,15 +261,21 @@ class Reading(Quantified):
     # ---- what may be missing ----
 
     def _with_findings(
-        self, made: EstimateOrArray, side: int, factor: float | np.ndarray, shape: tuple[int, ...]
+        self,
+        made: EstimateOrArray,
+        side: int,
+        factor: float | np.ndarray,
+        shape: tuple[int, ...],
+        more: Callable[[], Iterable[Finding]] = tuple,
     ) -> EstimateOrArray:
-        """A quantity with the findings of a side; factor: what a mean weight of 1 is in it, (*shape) as its sums."""
+        """A quantity with the findings of a side and some more; factor: what a mean weight of 1 is in it, (*shape) as its sums."""
         bins = made._replicates.shape
 
         def findings() -> Iterator[Finding]:
             each = np.broadcast_to(factor, shape).reshape(bins) if bins else float(np.ravel(factor)[0])
             for finding in self._missing(side, is_whole=not bins):
                 yield replace(finding, bound=np.abs(finding.bound * each))
+            yield from more()
 
         return made._with_findings(findings, self._allowed)
 
@@ -301,6 +308,10 @@ class Reading(Quantified):
         if not self.is_sure(side) and total.error > 0:
             particles = int(self.sums.run.sizes.sum())
             yield from findings_of_error(self._title, total, self.scores_on(side), particles)
+
+    def of_slants(self) -> Iterator[Finding]:
+        """Of its fluence rate alone."""
+        return grazing_of_detector(self.sums, self._title)
 
     def total(self, side: int) -> Estimate:
         """The mean weight of a history that came to a side, over all times and speeds, with its findings."""
@@ -376,10 +387,10 @@ class Reading(Quantified):
         values = values * self._scale(per_second, values.ndim) / self._areas
         unit = self._unit(per_second) / Unit.parse("m^2")
         made = self.sums.estimate(values, unit, self.sums.place_axes, counts, exact)
-        slant = SLANT if kind == "slants" else 1.0
-        return self._with_findings(
-            made, side, slant * self._scale(per_second, values.ndim) / self._areas, values.shape[1:]
-        )
+        factor = self._scale(per_second, values.ndim) / self._areas
+        if kind != "slants":
+            return self._with_findings(made, side, factor, values.shape[1:])
+        return self._with_findings(made, side, SLANT * factor, values.shape[1:], self.of_slants)
 
     def _by_direction(
         self,

@@ -27,7 +27,6 @@ from transport.results.findings import (
     severities,
     times_needed,
 )
-from transport.results.grazing import doubts_of_fluence
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.path_classes import ALL_LIGHT
 from transport.results.point_readings import PointReading
@@ -73,7 +72,6 @@ def findings_of(result: Result) -> tuple[Finding, ...]:
         found += _of_bins(reading, f"{reading.title}{reading.name!r}")
     if away := [meter for meter in result.scene.meters if result[meter.name].cannot_arrive]:
         found.append(_note("enclosed detector", none_can_arrive(away)))
-    found += [_note("grazing", what) for what in doubts_of_fluence(result)]
     found += [_note("aim", what) for what in _of_aims(result)]
     return tuple(found)
 
@@ -162,6 +160,8 @@ def _of_detector(result: Result, reading) -> Iterator[Finding]:
         yield from found
         if not any(each.severity == DOUBTFUL for each in found):
             yield from _of_bins(reading, title)
+        if isinstance(reading, Reading):
+            yield from (replace(finding, quantity="fluence_rate") for finding in reading.of_slants())
 
 
 def _times(finding: Finding, total: Estimate) -> float:

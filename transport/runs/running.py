@@ -286,12 +286,20 @@ class Run:
             why.append(times if ratio < math.inf else "without a score for it")
         if is_in_doubt:
             link = "and" if why and told.has_bins else "because"
-            why.append(f"{link} no run within its limits settles a doubt: {told.doubt}")
+            why.append(f"{link} {self._no_way_out(told.unseen)}: {told.doubt}")
         if not why:
             return None
         stopped = f"{told.name}: stopped after {self.particles} particles, {', '.join(why)}"
         others = better_than(self.scene, self.plan.method, self.choice)
         return f"{stopped}. {others}" if others else stopped
+
+    def _no_way_out(self, times: float) -> str:
+        """Why a doubt stays that this many times as many particles would settle."""
+        if self.limits.particles is not None or self.limits.seconds is not None:
+            return "running on to its limits would not settle a doubt"
+        if math.isinf(times):
+            return "running on would not settle a doubt"
+        return f"it would take {times_text(times)} times as many particles to settle a doubt"
 
     def _tell_idle(self) -> None:
         """Warn, once, where there are fewer batches than threads."""
