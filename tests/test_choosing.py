@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import sys
@@ -205,7 +206,9 @@ def test_auto_finds_the_small_detector_says_so_and_repeats_bitwise_under_its_nam
     taken = auto.choice.method
     assert taken.estimator != "analog"  # which scores one history in 10 000
     assert_agrees(auto["meter"].flux_in, exact_flux())
-    assert f"estimator: {taken.title}" in auto.report() and "analog costs" in auto.report()
+    assert f"estimator: {taken.title}" in auto.report()
+    # By the machine's load, pilots of analog have enough scores to be priced or not.
+    assert re.search("analog (costs|is doubtful)", auto.report())
     again = tp.simulate(scene(), particles=1 << 16, seed=7, estimator=taken.estimator)
     assert np.array_equal(auto["meter"].flux_in.values, again["meter"].flux_in.values)
     assert again.choice is None
@@ -515,7 +518,8 @@ def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
     monkeypatch.setattr("transport.runs.running.GLANCE", 0.0)
     result = tp.simulate(scene(), error=ERROR, progress=recorder)
     assert set(recorder.tried) == {each.method.title for each in result.choice.pilots}
-    assert sorted(recorder.particles) == recorder.particles  # those of the run alone
+    # Those of the run alone: pilots would begin at 0 again, where two threads merely pass each other.
+    assert all(2 * after > before for before, after in itertools.pairwise(recorder.particles))
     assert result.cost.preparation > sum(each.seconds for each in result.choice.pilots) / 2
 
 

@@ -81,7 +81,16 @@ SCALAR_PASSES = {
     "dim_in_grid": "walks from voxel to voxel, ray by ray",
 }
 # AVX2 cannot convert packed int64 to float64 and back, nor mask as AVX-512 does.
-SCALAR_WITHOUT_AVX512 = {"absorb", "born_over_rectangle", "born_over_disk"}
+SCALAR_WITHOUT_AVX512 = {
+    "absorb",
+    "born_over_rectangle",
+    "born_over_disk",
+    "born_over_triangle",
+    "born_over_quadric",
+    "born_over_holed",
+    "know_body",
+    "stop_clock",
+}
 
 
 @pytest.mark.skipif(

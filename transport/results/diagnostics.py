@@ -27,7 +27,8 @@ DIAGNOSTICS = (
         "A detector to which light comes by chance alone, and that has scored fewer than 25 times, or fewer than 25 times as much"
         " as one history can.",
         "Where the light would come from; and light that very few histories bring, each by thousands of scores, as between two"
-        " mirrors of 0.9999: each score counts as another history's.",
+        " mirrors of 0.9999 or in an integrating sphere with a small port: each score counts as another history's; and a gap in a medium"
+        " that scatters, for which scores of all weights count alike.",
     ),
     Diagnostic(
         "strong rays",
@@ -99,7 +100,8 @@ DIAGNOSTICS = (
     Diagnostic(
         "grazing",
         "A fluence rate from crossings so flat that it rests on the cut at |mu| = 0.001.",
-        "Lopsided light that batches do not agree about.",
+        "Lopsided light that batches do not agree about; a few flat crossings among steep ones that have not come yet, each of which"
+        " scores up to 1000 times as much.",
     ),
     Diagnostic(
         "aim",

@@ -32,6 +32,7 @@ from transport.results.proofs import (
     events_of,
     is_hidden,
     mirrors_of,
+    most_that_passes,
     names_of,
     way_past,
     why_no_probe,
@@ -197,15 +198,19 @@ def _classes_of_detector(
     is_aimed = all(emitter.target is not None for emitter in plan.emitters)
     heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
     if expectation is None:
-        if plan.lessens or plan.splits or plan.forces:
+        if plan.scatters and (plan.lessens or plan.splits or plan.forces):
+            # Scattering wears weights down on the way, to what roulette and splitting keep (results/survivors.py).
             yield PathClass("light", scores, heaviest, MORE, name=ALL_LIGHT)
             if not is_aimed:
                 return
             born = sum(batch.born for batch in batches)
-            # on its way
             heaviest *= min(mean * sum(batch.histories for batch in batches) / born, 1.0) if born > 0 else 0.0
+        else:
+            heaviest *= most_that_passes(plan, plan.scene.shape_of(_detector(plan, name)))
         number = large_scores(plan, batches, name, side, heaviest, scores)
         what = "the heaviest births of an aim" if is_aimed else "light"
+        if number < min(scores, MIN_SCORES) and plan.attenuates and not is_aimed:
+            what = "light that media have hardly weakened"
         yield PathClass(what, number, heaviest, MORE, name=ALL_LIGHT)
         return
     scene, detector = plan.scene, expectation.detector

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.bodies.listing import nested, surrounding_of
 from transport.cameras import Camera
 from transport.compile.adjoint import gains_of, turned_scene
 from transport.detectors import Detector
@@ -28,13 +29,15 @@ from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
 from transport.materials import Glossy, Material, Mirror, Surface, TwoSided, is_specular, lets_through
 from transport.materials.surface import titled
+from transport.media import Medium
 from transport.overruns import OverrunError
 from transport.points import PointDetector
 from transport.results.empty_detector import are_parted
 from transport.results.findings import unseen_scores
 from transport.results.meter_sums import ARRIVALS
 from transport.results.statistics import student_quantile
-from transport.shapes import Disk, FlatShape, Point, Rectangle, Shape, Sphere
+from transport.shapes import Box, Disk, FlatShape, Point, Rectangle, Shape, Slab, Sphere
+from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
 from transport.shapes.distances import is_behind, least_gap
 from transport.sides import IS_BACK
@@ -247,6 +250,104 @@ def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: n
             met = crossings(surface.shape, start, ways).distances / distances[:, None]
             blocked |= ((met > CLEAR) & (met < 1 - CLEAR)).any(axis=1)
     return blocked
+
+
+# ---- how much media let pass ----
+
+
+def most_that_passes(plan: Plan, shape: Shape) -> float:
+    """The largest weight that a history may have at a shape, as a share of its birth weight: 1 where geometry proves no less.
+
+    Absorption along the way lessens weights by exp(-absorption * length).  The length is proven where a single
+    body of one medium parts a source from the shape, or one of them lies within it.
+    """
+    key = "passes", id(plan), id(shape)
+    if key not in plan.scene.proofs:
+        share = max(_share_past_media(plan, emitter.shape, shape) for emitter in plan.emitters)
+        plan.scene.proofs[key] = plan, shape, share  # kept, so that no others take their ids
+    return plan.scene.proofs[key][2]
+
+
+def _share_past_media(plan: Plan, origin: Shape, shape: Shape) -> float:
+    if plan.plays_roulette or not plan.attenuates:  # who survives roulette is heavier than what came through
+        return 1.0
+    return math.exp(-_least_depth(plan, origin, shape))
+
+
+def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
+    """The least number of mean free paths to absorption on any way between two shapes, as far as that is proven."""
+    scene, depth = plan.scene, 0.0
+    bodies, holders = nested(scene)
+    is_straight = not (
+        plan.reflects or plan.scatters or any(is_specular(each.material) for each in scene.surfaces)
+    )
+    outside = surrounding_of(scene)
+    if not bodies and isinstance(outside, Medium):
+        depth += outside.absorption * least_gap(origin, shape)
+    for number, body in enumerate(bodies):
+        is_whole = len(body.surfaces) == 1 and not any(number in each for each in holders)
+        if is_whole and isinstance(body.medium, Medium):
+            within = scene.surfaces[body.surfaces[0]].shape
+            depth += body.medium.absorption * _least_way(within, origin, shape, is_straight)
+    return depth
+
+
+def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> float:
+    """The least length within a body of any way between two shapes [m], as far as that is proven; is_straight: of straight ways."""
+    if isinstance(body, Slab):
+        (low, high), (least, most) = (_heights(body, each) for each in (origin, shape))
+        half = body.thickness / 2 * (1 - ROUNDING)
+        return body.thickness if (high <= -half and least >= half) or (most <= -half and low >= half) else 0.0
+    if origin.is_infinite or shape.is_infinite or not isinstance(body, Box | Sphere) or not body.is_closed:
+        return 0.0
+    for inner, outer in ((origin, shape), (shape, origin)):
+        if _height_over(body, outer)[0] >= 0 and (height := _height_over(body, inner)[1]) < 0:
+            return -height
+    if not (isinstance(body, Box) and is_straight):
+        return 0.0
+    (low, high), (first_low, first_high), (last_low, last_high) = body.bounds, origin.bounds, shape.bounds
+    for axis in range(3):
+        is_across = (first_high[axis] <= low[axis] and last_low[axis] >= high[axis]) or (
+            last_high[axis] <= low[axis] and first_low[axis] >= high[axis]
+        )
+        is_beside = all(
+            min(first_low[k], last_low[k]) >= low[k] and max(first_high[k], last_high[k]) <= high[k]
+            for k in range(3)
+            if k != axis
+        )
+        if is_across and is_beside:
+            return high[axis] - low[axis]
+    return 0.0
+
+
+def _heights(body: Slab, shape: Shape) -> tuple[float, float]:
+    """Between which heights over the middle of a slab a shape lies [m]; infinite where that is not known."""
+    middle = dot(tuple(p - q for p, q in zip(shape.middle, body.middle, strict=True)), body.normal)
+    is_level = isinstance(shape, FlatShape) and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
+    reach = 0.0 if is_level else _reach(shape)
+    return middle - reach, middle + reach
+
+
+def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
+    """Bounds of how high the points of a shape lie over the surface of a body [m]; negative inside it."""
+    if isinstance(body, Sphere):
+        apart, reach = math.dist(shape.middle, body.center) - body.radius, _reach(shape)
+        return apart - reach, apart + reach
+    (low, high), (least, most) = body.bounds, shape.bounds
+    lowest = max(
+        max(p - q for p, q in zip(low, most, strict=True)),
+        max(p - q for p, q in zip(least, high, strict=True)),
+    )
+    highest = max(
+        max(p - q for p, q in zip(low, least, strict=True)),
+        max(p - q for p, q in zip(most, high, strict=True)),
+    )
+    return lowest, highest
+
+
+def _reach(shape: Shape) -> float:
+    """The radius of a ball about the middle of a shape that holds it [m]."""
+    return shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
 
 
 # ---- what is little ----
