@@ -13,7 +13,8 @@ from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
 from transport.estimators.choosing import Pilot, cheapest, choose, chosen
 from transport.estimators.methods import Method
-from transport.results.findings import Finding, of_even_scores, times_needed
+from transport.results.estimates import Batches, Estimate
+from transport.results.findings import Finding, of_even_scores, times_needed, unseen_scores
 from transport.results.proofs import bound_by_probe
 from transport.results.trust import in_words
 
@@ -254,3 +255,30 @@ def test_a_shield_that_geometry_proves_to_be_closed_is_no_doubt():
             "m"
         ].flux_in
         assert found.is_doubtful != is_proven, shape
+
+
+# ---- few histories ----
+
+
+def test_a_ratio_with_a_weak_denominator_is_doubtful():
+    """A big plate over a small one that few histories meet: a denominator of 4 scores, or of 100."""
+    lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(power=1.0))
+    ratios = {}
+    for radius in (0.02, 0.1):
+        small = tp.Detector(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=radius), "small")
+        big = tp.Detector(tp.Disk(center=(0, 0, 1.1), normal=(0, 0, -1), radius=1.0), "big")
+        result = tp.simulate(tp.Scene(lamp, (), [small, big]), 10_000, seed=1, progress=False)
+        ratios[radius] = result["big"].flux_in / result["small"].flux_in
+    assert ratios[0.02].is_doubtful and "denominator" in "".join(each.what for each in ratios[0.02].findings)
+    assert not ratios[0.1].is_doubtful
+
+
+def test_scores_of_one_history_are_not_as_many_independent_ones():
+    """All 20 scores in one batch, as of one history in a white sphere, or one in each of 20 batches."""
+    values = np.zeros((32, 1))
+    values[3] = 0.02
+    batches = Batches(np.full(32, 1000))
+    few = Estimate(values[:, 0], batches, "W", counts=20)._with_findings(tuple)
+    even = Estimate(np.r_[np.full(20, 1e-3), np.zeros(12)], batches, "W", counts=20)._with_findings(tuple)
+    assert few.is_doubtful and few.findings[0].bound > 5 * few.error
+    assert even.is_doubtful and math.isclose(even.findings[0].bound, unseen_scores(20) / 20 * even.value)

@@ -117,12 +117,17 @@ def unseen_scores(scores: float | np.ndarray) -> Any:
     return unseen.item() if unseen.ndim == 0 else unseen
 
 
-def of_few_scores(scores: float, value: float) -> tuple[Finding, ...]:
-    """What speaks against the error of a single number that so few scores carry; of none when there are none, or enough."""
+def of_few_scores(scores: float, value: float, error: float) -> tuple[Finding, ...]:
+    """What speaks against the error of a single number that so few scores carry; of none when there are none, or enough.
+
+    About (value/error)^2 of them are independent: what one history scores often counts once.
+    """
     if not 0 < scores < MIN_SCORES:
         return ()
     what = f"only {scores:g} score{'s' * (scores > 1)}, too few to know the error"
-    bound, times = unseen_scores(scores) / scores * value, MIN_SCORES / scores
+    independent = min(scores, (value / error) ** 2) if error > 0 else scores
+    unknown = unknown_of_error(independent) * error if error > 0 else 0.0
+    bound, times = max(unseen_scores(scores) / scores * value, unknown), MIN_SCORES / independent
     return (Finding(DOUBTFUL, "", "", what, bound, MORE, name=FEW_CARRIERS, times=times),)
 
 
@@ -143,6 +148,30 @@ def of_even_scores(
     what = "all batches have as many scores, so their spread tells nothing of one more"
     bound = bound.item() if bound.ndim == 0 else bound
     return tuple(Finding(DOUBTFUL, "", "", what, each, MORE, name=UNKNOWN) for each in (bound, -bound))
+
+
+def of_weak_denominator(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:
+    """What speaks against a ratio whose denominator (*dims) is not known to be far from 0.
+
+    Its error grows from derivatives, which hold where the denominator is as certain as MIN_SCORES scores make it.
+    """
+    with np.errstate(invalid="ignore"):
+        is_weak = error**2 * MIN_SCORES > value**2
+    if not is_weak.any():
+        return ()
+    what = f"the denominator is uncertain by more than {100 / np.sqrt(MIN_SCORES):.0f} %, too much to know the error of a ratio"
+    bound = np.where(is_weak, np.nan, 0.0)
+    return (
+        Finding(
+            DOUBTFUL,
+            "",
+            "",
+            what,
+            float(bound) if bound.ndim == 0 else bound,
+            "use more particles",
+            name=FEW_CARRIERS,
+        ),
+    )
 
 
 def unknown_of_error(carriers: float) -> float:

@@ -29,6 +29,7 @@ from transport.results.findings import (
     of_even_scores,
     of_few_scores,
     of_unknown_error,
+    of_weak_denominator,
     severities,
     worst_of,
 )
@@ -176,7 +177,8 @@ class Quantity(Generic[Number, Reason]):
                 or self._bars_from
                 or any(each.name == FEW_CARRIERS for each in found)
             ):
-                found += of_few_scores(self._replicates.scores.item(), self._replicates.value.item())
+                number, error = self._replicates, np.asarray(self._error_bars.error).item()
+                found += of_few_scores(number.scores.item(), number.value.item(), error)
             self._unjudged = found + self._of_even_scores
         return self._unjudged
 
@@ -339,12 +341,12 @@ class Quantity(Generic[Number, Reason]):
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, self, other, self.unit / other.unit)
+        return _applied(ratio, np.divide, self, other, self.unit / other.unit, is_ratio=True)
 
     def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, other, self, other.unit / self.unit)
+        return _applied(ratio, np.divide, other, self, other.unit / self.unit, is_ratio=True)
 
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
@@ -406,7 +408,9 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
+def _applied(
+    function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit, is_ratio: bool = False
+) -> Quantity:
     """function of the replicates of both, their axes matched by name; plain: the same of bare values."""
     for name in first.coords.keys() & second.coords.keys():
         if not np.array_equal(first.coords[name], second.coords[name]):
@@ -421,7 +425,12 @@ def _applied(function: Callable, plain: Callable, first: Quantity, second: Quant
             (one.value, _aligned_findings(each, tuple(coords)))
             for one, each in zip(aligned, (first, second), strict=True)
         )
-        return carried(plain, *both)
+        weak: tuple[Finding, ...] = ()
+        if is_ratio:
+            dims, below = tuple(second.coords), second._replicates.shape
+            error = arranged(np.broadcast_to(second._error_bars.error, below), dims, tuple(coords))
+            weak = of_weak_denominator(aligned[1].value, error)
+        return *carried(plain, *both), *weak
 
     made = made._with_findings(findings, min(first.allowed, second.allowed))
     uncertain = [each for each in (first, second) if not each.exact]
