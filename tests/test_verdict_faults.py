@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
 from transport.estimators.choosing import Pilot, cheapest, choose, chosen
 from transport.estimators.methods import Method
-from transport.results.estimates import Batches, Estimate
+from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.findings import Finding, of_even_scores, times_needed, unseen_scores
 from transport.results.proofs import bound_by_probe
 from transport.results.trust import in_words
@@ -282,3 +283,70 @@ def test_scores_of_one_history_are_not_as_many_independent_ones():
     even = Estimate(np.r_[np.full(20, 1e-3), np.zeros(12)], batches, "W", counts=20)._with_findings(tuple)
     assert few.is_doubtful and few.findings[0].bound > 5 * few.error
     assert even.is_doubtful and math.isclose(even.findings[0].bound, unseen_scores(20) / 20 * even.value)
+
+
+def test_scores_that_spread_as_few_independent_ones_do_are_too_few_though_many():
+    """200 scores, nearly all of them of one batch: as of an integrating sphere of which one history met the port; and their sum by bins."""
+    batches, values = Batches(np.full(32, 1000)), np.full((32, 2), 1e-5)
+    values[3] = 0.01
+    many = Estimate(values[:, 0], batches, "W", counts=200)._with_findings(tuple)
+    bins = EstimateArray(values, batches, "W", ("mu",), {"mu": [0, 0.5, 1.0]}, np.array([100, 100]))
+    for found in (many, bins._with_findings(tuple).sum()):
+        assert found.is_doubtful and "200 scores spread as 1.1 independent ones do" in found.findings[0].what
+        assert found.findings[0].bound > 5 * found.error
+    level = Estimate(values[:, 0] + 1e-3, batches, "W", counts=200)._with_findings(tuple)
+    assert not level.is_doubtful
+
+
+def test_ways_of_light_weight_through_a_volume_show_no_gap():
+    """As for a detector behind a shield with a slit of 1e-3; a shield that is closed by proof is no doubt."""
+    beam = tp.Source(tp.Rectangle(width=1.0, height=1.0), tp.Beam(power=1.0, direction=(0, 0, 1)))
+    volume = tp.VolumeDetector(tp.Box(center=(0, 0, 3), size=(1.2, 1.2, 0.5)), "m")
+    truth = (1e-3 + (1 - 1e-3) * math.exp(-10)) * 0.5 / volume.shape.volume
+    for shape, is_proven in (
+        (tp.Box(center=(-0.5005, 0, 1), size=(1.999, 2, 0.5)), False),
+        (tp.Slab(center=(0, 0, 1), thickness=0.5), True),
+    ):
+        body = tp.Surface(shape, tp.Transparent(), "shield", inside=tp.Medium(absorption=20.0))
+        for seed in range(4):
+            result = tp.simulate(tp.Scene(beam, body, volume), 1000, seed=seed, progress=False)
+            found = result["m"].fluence_rate
+            assert found.is_doubtful != is_proven
+            assert is_proven or found.interval(0.999)[0] <= truth <= found.interval(0.999)[1]
+
+
+def test_a_small_faint_lamp_beside_a_point_that_no_history_was_born_on_is_doubtful():
+    big = tp.Source(tp.Sphere(center=(0, 0, 3), radius=0.5), tp.Lambertian(power=1.0))
+    for emission in (tp.Lambertian(power=1e-4), tp.Isotropic(power=1e-4)):
+        small = tp.Source(tp.Sphere(center=(0.05, 0, 0), radius=0.002), emission)
+        scene = tp.Scene([big, small], (), tp.PointDetector((0, 0, 0), "p"))
+        few, many = (
+            tp.simulate(scene, n, seed=2, progress=False)["p"].fluence_rate for n in (10_000, 1_000_000)
+        )
+        low, high = few.interval()
+        assert few.is_doubtful and low <= many.value <= high and "to be born there" in few.findings[0].what
+        assert not many.is_doubtful
+
+
+def test_a_mean_speed_is_as_doubtful_as_the_light_that_it_is_the_mean_of():
+    """A slow beam behind an absorbing slab with a slit, and a fast faint one through the slit, of which few or no histories are."""
+    slow, fast = (
+        tp.Source(
+            tp.Rectangle(center=(x, 0, 0), width=width, height=0.1),
+            tp.Beam(power=power, direction=(0, 0, 1), speed=speed),
+        )
+        for x, width, power, speed in ((-0.5, 0.9, 1.0, 1.0), (0.005, 0.005, 1e-3, 2.0))
+    )
+    box = tp.Box(center=(-1, 0, 1), size=(2, 2, 0.5))
+    body = tp.Surface(box, tp.Transparent(), "shield", inside=tp.Medium(absorption=20.0))
+    far = tp.Rectangle(center=(0, 0, 3), normal=(0, 0, -1), width=3.0, height=3.0)
+    truth = (2e-3 + math.exp(-10)) / (1e-3 + math.exp(-10))
+    for seed in range(4):
+        scene = tp.Scene([slow, fast], body, tp.Detector(far, "m", moments=True))
+        reading = tp.simulate(scene, 1000, seed=seed, progress=False)["m"]
+        low, high = reading.mean_speed_in.interval()
+        assert reading.flux_in.is_doubtful and reading.mean_speed_in.is_doubtful
+        assert math.isnan(low) or low <= truth <= high
+    alike = [replace(slow, emission=replace(slow.emission, speed=2.0)), fast]
+    scene = replace(scene, sources=alike)
+    assert not tp.simulate(scene, 1000, seed=1, progress=False)["m"].mean_speed_in.is_doubtful

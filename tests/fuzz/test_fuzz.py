@@ -27,42 +27,54 @@ few = settings(
 )
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=24)
 @given(worlds())
 def test_any_world_keeps_its_promises_or_says_why_not(world):
     properties.check_or_refused(world)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=8)
 @given(rooms.furnaces())
 def test_any_furnace_is_uniform(world):
     properties.check_or_refused(world, agreements.check_furnace)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=6)
 @given(seen_worlds())
 def test_any_world_that_is_seen_by_cameras_keeps_its_promises(world):
     properties.check_or_refused(world)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=3)
 @given(gases.gases())
 def test_a_gas_that_nothing_changes_stays_uniform(world):
     properties.check_or_refused(world, gases.check_gas)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=3)
 @given(clocked_worlds())
 def test_what_is_alive_is_what_was_emitted_and_has_not_gone(world):
     properties.check_or_refused(world, lefts.check_left)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(
+    1200
+)  # to catch what hangs; most of the time is compilation, on a busy machine several minutes
 @settings(few, max_examples=6)
 @given(bright_worlds())
 def test_all_ways_agree(world):

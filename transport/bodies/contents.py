@@ -26,7 +26,12 @@ def may_absorb(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None)
     return any(_absorbs_in(medium, volume) for medium in _media_within(scene, volume, hollow))
 
 
-def _media_within(scene: Scene, volume: Box | Sphere, hollow: Sphere | None) -> list[AnyMedium]:
+def most_absorption(scene: Scene, volume: Box | Sphere) -> float:
+    """The largest absorption coefficient [1/m] that a volume may hold."""
+    return max(float(np.max(medium.absorption)) for medium in _media_within(scene, volume))
+
+
+def _media_within(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None) -> list[AnyMedium]:
     """The media of which a part may lie in a volume.
 
     The innermost first: beyond a body that holds all of it there is nothing more.

@@ -18,7 +18,7 @@ from transport.pricing.discretisation import BinsAgainstNoise
 from transport.pricing.price_table import price_heads, price_rows
 from transport.results import Result
 from transport.results.estimates import Estimate
-from transport.results.findings import SOUND
+from transport.results.findings import CONSTANT, DOUBTFUL, SOUND
 from transport.results.notation import measured
 
 IN_WORDS = (
@@ -129,9 +129,9 @@ def estimate_cell(estimate: Estimate) -> str:
     """The value with its error, without the unit; and the verdict where it is not sound."""
     number = "" if estimate.reason is None else ".7g"  # no error says how many digits are known
     words = measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
-    return (
-        words if estimate.reason is not None or estimate.verdict == SOUND else f"{words}, {estimate.verdict}"
-    )
+    if estimate.reason is None and estimate.verdict != SOUND:
+        return f"{words}, {estimate.verdict}"
+    return f"{words}, {DOUBTFUL}" if estimate.reason == CONSTANT and estimate.is_doubtful else words
 
 
 def unit_cell(estimate: Estimate) -> str:

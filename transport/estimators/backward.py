@@ -76,6 +76,11 @@ def why_not(scene: Scene) -> str | None:
     return next(filter(None, reasons), None)
 
 
+def more_or_backward(scene: Scene) -> str:
+    """What to do where a forward run has hardly met some light: a cure that names "backward" only if it takes the scene."""
+    return "use more particles" + ("" if why_not(scene) else ", or estimator='backward'")
+
+
 def _against_detector(scene: Scene, detector: object) -> str | None:
     if isinstance(detector, Instrument | PointDetector):
         return None

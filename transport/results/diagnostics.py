@@ -26,9 +26,7 @@ DIAGNOSTICS = (
         "all light",
         "A detector to which light comes by chance alone, and that has scored fewer than 25 times, or fewer than 25 times as much"
         " as one history can.",
-        "Where the light would come from; and light that very few histories bring, each by thousands of scores, as between two"
-        " mirrors of 0.9999 or in an integrating sphere with a small port: each score counts as another history's; and a gap in a medium"
-        " that scatters, for which scores of all weights count alike.",
+        "Where the light would come from; and a gap in a medium that scatters, for which scores of all weights count alike.",
     ),
     Diagnostic(
         "strong rays",
@@ -38,7 +36,7 @@ DIAGNOSTICS = (
     Diagnostic(
         "near emitter",
         "A point detector so near to a diffuse wall, an emitter or a scattering medium that hardly any history comes to the"
-        " foot of it, from where half of its light comes.",
+        " foot of it, from where half of its light comes; and a small lamp near it on which hardly any history is born.",
         "Mirrors; they are refused beside point detectors.",
     ),
     Diagnostic(
@@ -58,7 +56,8 @@ DIAGNOSTICS = (
     ),
     Diagnostic(
         "few carriers",
-        "An error that a few scores carry: its own uncertainty, by the variance of the variance.",
+        "An error that a few scores carry, though there may be many: by the variance of the variance, and by a spread of batches"
+        " as of fewer than 25 scores, as where one history brings hundreds.",
         "Scores that have not come yet.",
     ),
     Diagnostic(

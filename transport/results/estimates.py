@@ -51,7 +51,8 @@ class Estimate(Quantity[float, str | None]):
             raise ValueError(
                 f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
             )
-        self._replicates, self._is_measured = Replicates.of_batches(values, run, exact, counts), True
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self._is_measured = self._adds_scores = True
         self.unit = as_unit(unit)
         self.coords = {}
 
@@ -141,7 +142,8 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         axis_units: Mapping[str, str] | None = None,
     ) -> None:
         _check_axes(np.shape(values)[1:], dims, coords)
-        self._replicates, self._is_measured = replicates_of(values, run, exact, counts), True
+        self._replicates = replicates_of(values, run, exact, counts)
+        self._is_measured = self._adds_scores = True
         self.unit = as_unit(unit)
         self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
         self.axis_units = dict(axis_units or {})
@@ -173,6 +175,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         made = self._like(replicates, self.unit, coords)._with_findings(
             lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
         )
+        made._adds_scores = self._adds_scores
         made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
         return made
 
@@ -204,7 +207,9 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         for name in self._axes(dim, "sum"):
             replicates = replicates.summed(axis=left.index(name) - len(left))
             left.remove(name)
-        return self._like(replicates, self.unit, {name: self.coords[name] for name in left})._with_findings(
+        made = self._like(replicates, self.unit, {name: self.coords[name] for name in left})
+        made._adds_scores = self._adds_scores
+        return made._with_findings(
             lambda: [
                 replace(each, bound=_number(_together(np.broadcast_to(each.bound, shape), axes, each.adds)))
                 for each in self._raw_findings

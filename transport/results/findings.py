@@ -8,6 +8,7 @@ stopping and the choice of an estimator read the same findings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -117,18 +118,25 @@ def unseen_scores(scores: float | np.ndarray) -> Any:
     return unseen.item() if unseen.ndim == 0 else unseen
 
 
-def of_few_scores(scores: float, value: float, error: float) -> tuple[Finding, ...]:
+def of_few_scores(scores: float, value: float, error: float, is_sum: bool) -> tuple[Finding, ...]:
     """What speaks against the error of a single number that so few scores carry; of none when there are none, or enough.
 
-    About (value/error)^2 of them are independent: what one history scores often counts once.
+    is_sum: whether it is a sum of scores none of which is negative.  Then about (value/error)^2 of them are independent:
+    what one history scores often counts once.
     """
-    if not 0 < scores < MIN_SCORES:
+    independent = min(scores, (value / error) ** 2) if is_sum and error > 0 else scores
+    if not 0 < independent < MIN_SCORES:
         return ()
     what = f"only {scores:g} score{'s' * (scores > 1)}, too few to know the error"
-    independent = min(scores, (value / error) ** 2) if error > 0 else scores
-    unknown = unknown_of_error(independent) * error if error > 0 else 0.0
-    bound, times = max(unseen_scores(scores) / scores * value, unknown), MIN_SCORES / independent
-    return (Finding(DOUBTFUL, "", "", what, bound, MORE, name=FEW_CARRIERS, times=times),)
+    unseen = 0.0
+    if scores < MIN_SCORES:
+        unseen = unseen_scores(scores) / scores * value
+    else:
+        many = f" {scores:.0f}" if math.isfinite(scores) else ""
+        what = f"its{many} scores spread as {max(independent, 1):.2g} independent ones do, too few to know the error"
+    bound = max(unseen, unknown_of_error(independent) * error) if is_sum and error > 0 else unseen
+    times = MIN_SCORES / max(independent, 1)
+    return (Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=FEW_CARRIERS, times=times),)
 
 
 def of_even_scores(
@@ -147,7 +155,9 @@ def of_even_scores(
         return ()
     what = "all batches have as many scores, so their spread tells nothing of one more"
     bound = bound.item() if bound.ndim == 0 else bound
-    return tuple(Finding(DOUBTFUL, "", "", what, each, MORE, name=UNKNOWN) for each in (bound, -bound))
+    return tuple(
+        Finding(DOUBTFUL, "", "", what, each, "use more particles", name=UNKNOWN) for each in (bound, -bound)
+    )
 
 
 def of_weak_denominator(value: np.ndarray, error: np.ndarray) -> tuple[Finding, ...]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.bodies.listing import body_bits_around, nested, surrounding_of
-from transport.emissions import Beam, Lambertian
+from transport.emissions import Beam, Isotropic, Lambertian
 from transport.materials import Diffuse, TwoSided, simple_parts
 from transport.materials.surface import titled
 from transport.results.findings import DOUBTFUL, MIN_SCORES, Finding, unseen_scores
@@ -27,6 +27,7 @@ from transport.sheets import pieces
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
+    from transport.compile.emitters import Emitter
     from transport.compile.plan import Plan
     from transport.materials import Material
     from transport.media import Grid, Medium
@@ -45,6 +46,9 @@ class NearWall:
     expected: float  # about how many full histories leave it within d of the foot
     extent: float  # [m]
     is_about: bool = False  # a medium that the point is in; then d is its mean free path
+    is_small: bool = (
+        False  # a lamp farther away than it is large; then histories are counted wherever they leave it
+    )
 
 
 def near_walls_of_point(
@@ -64,6 +68,11 @@ def near_walls_of_point(
     if wall.is_about:
         what = f"light scattered close by in {wall.title} not sampled: {expected} within a mean free path, {wall.distance:.3g} m"
         cure = ""
+    elif wall.is_small:
+        what = (
+            f"light of {wall.title}, {wall.distance:.3g} m away, hardly sampled: {expected} to be born there"
+        )
+        cure = "run it in a scene of its own and add the results, "
     else:
         what = f"light of {wall.title}, {wall.distance:.3g} m away, not sampled: {expected} to leave so close to it"
         clear = min(wall.distance * math.sqrt(2 * MIN_SCORES / max(wall.expected, 1e-99)), NEAR * wall.extent)
@@ -91,7 +100,11 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
             arrivals = distance**2 * fluence.value / 4 / one
             extent = math.inf if shape is None else shape.extent
             yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
-    for title, emitter in _diffuse_emitters(plan):
+    for title, emitter in _even_emitters(plan):
+        if (lamp := _small_lamp(plan, title, emitter, point, particles, born)) is not None:
+            yield lamp
+        if lamp is not None or not isinstance(emitter.source.emission, Lambertian):
+            continue
         exitance = emitter.amount / emitter.shape.area
         distance = _distance(emitter.shape, point, math.sqrt(MIN_SCORES * born / exitance))
         if distance is None or _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0):
@@ -100,6 +113,24 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
         if 2 * exitance > fluence.error / 2:
             added = born * _steepness(emitter.shape, point, distance)
             yield NearWall(title, distance, added, births, emitter.shape.extent)
+
+
+def _small_lamp(
+    plan: Plan, title: str, emitter: Emitter, point: Vector, particles: int, born: float
+) -> NearWall | None:
+    """A lamp that is small as seen from the point, all of whose births count much alike; None where it is large or looks away.
+
+    born: what a birth straight below a place 1 m away adds there [W m^-2].
+    """
+    distance = 0.0 if emitter.shape.is_infinite else least_distance(emitter.shape, point)
+    looks = emitter.source.emission.has_side
+    if not distance > NEAR * emitter.shape.extent or (
+        looks and _side(emitter.shape, point) == (1.0 if emitter.source.is_back else -1.0)
+    ):
+        return None
+    births = particles * emitter.bound / math.fsum(each.bound for each in plan.emitters)
+    added = born / distance**2 if looks else born / 4 / distance**2
+    return NearWall(title, distance, added, births, emitter.shape.extent, is_small=True)
 
 
 def _importance(plan: Plan, point: Vector) -> float:
@@ -146,10 +177,10 @@ def _free_path(medium: Medium | Grid) -> tuple[float, float]:
     return (1 / extinction, scattering / extinction) if scattering else (math.inf, 0.0)
 
 
-def _diffuse_emitters(plan: Plan) -> Iterator[tuple[str, object]]:
+def _even_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
     sources = plan.scene.sources
     for emitter in plan.emitters:
-        if isinstance(emitter.source.emission, Lambertian):
+        if isinstance(emitter.source.emission, Lambertian | Isotropic):
             shape = emitter.source.shape
             number = next(k for k, source in enumerate(sources) if source is emitter.source)
             title = f"the source on {shape!r}" if isinstance(shape, str) else f"sources[{number}]"

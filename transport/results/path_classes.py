@@ -181,7 +181,7 @@ def _near_collisions(
         "",
         what,
         min(bounds),
-        "use more particles, or estimator='backward'",
+        backward.more_or_backward(plan.scene),
         name="path class",
     )
 

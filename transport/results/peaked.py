@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.expected import nearest_collision, peak_of
+from transport.estimators import backward
 from transport.estimators.expected import expects
 from transport.results.findings import DOUBTFUL, Finding, unseen_scores
 from transport.shapes import Point
@@ -36,7 +37,7 @@ def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Find
     gap, histories = nearest_collision(plan, shape), int(sums.run.sizes.sum())
     worst = _worst(plan, gap, lambda density: min(1.0, density * shape.area))
     yield from _finding(
-        worst, 1 / histories, f"detector {detector.name!r}", "use more particles, or estimator='backward'"
+        worst, 1 / histories, f"detector {detector.name!r}", backward.more_or_backward(plan.scene)
     )
 
 

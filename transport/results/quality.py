@@ -103,9 +103,12 @@ def quality_of(
     """
     relative = estimate.relative_error
     is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
-    if is_known and scores is not None and not estimate._raw_findings:
+    if is_known and scores is not None:
+        known = estimate._raw_findings
+        names = {each.name for each in known}
         found = advising(findings_of_error("", estimate, scores, particles), more)
-        estimate = copy(estimate)._with_findings(lambda: found, estimate.allowed)
+        more_found = (*known, *(each for each in found if each.name not in names))
+        estimate = copy(estimate)._with_findings(more_found, estimate.allowed)
     if np.ndim(relative):
         with np.errstate(divide="ignore"):
             merit = 1 / (relative**2 * seconds)

@@ -60,6 +60,7 @@ class Quantity(Generic[Number, Reason]):
     _bars_from: Callable[[], Pooled] | None = None
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
     _is_measured = False  # by a run itself, not made of other quantities
+    _adds_scores = False  # of one run, as what it measured, parts of that and sums over bins do
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for
 
     @property
@@ -178,7 +179,8 @@ class Quantity(Generic[Number, Reason]):
                 or any(each.name == FEW_CARRIERS for each in found)
             ):
                 number, error = self._replicates, np.asarray(self._error_bars.error).item()
-                found += of_few_scores(number.scores.item(), number.value.item(), error)
+                is_sum = self._adds_scores and bool(np.all(self.values >= 0))
+                found += of_few_scores(number.scores.item(), number.value.item(), error, is_sum)
             self._unjudged = found + self._of_even_scores
         return self._unjudged
 
@@ -233,8 +235,10 @@ class Quantity(Generic[Number, Reason]):
             number.reason, number.scale, number.scores, histories, is_sure, self._raw_findings
         )
 
-    def _with_findings(self, findings: Callable[[], Iterable[Finding]], allowed: float = ALLOWED) -> Self:
-        """This quantity, with findings whose bounds are in its unit; they are made when they are asked for."""
+    def _with_findings(
+        self, findings: tuple[Finding, ...] | Callable[[], Iterable[Finding]], allowed: float = ALLOWED
+    ) -> Self:
+        """This quantity, with findings whose bounds are in its unit: all that there are, or what makes some when they are asked for."""
         self._unjudged, self.allowed = findings, allowed
         return self
 

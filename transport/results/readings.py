@@ -438,9 +438,16 @@ class Reading(Quantified):
         power = {"speeds": 1, "squares": 2}[kind]
         counts = self.sums.whole("counts", side)
         total, weight = (self.sums.whole(k, side) for k in (kind, "weights"))
-        unit = Unit.parse("m s^-1") ** power
-        total = self.sums.estimate(total * self._plan.fastest**power, unit, {}, counts)
-        mean = total / self.sums.estimate(weight, Unit(), {}, counts)
+        unit, fastest = Unit.parse("m s^-1") ** power, self._plan.fastest**power
+        brought = self.sums.estimate(total * fastest, unit, {}, counts)
+        came = self.sums.estimate(weight, Unit(), {}, counts)
+        # What is missing may be as fast as can be, which adds to what came brought, or at rest, which adds to what came.
+        brought = self._with_findings(brought, side, fastest, total.shape[1:])
+        came = self._with_findings(came, side, 1.0, weight.shape[1:])
+        mean = brought / came
+        indices = {medium.index for medium in self._plan.distinct_media}
+        if not speeds_differ(scene_speeds(self._scene)) and len(indices) == 1:
+            mean = mean._with_findings(())  # all are as fast, whatever is missing
         return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES)
 
     def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from transport.estimators import backward
 from transport.estimators.expected import expects
 from transport.materials import Diffuse, simple_parts
 from transport.materials.surface import titled
@@ -75,7 +76,7 @@ def unvisited_walls(
             "",
             what,
             most,
-            "use more particles, or estimator='backward'",
+            backward.more_or_backward(plan.scene),
             name="unvisited surface",
         )
 

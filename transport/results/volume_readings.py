@@ -9,12 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from transport.bodies.contents import may_absorb
+from transport.bodies.contents import may_absorb, most_absorption
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import MORE, Finding
 from transport.results.path_classes import ALL_LIGHT, PathClass
+from transport.results.proofs import most_that_passes
 from transport.results.quality import advising, findings_of_error, more_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
@@ -123,8 +124,17 @@ class VolumeReading(Quantified):
         title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
         if self.is_blind and self.note:
             return []
-        number = int(totals_of(self._counts).sum())
-        few = PathClass("light", number, self._way_through(), MORE, name=ALL_LIGHT).finding(title, particles)
+        number, largest = int(totals_of(self._counts).sum()), self._way_through()
+        what = "light"
+        if (
+            self._plan.attenuates and not self._plan.scatters
+        ):  # few ways of light weights do not show all heavy ones
+            passes = most_that_passes(self._plan, self._volume.shape)
+            largest *= passes
+            heavy = int(totals_of(self._sums).sum() / (self._mean_way * passes))
+            if heavy < number:
+                what, number = "light that media have hardly weakened", heavy
+        few = PathClass(what, number, largest, MORE, name=ALL_LIGHT).finding(title, particles)
         found = [] if few is None else [few]
         middle, most = self._volume.shape.middle, self._way_through_cell()
         cells = None if isinstance(self._sums, Stacked) or not self._axes else self._sums.sum(axis=-1)
@@ -159,6 +169,13 @@ class VolumeReading(Quantified):
         """How many scores there are, in all cells, as if they were alike."""
         number = int(totals_of(self._counts).sum())
         return scores_alike(number)
+
+    @property
+    def _mean_way(self) -> float:
+        """What a history of full weight brings on a mean chord, 4 V / A (Cauchy), where the volume absorbs most [scene lengths]."""
+        shape, unit = self._volume.shape, self._volume.unit
+        chord, absorption = 4 * shape.volume / shape.area, most_absorption(self._plan.scene, shape)
+        return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
 
     def _way_through_cell(self) -> float:
         """About the mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
