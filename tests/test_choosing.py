@@ -537,8 +537,9 @@ def test_a_run_that_pilots_chose_does_not_advise_pilots():
     few = {"particles": 40, "seed": 1}
     named = tp.simulate(glint(), **few, estimator="analog")
     assert "estimator='auto'" in "\n".join((*named.warnings, named.report()))
-    chose = tp.simulate(glint(), **few, seconds=60)
-    assert chose.plan.method.estimator != "backward" and "backward" in chose.choice.others
+    # With points of one kind the choice does not depend on how busy the machine is.
+    chose = tp.simulate(glint(), **few, seconds=60, sampling="stratified")
     cures = [finding.cure for finding in (*chose.findings, *chose["meter"].radiance.findings)]
-    assert any("a larger detector, or estimator='" in cure and "'backward'" in cure for cure in cures), cures
+    others = " or ".join(map(repr, chose.choice.others))
+    assert others and any(f"a larger detector, or estimator={others}" in cure for cure in cures), cures
     assert "'auto'" not in "\n".join((*chose.warnings, *cures, chose.report()))

@@ -26,7 +26,8 @@ DIAGNOSTICS = (
         "all light",
         "A detector to which light comes by chance alone, and that has scored fewer than 25 times, or fewer than 25 times as much"
         " as one history can.",
-        "Where the light would come from; and a gap in a medium that scatters, for which scores of all weights count alike.",
+        "Where the light would come from; light that very few histories bring, each by thousands of scores, beside what many"
+        " bring, as between two mirrors of 0.9999; and a gap in a medium that scatters, for which scores of all weights count alike.",
     ),
     Diagnostic(
         "strong rays",
