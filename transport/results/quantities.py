@@ -60,7 +60,7 @@ class Quantity(Generic[Number, Reason]):
     _bars_from: Callable[[], Pooled] | None = None
     allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
     _is_measured = False  # by a run itself, not made of other quantities
-    _adds_scores = False  # of one run, as what it measured, parts of that and sums over bins do
+    _adds_scores = False  # of one run, as what it measured, parts of that, multiples and sums over bins do
     _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for
 
     @property
@@ -440,6 +440,8 @@ def _applied(
     uncertain = [each for each in (first, second) if not each.exact]
     if len(uncertain) == 1:
         _keep_error_bars(made, *uncertain)
+        if plain is np.multiply or (plain is np.divide and not first.exact):
+            made._adds_scores = uncertain[0]._adds_scores
     return made
 
 

@@ -1,0 +1,146 @@
+"""Digests of all public numbers of many runs: a change that should not move results is shown to move none.
+
+    python -m tests.digests write FILE [--only TEXT]
+    python -m tests.digests compare BEFORE AFTER [--only TEXT]      each a file of digests, or a checkout that is run first
+
+Runs are the cases of all sims, each in every estimator that its scene allows and in the way that it chooses itself, all hard cases,
+and 200 random scenes of the fuzz in every estimator.  A digest is of the bytes of value and error of one quantity, or of
+one entry of the ledger; of a run that is refused, of what is said.  Digests of two machines differ: machine code does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import transport as tp
+from tests.fuzz.numbered import TURNS, world_of
+from tests.fuzz.properties import quantities_of
+from transport.estimators.methods import ESTIMATORS, why_not
+from transport.experiment import cases_of, experiment, experiment_names
+from transport.hard.cases import cases_of as hard_cases
+
+PARTICLES, WORLDS, SEED = 100_000, 200, 1
+WAYS = "estimator", "sampling", "batches", "tracking"  # what a sim may choose of its runs
+SHOWN = 40  # differences that are listed
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+def digest_of(number: object) -> str:
+    """Of the bytes of value and error of a quantity, or of a number."""
+    parts = (number.value, number.error) if hasattr(number, "error") else (number,)
+    arrays = [np.ascontiguousarray(part, dtype=float) for part in parts]
+    sums = hashlib.sha256(repr([array.shape for array in arrays]).encode())
+    for array in arrays:
+        sums.update(array.tobytes())
+    return sums.hexdigest()[:16]
+
+
+def runs() -> Iterator[tuple[str, Callable[[], dict[str, object]]]]:
+    """Each run by its name: a function that makes it and returns its numbers."""
+    for name in experiment_names():
+        module = experiment(name)
+        own = {key: value for key, value in getattr(module, "run", {}).items() if key in WAYS}
+        for place, parameters in enumerate(cases_of(module, {})):
+            scene, title = module.scene(**parameters), f"sim {name} {place}"
+            if own.get("estimator") != "auto":
+                yield f"{title}, its own way", lambda s=scene, o=own, m=module: _numbers(s, o, m.measure)
+            yield from _by_estimator(title, scene, {})
+    for case in hard_cases():
+        yield f"hard {case.family}: {case.title}", lambda case=case: _of_hard_case(case)
+    for number in range(WORLDS):
+        world = world_of(number, SEED, TURNS[number % len(TURNS)])
+        try:
+            scene = world.scene()
+        except tp.SceneError as refusal:
+            yield f"world {number}", lambda refusal=refusal: {"refused": str(refusal)}
+            continue
+        options = {key: value for key, value in world.said(scene).items() if key in world.options}
+        yield from _by_estimator(f"world {number}", scene, options)
+
+
+def _by_estimator(title: str, scene: tp.Scene, options: dict) -> Iterator[tuple[str, Callable]]:
+    for estimator in ESTIMATORS:
+        if why_not(scene, estimator) is None:
+            said = options | {"estimator": estimator}
+            yield f"{title}, {estimator}", lambda said=said: _numbers(scene, said)
+
+
+def _numbers(
+    scene: tp.Scene, said: dict, measure: Callable[[object], dict] | None = None
+) -> dict[str, object]:
+    try:
+        result = tp.simulate(scene, PARTICLES, seed=SEED, threads=2, progress=False, **said)
+    except tp.SceneError as refusal:
+        return {"refused": str(refusal)}
+    measured = {} if measure is None else {f"measured {k}": v for k, v in measure(result).items()}
+    return quantities_of(result) | measured
+
+
+def _of_hard_case(case: object) -> dict[str, object]:
+    seen = case.see()
+    return {"found": seen.found, "exact": seen.exact} | ({} if seen.naive is None else {"naive": seen.naive})
+
+
+@app.command()
+def write(path: Path, only: str = "") -> None:
+    """Make all runs whose names hold a text, and write their digests as JSON."""
+    found, begun = {}, time.perf_counter()
+    warnings.simplefilter("ignore")
+    for name, run in runs():
+        if only in name:
+            numbers = run()
+            found[name] = {k: v if isinstance(v, str) else digest_of(v) for k, v in numbers.items()}
+    path.write_text(json.dumps(found, indent=0))
+    many = sum(map(len, found.values()))
+    typer.echo(f"{many} digests of {len(found)} runs in {time.perf_counter() - begun:.0f} s")
+
+
+@app.command()
+def compare(
+    before: Path,
+    after: Path,
+    only: Annotated[str, typer.Option(help="Of names of runs, the text that they hold.")] = "",
+) -> None:
+    """Compare the digests of two files or checkouts; ends with status 1 where any differs or is missing."""
+    one, other = (_digests_of(path, only) for path in (before, after))
+    differ = [
+        f"{run}: {number}"
+        for run in sorted(one.keys() | other.keys())
+        for number in sorted(one.get(run, {}).keys() | other.get(run, {}).keys())
+        if one.get(run, {}).get(number) != other.get(run, {}).get(number)
+    ]
+    for line in differ[:SHOWN]:
+        typer.echo(line)
+    typer.echo(f"{len(differ)} of {sum(map(len, one.values()))} digests of {len(one)} runs differ")
+    raise typer.Exit(bool(differ) or not one)
+
+
+def _digests_of(path: Path, only: str) -> dict[str, dict[str, str]]:
+    """Those of a file, or those that a checkout writes."""
+    if path.is_file():
+        found = json.loads(path.read_text())
+        return {name: numbers for name, numbers in found.items() if only in name}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "digests.json")
+        command = [sys.executable, "-m", "tests.digests", "write", str(file), "--only", only]
+        # The checkout's own sources come first, before those of an editable install.
+        subprocess.run(command, cwd=path, env={**os.environ, "PYTHONPATH": str(path.resolve())}, check=True)
+        return json.loads(file.read_text())
+
+
+if __name__ == "__main__":
+    app()
