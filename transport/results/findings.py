@@ -170,18 +170,14 @@ def of_weak_denominator(value: np.ndarray, error: np.ndarray) -> tuple[Finding, 
     if not is_weak.any():
         return ()
     what = f"the denominator is uncertain by more than {100 / np.sqrt(MIN_SCORES):.0f} %, too much to know the error of a ratio"
-    bound = np.where(is_weak, np.nan, 0.0)
-    return (
-        Finding(
-            DOUBTFUL,
-            "",
-            "",
-            what,
-            float(bound) if bound.ndim == 0 else bound,
-            "use more particles",
-            name=FEW_CARRIERS,
-        ),
-    )
+    return (_without_bound(is_weak, what, FEW_CARRIERS),)
+
+
+def _without_bound(where: np.ndarray, what: str, name: str, seen: str = "") -> Finding:
+    """A finding about the numbers of an array (*dims of bool) for which nothing bounds what they may be off by."""
+    bound = np.where(where, np.nan, 0.0)
+    bound = float(bound) if bound.ndim == 0 else bound
+    return Finding(DOUBTFUL, "", "", what, bound, "use more particles", name=name, seen=seen)
 
 
 def unknown_of_error(carriers: float) -> float:
@@ -269,19 +265,8 @@ def of_bins(is_doubtful: np.ndarray) -> tuple[Finding, ...]:
     if not many:
         return ()
     what = "too few or too unlike scores, even with those of neighbouring bins"
-    bound = np.where(is_doubtful, np.nan, 0.0)
-    return (
-        Finding(
-            DOUBTFUL,
-            "",
-            "",
-            what,
-            float(bound) if bound.ndim == 0 else bound,
-            "use more particles",
-            name="bins",
-            seen=f"in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else "",
-        ),
-    )
+    seen = f"in {many} of {np.size(is_doubtful)} bins" if np.ndim(is_doubtful) else ""
+    return (_without_bound(is_doubtful, what, "bins", seen),)
 
 
 def worst_of(verdicts: Iterable[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:

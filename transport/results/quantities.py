@@ -345,12 +345,12 @@ class Quantity(Generic[Number, Reason]):
             return self._known(ones, Unit())
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, self, other, self.unit / other.unit, is_ratio=True)
+        return _applied(ratio, np.divide, self, other, self.unit / other.unit)
 
     def __rtruediv__(self, other: Operand) -> Self:
         if (other := self._operand(other)) is None:
             return NotImplemented
-        return _applied(ratio, np.divide, other, self, other.unit / self.unit, is_ratio=True)
+        return _applied(ratio, np.divide, other, self, other.unit / self.unit)
 
     def __pow__(self, exponent: float) -> Self:
         if not isinstance(exponent, Real):
@@ -412,9 +412,7 @@ class Quantity(Generic[Number, Reason]):
         raise NotImplementedError
 
 
-def _applied(
-    function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit, is_ratio: bool = False
-) -> Quantity:
+def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
     """function of the replicates of both, their axes matched by name; plain: the same of bare values."""
     for name in first.coords.keys() & second.coords.keys():
         if not np.array_equal(first.coords[name], second.coords[name]):
@@ -430,7 +428,7 @@ def _applied(
             for one, each in zip(aligned, (first, second), strict=True)
         )
         weak: tuple[Finding, ...] = ()
-        if is_ratio:
+        if plain is np.divide:
             dims, below = tuple(second.coords), second._replicates.shape
             error = arranged(np.broadcast_to(second._error_bars.error, below), dims, tuple(coords))
             weak = of_weak_denominator(aligned[1].value, error)

@@ -126,12 +126,11 @@ class VolumeReading(Quantified):
             return []
         number, largest = int(totals_of(self._counts).sum()), self._way_through()
         what = "light"
-        if (
-            self._plan.attenuates and not self._plan.scatters
-        ):  # few ways of light weights do not show all heavy ones
+        if self._plan.attenuates and not self._plan.scatters:
             passes = most_that_passes(self._plan, self._volume.shape)
             largest *= passes
-            heavy = int(totals_of(self._sums).sum() / (self._mean_way * passes))
+            # Ways of light weights, however many, do not show those of full weight.
+            heavy = int(totals_of(self._sums).sum() / (self._mean_way * passes)) if passes > 0 else number
             if heavy < number:
                 what, number = "light that media have hardly weakened", heavy
         few = PathClass(what, number, largest, MORE, name=ALL_LIGHT).finding(title, particles)
