@@ -32,7 +32,7 @@ MANY = {"particles": 150_000, "batches": EACH * len(PARTS), "seed": 3}
 pytestmark = [
     pytest.mark.usefixtures("small_groups"),
     pytest.mark.filterwarnings(
-        "ignore::transport.runs.hiring.WaitingWarning"
+        "ignore::transport.runs.progress.WaitingWarning"
     ),  # which a scheduler that restarts is meant to give
 ]
 

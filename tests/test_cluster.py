@@ -23,7 +23,7 @@ from transport.cluster.crew import ClusterCrew
 from transport.estimators.methods import ANALOG
 from transport.runs import hiring
 from transport.runs.interruption import Interruption
-from transport.runs.progress import Progress
+from transport.runs.progress import Progress, WaitingWarning
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster
@@ -148,7 +148,7 @@ def test_the_scheduler_is_killed_and_comes_back_with_other_workers(cluster, whol
             cluster.start_worker()
 
     happening(monkeypatch, act)
-    with pytest.warns(hiring.WaitingWarning) as told:
+    with pytest.warns(WaitingWarning) as told:
         assert_same(tp.simulate(scene(), **MANY, cluster=cluster.address).batches, whole.batches)
     first, *_, last = (str(warning.message) for warning in told)
     assert first.endswith(f"no scheduler answers at {cluster.address}; the run waits")
@@ -216,7 +216,7 @@ def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(mon
             raise KeyboardInterrupt
 
     monkeypatch.setattr(hiring, "LONG", -1.0)
-    told = pytest.warns(hiring.WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
+    told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
     with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
         hiring._wait_for(Nobody(), Progress(), Interruption())
 

@@ -20,8 +20,8 @@ from tests.test_reproducible import scene
 from tests.test_saved import SMALL
 from transport.cluster import line as lines
 from transport.cluster import posts
+from transport.compile.limits_exceeded import OverrunError
 from transport.estimators.methods import ANALOG
-from transport.overruns import OverrunError
 from transport.runs import running
 from transport.runs.origins import this_origin
 

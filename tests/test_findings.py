@@ -23,6 +23,7 @@ from transport.compile.expected import _slanted
 from transport.compile.layout import SIZE_CELLS
 from transport.compile.sizes import EDGES
 from transport.results import findings, proofs
+from transport.results.backward_readings import missing_of_cells
 from transport.results.diagnostics import DIAGNOSTICS
 from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.findings import MIN_SCORES, Finding, carried, unknown_of_error, unseen_scores
@@ -503,8 +504,8 @@ def test_alike_bins_are_judged_as_no_bins_are():
         scene = tp.Scene([lamp], [tp.Surface(panel, tp.Mirror(1.0), "mirror")], [detector])
         result = tp.simulate(scene, 1e4, seed=1, estimator="backward", threads=1, progress=False)
         cells = result["m"]._cell_sums
-        bounds.append([each.bound for each in cells.missing(detector, "", result["m"]._extents)])
-        assert bounds[-1] == [each.bound for each in cells.missing(detector, "")]
+        bounds.append([each.bound for each in missing_of_cells(cells, detector, "", result["m"]._extents)])
+        assert bounds[-1] == [each.bound for each in missing_of_cells(cells, detector, "")]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-12) and bounds[0]
 
 

@@ -15,8 +15,8 @@ from scipy.special import gammainc, gammaincinv
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
-from transport.speeds import BOLTZMANN
 from transport.theory import enclosures
+from transport.units import BOLTZMANN
 
 FALSE_ALARM = 1e-6
 PARTICLES = 200_000

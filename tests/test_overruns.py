@@ -9,9 +9,9 @@ import pytest
 
 import transport as tp
 from transport.compile import compile_scene
+from transport.compile.limits_exceeded import OverrunError, too_many_crossings, too_many_waiting
 from transport.engine import driver
 from transport.engine.surfaces import MOST_EVENTS
-from transport.overruns import OverrunError, too_many_crossings, too_many_waiting
 from transport.trapping import LIFETIMES
 from transport.trapping import MOST_EVENTS as GIVEN_UP
 

@@ -14,8 +14,9 @@ from scipy.special import betainc, gammaincinv, ndtri
 from tests.agreement import assert_follows
 from transport import normals
 from transport.shapes import Disk
-from transport.speeds import BOLTZMANN, InverseCDF, Maxwellian, SpeedTable
+from transport.speeds import InverseCDF, Maxwellian, SpeedTable
 from transport.speeds.inversion import LAST
+from transport.units import BOLTZMANN
 
 ROOT = Path(__file__).resolve().parents[1]
 TAILS = np.concatenate(

@@ -12,8 +12,9 @@ from tests.test_choosing import AIMED, ANALOG, fake_run, one, pilots_of, scene
 from tests.test_findings import EYE, PANEL, disk_lamp, estimate, lamp_before_a_reflector, mirror, run
 from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
-from transport.estimators.choosing import Pilot, cheapest, choose, chosen
+from transport.estimators.choosing import cheapest, choose, chosen
 from transport.estimators.methods import Method
+from transport.results.choice import Pilot
 from transport.results.estimates import Batches, Estimate, EstimateArray
 from transport.results.findings import Finding, of_even_scores, times_needed, unseen_scores
 from transport.results.proofs import bound_by_probe

@@ -26,6 +26,7 @@ from transport.points import PointDetector
 from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
 from transport.pricing.discretisation import bins_against_noise
 from transport.pulses import BoxPulse, GaussianPulse, Instant
+from transport.renderers import register
 from transport.results import Result
 from transport.results.estimates import Estimate, EstimateArray
 from transport.saved import load, merge
@@ -72,6 +73,24 @@ from transport.validation import SceneError
 from transport.volumes import VolumeDetector
 
 __version__ = "0.1.0"
+
+# What objects of lower layers need of higher ones, by name; loaded at the first use.
+register(
+    "html",
+    {
+        "Estimate": "transport.html.estimates:estimate_html",
+        "EstimateArray": "transport.html.estimates:array_html",
+        "Quantified": "transport.html.readings:reading_html",
+        "SnapshotReading": "transport.html.readings:sample_html",
+        "Result": "transport.html.results:result_html",
+        "Ledger": "transport.html.results:ledger_html",
+        "Scene": "transport.html.scenes:scene_html",
+    },
+)
+register("save", {"Result": "transport.saved.record:save"})
+register("to_json", {"Scene": "transport.written.documents:scene_text"})
+register("from_json", {"Scene": "transport.written.documents:scene_of"})
+register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [
     "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Cone", "CostOfAccuracy", "Cylinder", "Detector", "Dielectric", "Diffuse",

@@ -39,7 +39,7 @@ from transport.validation import SceneError, listed
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
     from transport.sources import Source
 
 Place = Shape | Vector
@@ -136,7 +136,7 @@ class Cell(NamedTuple):
 Enclosure = ClosedShape | Patches | Cell
 
 
-def check_endless(scene: Scene) -> None:
+def check_endless(scene: SceneParts) -> None:
     """Refuse a scene in which some histories of a source can never end.  Raises SceneError."""
     if scene.duration is not None or absorbs(scene.medium):
         return
@@ -159,7 +159,7 @@ def check_endless(scene: Scene) -> None:
                 )
 
 
-def _place(scene: Scene, enclosure: Enclosure) -> str:
+def _place(scene: SceneParts, enclosure: Enclosure) -> str:
     """The region in words."""
     names = [titled(scene.surfaces[number], number) for number in enclosure.numbers]
     return f"{enclosure.word} {listed(names)}"
@@ -168,7 +168,7 @@ def _place(scene: Scene, enclosure: Enclosure) -> str:
 # ---- what ends light ----
 
 
-def _has_absorber(scene: Scene, enclosure: Enclosure) -> bool:
+def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
     """Whether a surface or a medium may absorb in the region; a medium beside an open surface may be anywhere."""
     for number, surface in enumerate(scene.surfaces):
         may_reach = enclosure.may_reach(surface.shape)
@@ -219,7 +219,7 @@ def _start(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
     return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
 
 
-def _spreads(scene: Scene, source: Source) -> bool:
+def _spreads(scene: SceneParts, source: Source) -> bool:
     """Whether almost all of a source's particles come to planes again and again.
 
     A beam may run along them for ever, at once or after a mirror: only between two planes alone is it known to meet them.

@@ -19,14 +19,14 @@ from transport.sheets import pieces
 from transport.validation import SceneError
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 ALIKE = 1e-12  # squared sine of the angle between planes that may be one
 MOST_PAIRS = 200_000  # of facets of two meshes that are looked at
 GAP = 1e-9  # of the size of the two
 
 
-def check_flush(scene: Scene) -> None:
+def check_flush(scene: SceneParts) -> None:
     """Refuse a mesh with a face that lies on another shape of the scene.  Raises SceneError."""
     users = list(_users(scene))
     if not any(isinstance(shape, Mesh) for _, shape in users):
@@ -46,7 +46,7 @@ def check_flush(scene: Scene) -> None:
                 )
 
 
-def _users(scene: Scene) -> Iterator[tuple[str, Shape]]:
+def _users(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
     """Shapes that rays meet or start on, with words for them."""
     for number, surface in enumerate(scene.surfaces):
         yield titled(surface, number), surface.shape

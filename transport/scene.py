@@ -2,21 +2,16 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from functools import cached_property
 from os import PathLike
 
 from transport.bodies.filling import glows, names_media
 from transport.bodies.listing import AnyMedium, medium_at
-from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.detectors import Detector
-from transport.fields import Converted, Parts
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
-from transport.media import Grid, Medium, Vacuum
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.points import PointDetector, check_points
-from transport.shapes import Shape
-from transport.sides import AnyDetector
+from transport.media import Grid
+from transport.parts import LOOKING, Looking, SceneParts
+from transport.renderers import function_for
 from transport.soundness import check_scene
 from transport.sources import Source
 from transport.validation import (
@@ -30,12 +25,9 @@ from transport.validation import (
 )
 from transport.volumes import VolumeDetector
 
-LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
-Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
-
 
 @scene_object
-class Scene:
+class Scene(SceneParts):
     """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
 
     No source is needed where a medium emits.
@@ -45,12 +37,6 @@ class Scene:
     With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
     Raises SceneError for names that are unknown or not unique and for parts that do not go together.
     """
-
-    sources: Parts[Source]
-    surfaces: Parts[Surface] = ()
-    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
-    medium: Medium | Vacuum | None = None
-    duration: float | None = None
 
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
@@ -67,7 +53,6 @@ class Scene:
             user.check_shape(self.shape_of(user))
         for user in (*self.sources, *self.detectors):
             user.check_clock(self.duration)
-        check_points(self)
         check_scene(self)
 
     def to_json(self, path: str | PathLike | None = None) -> str:
@@ -75,9 +60,7 @@ class Scene:
 
         Raises SceneError for what no file can hold (the function of an InverseCDF); transport/guides/scenes.md.
         """
-        from transport.written.documents import scene_text
-
-        return scene_text(self, path)
+        return function_for(type(self), "to_json")(self, path)
 
     @staticmethod
     def from_json(source: str | PathLike) -> "Scene":
@@ -85,62 +68,10 @@ class Scene:
 
         Raises SceneError with the place in the file, as in "surfaces[2].material.albedo", for what is wrong.
         """
-        from transport.written.documents import scene_of
-
-        return scene_of(source)
-
-    @property
-    def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
-        return self.sources[0].emission.measured_in if self.sources else "watts"
+        return function_for(Scene, "from_json")(source)
 
     def _repr_html_(self) -> str:
-        from transport.html.scenes import scene_html
-
-        return scene_html(self)
-
-    @cached_property
-    def proofs(self) -> dict:
-        """What has been found out about it so far, once for all runs (results/proofs.py, results/empty_detector.py); no file has it."""
-        return {}
-
-    def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in vars(self).items() if name != "proofs"}
-
-    @property
-    def meters(self) -> tuple[Detector, ...]:
-        """The detectors that have a shape: those made as Detector."""
-        return tuple(part for part in self.detectors if isinstance(part, Detector))
-
-    @property
-    def phase_spaces(self) -> tuple[PhaseSpace, ...]:
-        """The detectors made as PhaseSpace."""
-        return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
-
-    @property
-    def snapshots(self) -> tuple[Snapshot, ...]:
-        """The detectors made as Snapshot."""
-        return tuple(part for part in self.detectors if isinstance(part, Snapshot))
-
-    @property
-    def volumes(self) -> tuple[VolumeDetector, ...]:
-        """The detectors made as VolumeDetector."""
-        return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
-
-    @property
-    def points(self) -> tuple[PointDetector, ...]:
-        """The detectors made as PointDetector."""
-        return tuple(part for part in self.detectors if isinstance(part, PointDetector))
-
-    @property
-    def instruments(self) -> tuple[Instrument, ...]:
-        """The detectors that only backward histories see: each Camera and EnvironmentMap."""
-        return tuple(part for part in self.detectors if isinstance(part, Instrument))
-
-    @property
-    def visited(self) -> tuple[str, ...]:
-        """The names of detectors and surfaces that a `via` asks for, each once."""
-        return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
+        return function_for(type(self), "html")(self)
 
     def medium_at(self, position: Iterable[float]) -> AnyMedium:
         """What fills the place [m]: the medium of the innermost body that holds it, else the surrounding one."""
@@ -148,24 +79,6 @@ class Scene:
         if place is None or len(place) != 3:
             refuse(self, f"position must be three finite numbers, got {shown(position)}")
         return medium_at(self, place)
-
-    def surface(self, name: str) -> Surface:
-        """The surface of that name."""
-        return self._surface_for(self, "name", name)
-
-    def shape_of(self, user: Source | Detector) -> Shape:
-        """The shape of a source or detector, looked up where it was given as a surface's name."""
-        return (
-            user.shape
-            if isinstance(user.shape, Shape)
-            else self._surface_for(user, "shape", user.shape).shape
-        )
-
-    def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
-        named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
-        if name not in named:
-            refuse(user, f"{parameter} must name a surface, got {shown(name)}; {suggestion(name, named)}")
-        return named[name]
 
     def _check_medium(self) -> None:
         """The surrounding medium is one that fills all space."""

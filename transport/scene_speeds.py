@@ -9,11 +9,11 @@ from transport.materials import Diffuse, simple_parts
 from transport.units import speed_of_light
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
     from transport.speeds import SpeedDistribution
 
 
-def scene_speeds(scene: Scene) -> set[float | SpeedDistribution]:
+def scene_speeds(scene: SceneParts) -> set[float | SpeedDistribution]:
     """The speeds [m/s] and distributions of speeds with which particles are emitted or leave walls."""
     emitted = {source.emission.speed for source in scene.sources}
     if glows(scene):
@@ -26,7 +26,7 @@ def scene_speeds(scene: Scene) -> set[float | SpeedDistribution]:
     }
 
 
-def scene_has_speeds(scene: Scene) -> bool:
+def scene_has_speeds(scene: SceneParts) -> bool:
     """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
     differ = speeds_differ(scene_speeds(scene))
     looked_at = any(meter.speeds is not None or meter.moments for meter in scene.meters)
@@ -43,7 +43,7 @@ def fastest_of(speed: float | SpeedDistribution) -> float:
     return speed if isinstance(speed, float) else speed.fastest
 
 
-def why_no_mass(scene: Scene) -> tuple[str, str]:
+def why_no_mass(scene: SceneParts) -> tuple[str, str]:
     """What a quantity lacks that needs a mass, and the cure."""
     if scene.measured_in == "watts":
         return "particles of one mass, got energies in watts", "emit a Gas or Effusive"
@@ -54,7 +54,7 @@ def why_no_mass(scene: Scene) -> tuple[str, str]:
     return "particles of known mass, got none", "write mass=... in kg in the source's emission"
 
 
-def scene_mass(scene: Scene) -> float | None:
+def scene_mass(scene: SceneParts) -> float | None:
     """The mass [kg] of every particle, where it is known and the same for all."""
     masses = {getattr(source.emission, "mass", None) for source in scene.sources}
     return masses.pop() if len(masses) == 1 else None

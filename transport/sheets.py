@@ -18,7 +18,7 @@ from transport.shapes import Box, Point, Revolved, Shape, Slab, Sphere, Triangle
 from transport.shapes.supports import are_on_one_support, is_on_support, orientation
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 
 @dataclass
@@ -55,7 +55,7 @@ def pieces(shape: Shape) -> tuple[Shape, ...]:
     return (shape,)
 
 
-def sheets_of(scene: Scene) -> list[Sheet]:
+def sheets_of(scene: SceneParts) -> list[Sheet]:
     """The scene's sheets, acting members before meters; surfaces that do nothing and are not looked at are left out."""
     sheets: list[Sheet] = []
     for member in sorted(_members(scene), key=_precedence):
@@ -78,7 +78,7 @@ def _precedence(member: Member) -> tuple[bool, float]:
     return member.surface is None, -breadth
 
 
-def _members(scene: Scene) -> Iterator[Member]:
+def _members(scene: SceneParts) -> Iterator[Member]:
     bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]

@@ -8,9 +8,10 @@ from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.estimators.choosing import OTHER_NUMBERS, Choice, choose
+from transport.estimators.choosing import OTHER_NUMBERS, choose
 from transport.estimators.methods import AUTO, Method, checked_method
 from transport.results import Cost, Result
+from transport.results.choice import Choice
 from transport.runs.hiring import Hands, Staff, checked_staff, hands_for
 from transport.runs.interruption import put_off
 from transport.runs.limits import Limits, checked_limits, checked_part, checked_whole

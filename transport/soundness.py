@@ -14,6 +14,7 @@ from transport.materials import (
     simple_parts,
 )
 from transport.materials.surface import titled
+from transport.point_checks import check_points
 from transport.shapes import FlatShape, Shape
 from transport.shapes.overlaps import overlap
 from transport.shapes.supports import are_on_one_support
@@ -22,11 +23,12 @@ from transport.trapping import check_trapped
 from transport.validation import SceneError, refuse, shown
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 
-def check_scene(scene: Scene) -> None:
+def check_scene(scene: SceneParts) -> None:
     """Refuse a scene whose parts do not go together.  Raises SceneError."""
+    check_points(scene)
     check_supports(scene)
     check_flush(scene)
     check_aims(scene)
@@ -36,7 +38,7 @@ def check_scene(scene: Scene) -> None:
     check_filling(scene)
 
 
-def check_supports(scene: Scene) -> None:
+def check_supports(scene: SceneParts) -> None:
     """Refuse two acting surfaces over one point of a sheet."""
     for sheet in sheets_of(scene):
         acting = [m for m in sheet.members if m.surface is not None]
@@ -59,7 +61,7 @@ def _refracts(surface: Surface) -> bool:
     return any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
 
 
-def check_aims(scene: Scene) -> None:
+def check_aims(scene: SceneParts) -> None:
     """Refuse a flat source that aims into its own plane, where none of its directions lead."""
     for source in scene.sources:
         shape, aim = scene.shape_of(source), source.aim
@@ -71,5 +73,5 @@ def _support_of(shape: Shape) -> str:
     return "plane" if isinstance(shape, FlatShape) else type(shape).__name__.lower()
 
 
-def _title(scene: Scene, surface: Surface) -> str:
+def _title(scene: SceneParts, surface: Surface) -> str:
     return titled(surface, scene.surfaces.index(surface))

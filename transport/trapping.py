@@ -24,14 +24,14 @@ from transport.validation import SceneError, shown
 from transport.vectors import dot
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
     from transport.sources import Source
 
 MOST_EVENTS = 1 << 24  # after which the engine gives a history up (engine/surfaces.py)
 LIFETIMES = 16  # mean numbers of scatterings before absorption, in which all but one history in 10^7 ends
 
 
-def check_trapped(scene: Scene) -> None:
+def check_trapped(scene: SceneParts) -> None:
     """Refuse a lamp in a clear body with nothing else in it, where some of its light can never leave.
 
     In a clear slab there may be bodies of finite size: light that is guided passes them, and what scatters within
@@ -59,7 +59,7 @@ def check_trapped(scene: Scene) -> None:
 
 
 def _trapped_lamps(
-    scene: Scene, shape: Shape, sine: float, company: list[Surface]
+    scene: SceneParts, shape: Shape, sine: float, company: list[Surface]
 ) -> Iterator[tuple[str, str]]:
     """What sends light into a clear body that can never leave it, and another cure, in words."""
     lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
@@ -76,7 +76,7 @@ def _trapped_lamps(
             yield f"what scatters at {title}", "let the slab end, as a Box"
 
 
-def check_sluggish(scene: Scene) -> None:
+def check_sluggish(scene: SceneParts) -> None:
     """Refuse an endless medium that absorbs so little that histories are given up before it ends them."""
     around = surrounding_of(scene)
     sigma_a, sigma_s = float(np.max(around.absorption)), float(np.max(around.scattering))
@@ -110,7 +110,7 @@ def _acts(medium: AnyMedium | None) -> bool:
     return medium is not None and bool(np.max(medium.extinction) > 0)
 
 
-def _company(scene: Scene, number: int) -> list[Surface]:
+def _company(scene: SceneParts, number: int) -> list[Surface]:
     """Other surfaces that act and may be within, as far as their boxes tell."""
     shape, others = scene.surfaces[number].shape, enumerate(scene.surfaces)
     return [

@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import cache
 
 speed_of_light = 299792458.0  # m s^-1, exact by the definition of the metre (SI Brochure 2019, 2.2)
+BOLTZMANN = 1.380649e-23  # J K^-1, exact by the definition of the kelvin (SI Brochure 2019, 2.2)
 
 pm, nm, um, mm, cm, km = 1e-12, 1e-9, 1e-6, 1e-3, 1e-2, 1e3  # m
 au = 1.495978707e11  # m, exact by definition (IAU 2012, resolution B2)

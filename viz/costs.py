@@ -11,8 +11,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from transport.pricing.cost import CostOfAccuracy
 from transport.pricing.discretisation import BinsAgainstNoise
-from transport.pricing.price_table import duration, percent, price_text
+from transport.pricing.price_table import price_text
 from transport.pricing.ways import Way
+from transport.results.notation import duration, percent
 from viz.style import (
     ESTIMATOR_COLOURS,
     INK,

@@ -14,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
-from transport.results.phase_readings import BOLTZMANN
+from transport.units import BOLTZMANN
 
 FALSE_ALARM = 1e-6
 MASS, SIGMA = 4.65e-26, 300.0  # nitrogen at room temperature

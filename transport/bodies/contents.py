@@ -15,10 +15,10 @@ from transport.shapes import Box, Sphere
 from transport.shapes.base import ROUNDING
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 
-def may_absorb(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None) -> bool:
+def may_absorb(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = None) -> bool:
     """Whether anything that a volume may hold absorbs; what only touches it from outside does not count.
 
     hollow: a ball in it that is no part of it.
@@ -26,12 +26,12 @@ def may_absorb(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None)
     return any(_absorbs_in(medium, volume) for medium in _media_within(scene, volume, hollow))
 
 
-def most_absorption(scene: Scene, volume: Box | Sphere) -> float:
+def most_absorption(scene: SceneParts, volume: Box | Sphere) -> float:
     """The largest absorption coefficient [1/m] that a volume may hold."""
     return max(float(np.max(medium.absorption)) for medium in _media_within(scene, volume))
 
 
-def _media_within(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None) -> list[AnyMedium]:
+def _media_within(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = None) -> list[AnyMedium]:
     """The media of which a part may lie in a volume.
 
     The innermost first: beyond a body that holds all of it there is nothing more.

@@ -27,10 +27,10 @@ from transport.sources import Source
 from transport.validation import SceneError, listed, shown
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 
-def check_filling(scene: Scene) -> None:
+def check_filling(scene: SceneParts) -> None:
     """Refuse media that do not go together.  Raises SceneError; what is looked at is said above."""
     if not names_media(scene):
         return
@@ -45,20 +45,20 @@ def check_filling(scene: Scene) -> None:
     check_sides(scene, bodies)
 
 
-def names_media(scene: Scene) -> bool:
+def names_media(scene: SceneParts) -> bool:
     """Whether any medium is named in a scene."""
     return scene.medium is not None or any(
         medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
     )
 
 
-def glows(scene: Scene) -> bool:
+def glows(scene: SceneParts) -> bool:
     """Whether a medium in a scene emits."""
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     return any(medium is not None and medium.emission > 0 for medium in media)
 
 
-def glowing_sources(scene: Scene) -> list[tuple[int, Source]]:
+def glowing_sources(scene: SceneParts) -> list[tuple[int, Source]]:
     """Surfaces, by their numbers, whose inside emits, as sources of 1 W that fill them."""
     return [
         (number, Source(surface.shape, Isotropic(power=1.0)))
@@ -70,7 +70,7 @@ def glowing_sources(scene: Scene) -> list[tuple[int, Source]]:
     ]
 
 
-def _bounds_of(scene: Scene, body: Body) -> str:
+def _bounds_of(scene: SceneParts, body: Body) -> str:
     """The surfaces of a body, in words."""
     return listed([title_of(scene, number) for number in body.surfaces], most=len(body.surfaces))
 
@@ -78,7 +78,7 @@ def _bounds_of(scene: Scene, body: Body) -> str:
 # ---- bodies ----
 
 
-def _check_grids(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def _check_grids(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse a body that reaches beyond the voxels which fill it."""
     for body in bodies:
         if not isinstance(body.medium, Grid):
@@ -95,7 +95,7 @@ def _check_grids(scene: Scene, bodies: tuple[Body, ...]) -> None:
                 raise SceneError(f"Scene: {must}, got {got}; {cure}")
 
 
-def _check_units(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse what is of light in a scene of particles."""
     if scene.measured_in == "watts":
         return
@@ -109,7 +109,7 @@ def _check_units(scene: Scene, bodies: tuple[Body, ...]) -> None:
             )
 
 
-def _check_pairs(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def _check_pairs(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse two bodies of unlike media of which neither lies in the other, or each does."""
     _, holders = nested(scene)
     for k, n in np.argwhere(np.triu(_boxes_meet(scene, bodies), 1)).tolist():
@@ -121,7 +121,7 @@ def _check_pairs(scene: Scene, bodies: tuple[Body, ...]) -> None:
             _check_half_spaces(scene, one, other, is_held)
 
 
-def _check_half_spaces(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
+def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
     """Refuse half spaces of one medium that overlap: it would fill all that lies in either, not what lies between."""
     if is_same or not have_common_part(scene, one, other):
         return
@@ -131,7 +131,7 @@ def _check_half_spaces(scene: Scene, one: Body, other: Body, is_same: bool) -> N
     )
 
 
-def _check_layers(scene: Scene) -> None:
+def _check_layers(scene: SceneParts) -> None:
     """Refuse a plane that ends no layer: the medium named in front of it goes on behind it."""
     for number, surface in enumerate(scene.surfaces):
         is_one_sided = isinstance(surface.shape, Plane) and surface.front is not None and surface.back is None
@@ -142,7 +142,7 @@ def _check_layers(scene: Scene) -> None:
             )
 
 
-def _check_pair(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
+def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
     """Refuse two bodies that are one region, or that have a part in common."""
     if not is_same and not have_common_part(scene, one, other):
         return
@@ -158,7 +158,7 @@ def _check_pair(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
     )
 
 
-def _boxes_meet(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:
+def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
     """Of which bodies, (bodies, bodies), the boxes about them have a volume in common."""
     low, high = np.array([box_of(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
     sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
@@ -166,7 +166,7 @@ def _boxes_meet(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:
     return (across > ROUNDING * (sizes[:, None] + sizes)).all(axis=2)
 
 
-def _check_glow(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def _check_glow(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse emission of what is not a whole Box or ball of its own."""
     if surrounding_of(scene).emission:
         got = f"emission={surrounding_of(scene).emission}"
@@ -192,7 +192,7 @@ def _check_glow(scene: Scene, bodies: tuple[Body, ...]) -> None:
                 )
 
 
-def _check_end(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def _check_end(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse endless scattering where nothing in the scene absorbs and no clock runs."""
     around = surrounding_of(scene)
     if scene.duration is not None or not around.scattering or absorbs(around):

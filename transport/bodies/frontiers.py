@@ -24,7 +24,7 @@ from transport.shapes import Mesh
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 
 class Crossed(NamedTuple):
@@ -36,12 +36,12 @@ class Crossed(NamedTuple):
     behind: int
 
 
-def title_of(scene: Scene, number: int) -> str:
+def title_of(scene: SceneParts, number: int) -> str:
     """What a message calls a surface."""
     return titled(scene.surfaces[number], number)
 
 
-def check_sides(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse named sides that lie in something else, and indices of refraction that do not fit a surface."""
     seen = set()
     for crossed in _crossed_by_lines(scene, bodies):
@@ -56,7 +56,7 @@ def check_sides(scene: Scene, bodies: tuple[Body, ...]) -> None:
         _check_index(scene, crossed, media)
 
 
-def _medium_of(scene: Scene, bodies: tuple[Body, ...], bits: int) -> AnyMedium:
+def _medium_of(scene: SceneParts, bodies: tuple[Body, ...], bits: int) -> AnyMedium:
     return bodies[(bits & -bits).bit_length() - 1].medium if bits else surrounding_of(scene)
 
 
@@ -75,7 +75,9 @@ def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: 
             _refuse_named(scene, number, is_front, found, crossed.place)
 
 
-def _refuse_named(scene: Scene, number: int, is_front: bool, found: AnyMedium, place: np.ndarray) -> None:
+def _refuse_named(
+    scene: SceneParts, number: int, is_front: bool, found: AnyMedium, place: np.ndarray
+) -> None:
     surface = scene.surfaces[number]
     side = _side(scene, number, is_front)
     where = ", ".join(f"{x:.6g}" for x in place)
@@ -88,14 +90,14 @@ def _refuse_named(scene: Scene, number: int, is_front: bool, found: AnyMedium, p
     )
 
 
-def _side(scene: Scene, number: int, is_front: bool) -> str:
+def _side(scene: SceneParts, number: int, is_front: bool) -> str:
     """What a message calls a side of a surface."""
     if scene.surfaces[number].shape.is_closed:
         return "outside" if is_front else "inside"
     return "front" if is_front else "back"
 
 
-def _check_index(scene: Scene, crossed: Crossed, media: list[AnyMedium]) -> None:
+def _check_index(scene: SceneParts, crossed: Crossed, media: list[AnyMedium]) -> None:
     """Refuse another index on the other side without a Dielectric, and a Dielectric that says something else."""
     acting = [(k, way) for k, way in crossed.surfaces if scene.surfaces[k].material != Transparent()]
     if len(acting) > 1:
@@ -126,7 +128,7 @@ def _check_index(scene: Scene, crossed: Crossed, media: list[AnyMedium]) -> None
         )
 
 
-def _crossed_by_lines(scene: Scene, bodies: tuple[Body, ...]) -> Iterator[Crossed]:
+def _crossed_by_lines(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[Crossed]:
     """Where straight lines through the surfaces that bound media cross anything, with the bodies before and behind."""
     shapes = [surface.shape for surface in scene.surfaces]
     aimed = [surface.shape for surface in scene.surfaces if _bounds_media(surface)]

@@ -23,7 +23,7 @@ from transport.shapes.crossings import crossings
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 A_SURFACE = 16  # lines at least through each
 SHARE = 0.9  # of gaps in which a surface lies, to be named
@@ -50,7 +50,7 @@ class Taken(NamedTuple):
         return float((self.is_gap.any(axis=1) | self.is_double.any(axis=1)).mean())
 
 
-def check_closed(scene: Scene, bodies: tuple[Body, ...]) -> None:
+def check_closed(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
     """Refuse a body of open surfaces that do not close it.  Raises SceneError; its limits are said above."""
     for body in bodies:
         if not is_whole(scene.surfaces[body.surfaces[0]].shape):
@@ -61,7 +61,7 @@ def check_closed(scene: Scene, bodies: tuple[Body, ...]) -> None:
                 _refuse_gap(scene, body, taken)
 
 
-def _taken(scene: Scene, faces: Faces) -> Taken:
+def _taken(scene: SceneParts, faces: Faces) -> Taken:
     """What lines through some faces come to."""
     numbers = np.array(list(dict.fromkeys(number for number, _ in faces)))
     shapes = [scene.surfaces[number].shape for number in numbers]
@@ -86,7 +86,7 @@ def _taken(scene: Scene, faces: Faces) -> Taken:
     return Taken(origins, ways, surfaces, np.where(code % 2, 1, -1), places, is_in, is_gap, is_double)
 
 
-def _refuse_double(scene: Scene, body: Body, taken: Taken) -> None:
+def _refuse_double(scene: SceneParts, body: Body, taken: Taken) -> None:
     line, k = np.argwhere(taken.is_double)[0]
     one, other = (title_of(scene, number) for number in taken.surfaces[line, k : k + 2])
     where = _where(taken, line, taken.places[line, k])
@@ -95,7 +95,7 @@ def _refuse_double(scene: Scene, body: Body, taken: Taken) -> None:
     raise SceneError(f"Scene: {one} and {other} {must}; {cure}")
 
 
-def _refuse_gap(scene: Scene, body: Body, taken: Taken) -> None:
+def _refuse_gap(scene: SceneParts, body: Body, taken: Taken) -> None:
     """Name what would close a body, turned round or naming its medium, as far as trying tells; else where a gap is."""
     turned = _turned(scene, body)
     if turned is None and (side := _missing(scene, body, taken)) is not None:
@@ -124,7 +124,7 @@ def _refuse_gap(scene: Scene, body: Body, taken: Taken) -> None:
     raise SceneError(f"Scene: {title_of(scene, number)}: {must}; {cure}")
 
 
-def _refuse_bare(scene: Scene, body: Body, taken: Taken, number: int, is_front: bool) -> None:
+def _refuse_bare(scene: SceneParts, body: Body, taken: Taken, number: int, is_front: bool) -> None:
     word, surface = "front" if is_front else "back", scene.surfaces[number]
     line, k, place = _across(scene, taken, number)[0][:3]
     here = taken.surfaces[line, k - 1 if taken.is_in[line, k] else k]
@@ -143,7 +143,7 @@ def _where(taken: Taken, line: int, place: float) -> str:
 # ---- what is wrong ----
 
 
-def _turned(scene: Scene, body: Body) -> tuple[int, bool] | None:
+def _turned(scene: SceneParts, body: Body) -> tuple[int, bool] | None:
     """The face that, turned round, leaves no gap at all."""
     for number, is_front in body.faces[:TURNS]:
         others = tuple(face for face in body.faces if face != (number, is_front))
@@ -152,7 +152,7 @@ def _turned(scene: Scene, body: Body) -> tuple[int, bool] | None:
     return None
 
 
-def _missing(scene: Scene, body: Body, taken: Taken) -> tuple[int, bool] | None:
+def _missing(scene: SceneParts, body: Body, taken: Taken) -> tuple[int, bool] | None:
     """The side that, if it named the body's medium, would leave the fewest lines with a gap; None where none helps."""
     sides = _bare(scene, body, taken)[:SIDES]
     shares = [_taken(scene, (*body.faces, side)).share for side in sides]
@@ -160,7 +160,7 @@ def _missing(scene: Scene, body: Body, taken: Taken) -> tuple[int, bool] | None:
     return sides[best] if best is not None and shares[best] < taken.share else None
 
 
-def _bare(scene: Scene, body: Body, taken: Taken) -> list[tuple[int, bool]]:
+def _bare(scene: SceneParts, body: Body, taken: Taken) -> list[tuple[int, bool]]:
     """Sides of open surfaces that look to a body through its gaps and do not name it, in most gaps first."""
     sides: dict[tuple[int, bool], int] = {}
     for number, surface in enumerate(scene.surfaces):
@@ -172,7 +172,7 @@ def _bare(scene: Scene, body: Body, taken: Taken) -> list[tuple[int, bool]]:
     return sorted(sides, key=lambda side: -sides[side])
 
 
-def _whole_across(scene: Scene, body: Body, taken: Taken) -> int | None:
+def _whole_across(scene: SceneParts, body: Body, taken: Taken) -> int | None:
     """The plane or closed surface that lies across all but a few of the gaps."""
     gaps = int(taken.is_gap.sum())
     for number, surface in enumerate(scene.surfaces):
@@ -182,7 +182,7 @@ def _whole_across(scene: Scene, body: Body, taken: Taken) -> int | None:
     return None
 
 
-def _across(scene: Scene, taken: Taken, number: int) -> list[tuple[int, int, float, bool]]:
+def _across(scene: SceneParts, taken: Taken, number: int) -> list[tuple[int, int, float, bool]]:
     """Where a surface lies across gaps: line, gap, place [m], and whether its front looks to the body."""
     lines, gaps = np.nonzero(taken.is_gap)
     found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.ways[lines])

@@ -25,34 +25,34 @@ from transport.validation import SceneError
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 MOST_BODIES = 62  # bits of an integer
 ASIDE = 16 * ROUNDING  # of the size of numbers: how far from a surface a place is surely on one side of it
 
 
-def surrounding_of(scene: Scene) -> AnyMedium:
+def surrounding_of(scene: SceneParts) -> AnyMedium:
     """What fills all that no body claims."""
     return Vacuum() if scene.medium is None else plain(scene.medium)
 
 
-def media_of(scene: Scene) -> tuple[AnyMedium, ...]:
+def media_of(scene: SceneParts) -> tuple[AnyMedium, ...]:
     """All media of a scene, each once, the surrounding one first."""
     return tuple(dict.fromkeys([surrounding_of(scene), *(body.medium for body in bodies_of(scene))]))
 
 
-def has_media(scene: Scene) -> bool:
+def has_media(scene: SceneParts) -> bool:
     """Whether anything in a scene fills space that absorbs, scatters, glows or has an index of its own."""
     return any(medium != Vacuum() for medium in media_of(scene))
 
 
-def bodies_of(scene: Scene) -> tuple[Body, ...]:
+def bodies_of(scene: SceneParts) -> tuple[Body, ...]:
     """The bodies of a scene, each before those that hold it.  Raises SceneError for more than 62."""
     return nested(scene)[0]
 
 
 @lru_cache(maxsize=8)
-def nested(scene: Scene) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
+def nested(scene: SceneParts) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
     """The bodies of a scene, and of each the numbers of those in which it lies."""
     bodies = [*_solid_bodies(scene), *_compound_bodies(scene)]
     if len(bodies) > MOST_BODIES:
@@ -65,7 +65,7 @@ def nested(scene: Scene) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
     return tuple(bodies[k] for k in order), tuple(frozenset(number[j] for j in holders[k]) for k in order)
 
 
-def sides_of(scene: Scene) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def sides_of(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Of each surface the bodies, by their numbers, that lie in front of it, and behind it, because of it."""
     sides = [((), ()) for _ in scene.surfaces]
     for number, body in enumerate(bodies_of(scene)):
@@ -75,7 +75,9 @@ def sides_of(scene: Scene) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     return sides
 
 
-def body_bits_around(scene: Scene, positions: np.ndarray, directions: np.ndarray | None = None) -> np.ndarray:
+def body_bits_around(
+    scene: SceneParts, positions: np.ndarray, directions: np.ndarray | None = None
+) -> np.ndarray:
     """Which bodies hold positions (n, 3) [m]: bit k is set for body k, in integers of 64 bits.
 
     With `directions` (n, 3) what holds the place just ahead: a position on a surface is on the side that it leads to.
@@ -89,7 +91,7 @@ def body_bits_around(scene: Scene, positions: np.ndarray, directions: np.ndarray
     return bits_at(scene, points, range(len(bodies_of(scene))))
 
 
-def bits_at(scene: Scene, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
+def bits_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
     """Which of the bodies of these numbers hold points (n, 3) [m]."""
     bits, bodies = np.zeros(len(points), np.int64), bodies_of(scene)
     for number in numbers:
@@ -97,12 +99,12 @@ def bits_at(scene: Scene, points: np.ndarray, numbers: Iterable[int]) -> np.ndar
     return bits
 
 
-def medium_at(scene: Scene, position: Vector) -> AnyMedium:
+def medium_at(scene: SceneParts, position: Vector) -> AnyMedium:
     """What fills the place [m]: the innermost body that holds it, else the surrounding medium."""
     return media_at(scene, np.array([position], float))[0]
 
 
-def media_at(scene: Scene, positions: np.ndarray) -> list[AnyMedium]:
+def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
     """What fills each of the positions (n, 3) [m]."""
     bodies, around = bodies_of(scene), surrounding_of(scene)
     return [
@@ -114,7 +116,7 @@ def media_at(scene: Scene, positions: np.ndarray) -> list[AnyMedium]:
 # ---- which bodies there are ----
 
 
-def _solid_bodies(scene: Scene) -> Iterator[Body]:
+def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
     """One for each closed shape with a medium inside, and for each side of a Plane with one."""
     for number, surface in enumerate(scene.surfaces):
         if is_whole(surface.shape) and surface.back is not None:
@@ -124,7 +126,7 @@ def _solid_bodies(scene: Scene) -> Iterator[Body]:
             yield Body(plain(surface.front), (number,), ((number, True),))
 
 
-def is_layer(scene: Scene, lower: Surface) -> bool:
+def is_layer(scene: SceneParts, lower: Surface) -> bool:
     """Whether what a Plane names in front of it is what the next parallel plane before it has behind: a layer between them."""
     normal, heights = np.array(lower.shape.normal), []
     level = float(normal @ lower.shape.center)
@@ -142,7 +144,7 @@ def is_whole(shape: Shape) -> bool:
     return shape.is_closed or isinstance(shape, Plane)
 
 
-def _compound_bodies(scene: Scene) -> list[Body]:
+def _compound_bodies(scene: SceneParts) -> list[Body]:
     """Those that open surfaces bound together; none of the surrounding medium but where another body holds it.
 
     A side that names what a closed body about it holds anyway, as of a rod in a tank, bounds no body of its own.
@@ -168,7 +170,7 @@ def _body(medium: AnyMedium, faces: list[tuple[int, bool]]) -> Body:
     return Body(medium, tuple(dict.fromkeys(number for number, _ in faces)), tuple(faces))
 
 
-def _parts(scene: Scene, faces: list[tuple[int, bool]]) -> list[list[tuple[int, bool]]]:
+def _parts(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[list[tuple[int, bool]]]:
     """Faces that belong together: those whose boxes meet, or that are joined by others."""
     parts: list[list[tuple[int, bool]]] = []
     for face in faces:
@@ -178,13 +180,13 @@ def _parts(scene: Scene, faces: list[tuple[int, bool]]) -> list[list[tuple[int, 
     return [sorted(part) for part in parts]
 
 
-def _do_touch(scene: Scene, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
+def _do_touch(scene: SceneParts, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
     a, b = scene.surfaces[one[0]].shape, scene.surfaces[other[0]].shape
     gap = SKIN * (a.extent + b.extent)
     return all(p <= s + gap and r <= q + gap for p, q, r, s in zip(*a.bounds, *b.bounds, strict=True))
 
 
-def _is_inside(scene: Scene, face: tuple[int, bool], bodies: list[Body]) -> bool:
+def _is_inside(scene: SceneParts, face: tuple[int, bool], bodies: list[Body]) -> bool:
     """Whether all places just beside a face are held by bodies."""
     points = skin_of(scene, _body(Vacuum(), [face]))
     held = np.zeros(len(points), bool)

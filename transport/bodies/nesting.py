@@ -29,7 +29,7 @@ from transport.validation import SceneError
 from transport.vectors import Vector
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 ROUND = 32  # lines about a position
 WORK = 200_000  # lines times boundaries, a quarter of a second
@@ -50,7 +50,7 @@ class Boundary(NamedTuple):
         return pair if way > 0 else pair[::-1]
 
 
-def check_media(scene: Scene) -> None:
+def check_media(scene: SceneParts) -> None:
     """Refuse boundaries of media that contradict one another.  Raises SceneError; its limits are said above."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
@@ -65,7 +65,7 @@ def check_media(scene: Scene) -> None:
     _check_lines(boundaries, glass)
 
 
-def index_around(scene: Scene, position: Vector) -> float:
+def index_around(scene: SceneParts, position: Vector) -> float:
     """The refractive index at a position, by what most straight lines from there come to; nan where they do not tell."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]

@@ -22,7 +22,7 @@ from transport.shapes.crossings import crossings
 from transport.shapes.mesh_geometry import winding_number
 
 if TYPE_CHECKING:
-    from transport.scene import Scene
+    from transport.parts import SceneParts
 
 WAYS = np.array(  # of lines that tell what is inside; none along an axis or a diagonal
     [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864), (0.768, 0.28, -0.576),
@@ -41,7 +41,7 @@ class Body:
     faces: tuple[tuple[int, bool], ...] = ()  # surface, and whether the body is in front of it
 
 
-def solid_of(scene: Scene, body: Body) -> Solid | None:
+def solid_of(scene: SceneParts, body: Body) -> Solid | None:
     """The solid that a body is, where it is told by inequalities; else None."""
     shape = scene.surfaces[body.surfaces[0]].shape
     if isinstance(shape, Plane):
@@ -50,7 +50,7 @@ def solid_of(scene: Scene, body: Body) -> Solid | None:
     return shape if is_solid else None
 
 
-def held_by(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
+def held_by(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Which points (n, 3) [m] a body holds."""
     solid = solid_of(scene, body)
     if solid is not None:
@@ -67,7 +67,7 @@ def held_by(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
     return held
 
 
-def _by_lines(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
+def _by_lines(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
     """Whether most of the lines from each point come to the body's surface from within."""
     votes = np.zeros(len(points), int)
     for way in WAYS / np.linalg.norm(WAYS, axis=1)[:, None]:
@@ -87,7 +87,7 @@ def _by_lines(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:
     return votes > 0
 
 
-def skin_of(scene: Scene, body: Body) -> np.ndarray:
+def skin_of(scene: SceneParts, body: Body) -> np.ndarray:
     """Places (n, 3) [m] just under the surface of a finite body."""
     faces = [(scene.surfaces[number].shape, is_front) for number, is_front in body.faces]
     return np.concatenate([_under(shape, is_front) for shape, is_front in faces])
@@ -110,7 +110,7 @@ def _under(shape: Shape, is_front: bool) -> np.ndarray:
     return origins[line] + (found.distances[is_met] + depth * into)[:, None] * ways[line]
 
 
-def box_of(scene: Scene, body: Body) -> np.ndarray:
+def box_of(scene: SceneParts, body: Body) -> np.ndarray:
     """Lower and upper corner (2, 3) [m] of a box that holds a body."""
     if isinstance(solid_of(scene, body), HalfSpace):
         return np.array([[-math.inf] * 3, [math.inf] * 3])
@@ -118,7 +118,7 @@ def box_of(scene: Scene, body: Body) -> np.ndarray:
     return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
 
 
-def holders_of(scene: Scene, bodies: list[Body]) -> list[set[int]]:
+def holders_of(scene: SceneParts, bodies: list[Body]) -> list[set[int]]:
     """Of each body the numbers of all in which it lies.
 
     Larger ones first, so that what holds a body's holder need not be asked.
@@ -144,7 +144,7 @@ def _finite(corners: np.ndarray) -> float:
     return float(np.abs(corners[np.isfinite(corners)]).max(initial=0.0))
 
 
-def is_in(scene: Scene, one: Body, other: Body) -> bool:
+def is_in(scene: SceneParts, one: Body, other: Body) -> bool:
     """Whether all of one body lies in another: exact for solids, else by places under its surface."""
     a, b = solid_of(scene, one), solid_of(scene, other)
     if a is not None and b is not None:
@@ -155,7 +155,7 @@ def is_in(scene: Scene, one: Body, other: Body) -> bool:
     return bool(held_by(scene, other, points).all()) and len(points) > 0
 
 
-def have_common_part(scene: Scene, one: Body, other: Body) -> bool:
+def have_common_part(scene: SceneParts, one: Body, other: Body) -> bool:
     """Whether two bodies have a volume in common: exact for solids, else by places under their surfaces."""
     a, b = solid_of(scene, one), solid_of(scene, other)
     if a is not None and b is not None:
@@ -164,5 +164,5 @@ def have_common_part(scene: Scene, one: Body, other: Body) -> bool:
     return any(held_by(scene, q, skin_of(scene, p)).any() for p, q in pairs)
 
 
-def _is_endless(scene: Scene, body: Body) -> bool:
+def _is_endless(scene: SceneParts, body: Body) -> bool:
     return scene.surfaces[body.surfaces[0]].shape.is_infinite

@@ -12,7 +12,7 @@ from transport.cluster.line import Line
 from transport.free_memory import memory_left
 from transport.results.batches import Batch
 from transport.runs.crew import GLANCE, InOrder
-from transport.runs.hiring import WaitingWarning
+from transport.runs.progress import WaitingWarning
 from transport.runs.state import Origin
 
 AHEAD = 1 << 28  # bytes of sums that may wait for their turn; or a quarter of the memory that is left

@@ -14,7 +14,7 @@ from transport.command.additions import Addition
 from transport.command.footprints import Footprint, footprint_of
 from transport.command.price_list import ADDITIONS, IN_ANY_SCENE, base_room, with_addition
 from transport.command.treatment import Treatment
-from transport.overruns import OverrunError
+from transport.compile.limits_exceeded import OverrunError
 from transport.runs.progress import progress_on
 from transport.validation import SceneError
 

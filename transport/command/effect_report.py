@@ -13,7 +13,7 @@ from transport.command.footprints import footprint_of
 from transport.command.pass_costs import lanes_a_history
 from transport.command.tables import effect_table, effects_lines, pass_table
 from transport.command.treatment import Treatment
-from transport.pricing.price_table import duration
+from transport.results.notation import duration
 from transport.runs.progress import progress_on
 
 

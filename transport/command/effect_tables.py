@@ -8,7 +8,7 @@ from transport.command.cold_start import Start
 from transport.command.effect_prices import AS_IT_IS, Price, PriceList
 from transport.command.footprints import Footprint
 from transport.command.tables import plain_table
-from transport.pricing.price_table import duration
+from transport.results.notation import duration
 
 PRICE_HEADS = (
     "effect",

@@ -20,8 +20,8 @@ from transport.command.verify import FALSE_ALARM, POWER, Law, laws_of
 from transport.command.verifying import check_any, known_outcomes, law_record, modules_of
 from transport.experiment import name_of
 from transport.hard.cases import cases_of
-from transport.pricing.price_table import duration
 from transport.results import Cost
+from transport.results.notation import duration
 from transport.runs.limits import MOST_PARTICLES, checked_whole
 
 LONG = 100_000_000  # histories of a case where the user does not say

@@ -15,12 +15,12 @@ import numpy as np
 from transport.bins import DirectionCone
 from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.compile import layout
-from transport.compile.emitters import Emitter, medium_row
+from transport.compile.emitters import medium_row
 from transport.compile.expected import face_of
 from transport.compile.looks import axis_columns
 from transport.compile.media import glowing_sources
+from transport.compile.plan import Emitter, Step
 from transport.compile.sizes import LARGE
-from transport.compile.velocities import Step
 from transport.detectors import Detector
 from transport.emissions import Isotropic, Lambertian
 from transport.points import PointDetector

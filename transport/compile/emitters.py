@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from transport.compile.birthplaces import places_of
 from transport.compile.media import glowing_sources, row_inside, rows_beside, runs_along_boundary
 from transport.compile.meshes import areas_row
 from transport.compile.pieces import hole_columns, triangle_columns
+from transport.compile.plan import Emitter, Plan, Step
 from transport.compile.space import Space
-from transport.compile.velocities import Step
 from transport.materials import Dielectric, simple_parts
 from transport.scene import Scene
 from transport.shapes import (
@@ -39,39 +38,10 @@ from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.validation import refuse, shown
 from transport.vectors import dot
 
-if TYPE_CHECKING:
-    from transport.compile.plan import Plan
-
 SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
 FAINTEST = 1e-200  # [sr] that a target may fill
 BEYOND = 1.0 + 2.0**-40  # of the radius of a ball that holds a shape
 CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
-
-
-@dataclass(frozen=True)
-class Emitter:
-    """Names of passes, with the rows of their tables."""
-
-    source: Source
-    shape: Shape  # the piece of the source's shape that it lies on or fills
-    amount: float  # [J] or particles with a clock, else [W] or [s^-1]
-    weight: float  # largest weight of a history, relative to one that is not aimed
-    birth: np.ndarray
-    place: Step
-    facing: np.ndarray | None  # the normal of the side that emits; None where places have one each
-    law: Step
-    moment: Step | None  # when
-    speed: tuple[Step, ...]  # how fast
-    target: tuple[Step, ...] | None
-    medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
-    inside: np.ndarray | None  # the bodies that it emits into, where the scene has any
-    beside: list[np.ndarray]  # boundaries of bodies on which it lies
-    cells: tuple[Step, ...] = ()  # of a detector that histories start at: how they are dealt to its cells
-
-    @property
-    def bound(self) -> float:
-        """What its histories would stand for if all were born at the largest weight."""
-        return self.amount * self.weight
 
 
 def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:

@@ -30,8 +30,7 @@ from transport.sides import IS_BACK
 from transport.validation import SceneError, refuse, shown
 
 if TYPE_CHECKING:
-    from transport.compile.emitters import Emitter
-    from transport.compile.plan import Plan
+    from transport.compile.plan import Emitter, Plan
     from transport.sheets import Sheet
 
 LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]

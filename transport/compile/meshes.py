@@ -2,41 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.plan import MeshTable, Plan
 from transport.shapes import Mesh
-
-if TYPE_CHECKING:
-    from transport.compile.plan import Plan
-
-
-@dataclass
-class MeshTable:
-    """A mesh as arrays; the engine puts its facets in order, and adds the nodes of a hierarchy and the shares of area."""
-
-    vertices: np.ndarray  # (n, 3)
-    faces: np.ndarray  # (m, 3) int32
-    normals: np.ndarray  # (m, 3)
-    areas: np.ndarray  # (m,) [m^2]
-    center: np.ndarray  # of its bounds
-    rows: list[np.ndarray] = field(default_factory=list)  # that point to all these
-    nodes: np.ndarray | None = None
-    shares: np.ndarray | None = None
-
-    def point(self) -> None:
-        """Tell the rows where the arrays are."""
-        for row in self.rows:
-            for name in ("vertices", "faces", "normals", "nodes", "shares"):
-                if name in row.dtype.names and getattr(self, name) is not None:
-                    row[name] = getattr(self, name).ctypes.data
-            counts = {"vertex_count": self.vertices, "facet_count": self.faces, "node_count": self.nodes}
-            for name, counted in counts.items():
-                if name in row.dtype.names and counted is not None:
-                    row[name] = len(counted)
 
 
 def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:

@@ -7,14 +7,66 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
-from transport.compile.emitters import Emitter
-from transport.compile.meshes import MeshTable
 from transport.compile.space import Space
 from transport.estimators.methods import ANALOG, Method
 from transport.scene import Scene
 from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
 from transport.shapes import Mesh, Shape
+from transport.sources import Source
 from transport.tracking import Tracking
+
+Step = tuple[str, np.ndarray]  # name of a pass, row of its table
+
+
+@dataclass(frozen=True)
+class Emitter:
+    """Names of passes, with the rows of their tables."""
+
+    source: Source
+    shape: Shape  # the piece of the source's shape that it lies on or fills
+    amount: float  # [J] or particles with a clock, else [W] or [s^-1]
+    weight: float  # largest weight of a history, relative to one that is not aimed
+    birth: np.ndarray
+    place: Step
+    facing: np.ndarray | None  # the normal of the side that emits; None where places have one each
+    law: Step
+    moment: Step | None  # when
+    speed: tuple[Step, ...]  # how fast
+    target: tuple[Step, ...] | None
+    medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
+    inside: np.ndarray | None  # the bodies that it emits into, where the scene has any
+    beside: list[np.ndarray]  # boundaries of bodies on which it lies
+    cells: tuple[Step, ...] = ()  # of a detector that histories start at: how they are dealt to its cells
+
+    @property
+    def bound(self) -> float:
+        """What its histories would stand for if all were born at the largest weight."""
+        return self.amount * self.weight
+
+
+@dataclass
+class MeshTable:
+    """A mesh as arrays; the engine puts its facets in order, and adds the nodes of a hierarchy and the shares of area."""
+
+    vertices: np.ndarray  # (n, 3)
+    faces: np.ndarray  # (m, 3) int32
+    normals: np.ndarray  # (m, 3)
+    areas: np.ndarray  # (m,) [m^2]
+    center: np.ndarray  # of its bounds
+    rows: list[np.ndarray] = field(default_factory=list)  # that point to all these
+    nodes: np.ndarray | None = None
+    shares: np.ndarray | None = None
+
+    def point(self) -> None:
+        """Tell the rows where the arrays are."""
+        for row in self.rows:
+            for name in ("vertices", "faces", "normals", "nodes", "shares"):
+                if name in row.dtype.names and getattr(self, name) is not None:
+                    row[name] = getattr(self, name).ctypes.data
+            counts = {"vertex_count": self.vertices, "facet_count": self.faces, "node_count": self.nodes}
+            for name, counted in counts.items():
+                if name in row.dtype.names and counted is not None:
+                    row[name] = len(counted)
 
 
 @dataclass

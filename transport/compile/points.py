@@ -22,8 +22,7 @@ from transport.shapes import Box, Sphere
 from transport.validation import SceneError, refuse
 
 if TYPE_CHECKING:
-    from transport.compile.emitters import Emitter
-    from transport.compile.plan import Plan
+    from transport.compile.plan import Emitter, Plan
 
 SCALES = np.ldexp(
     1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from transport.compile import layout
+from transport.compile.plan import Plan, Step
 from transport.compile.quantile_tables import has_steps, quantile_columns, quantile_row
 from transport.pulses import BoxPulse, GaussianPulse, Instant
 from transport.shapes import Shape
@@ -17,10 +15,6 @@ from transport.speeds import Maxwellian
 from transport.validation import refuse
 from transport.vectors import dot
 
-if TYPE_CHECKING:
-    from transport.compile.plan import Plan
-
-Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 AT_REST = (0.0, 0.0, 0.0)
 
 

@@ -11,6 +11,13 @@ import numpy as np
 from numba import config, float64, int64, njit
 
 from transport.compile.layout import ABSORBED, BORN, RECORD, SURFACE_MASK, SURFACE_SHIFT, WAY
+from transport.compile.limits_exceeded import (
+    endless,
+    too_many_copies,
+    too_many_crossings,
+    too_many_scores,
+    too_many_waiting,
+)
 from transport.compile.plan import Plan
 from transport.engine.addresses import call_pass
 from transport.engine.bank import FIELDS, ROOM
@@ -18,7 +25,6 @@ from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.cache import cached_kernels
 from transport.engine.plain import PlainRecord
 from transport.engine.program import Program
-from transport.overruns import endless, too_many_copies, too_many_crossings, too_many_scores, too_many_waiting
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 

@@ -5,20 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from transport.results.notation import duration, percent
+
 if TYPE_CHECKING:
     from transport.pricing.cost import CostOfAccuracy
     from transport.pricing.ways import Price, Way
 
 EXTRAPOLATED = "*"
-_UNITS = (
-    (365.25 * 86400, "years"),
-    (86400, "days"),
-    (3600, "h"),
-    (60, "min"),
-    (1, "s"),
-    (1e-3, "ms"),
-    (0, "µs"),
-)
 
 
 def price_heads(cost: CostOfAccuracy) -> tuple[str, ...]:
@@ -66,20 +59,6 @@ def price_text(price: Price) -> str:
     if price.seconds == math.inf:
         return "–"
     return duration(price.seconds) + EXTRAPOLATED * price.is_extrapolated
-
-
-def percent(error: float) -> str:
-    """A relative error in percent, or as a power of ten where that is too small to read."""
-    return f"{100 * error:.6g} %" if error >= 0.99e-6 else f"{error:.0e}"
-
-
-def duration(seconds: float) -> str:
-    """A duration to two digits, in the unit that suits it."""
-    length, unit = next(
-        (length, unit) for length, unit in _UNITS if seconds >= length * (2 if length >= 60 else 1)
-    )
-    number = seconds / (length or 1e-6)
-    return f"{number:.0f} {unit}" if 99.5 <= number < 1e5 else f"{number:.2g} {unit}"
 
 
 def _why_no_price(way: Way) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from transport.bins import DirectionCone
 from transport.cameras import Camera, Instrument
 from transport.compile.adjoint import Part
+from transport.compile.sizes import LARGE
 from transport.detectors import Detector
 from transport.points import PointDetector
 from transport.results.cell_sums import CellSums, sum_of
@@ -24,6 +25,8 @@ from transport.results.empty_detector import cannot_arrive, why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import Finding
 from transport.results.meter_sums import ARRIVALS, MeterSums
+from transport.results.path_classes import Met, chances_of_sensor
+from transport.results.proofs import events_of
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
@@ -35,6 +38,7 @@ from transport.validation import SceneError, shown
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
 IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
+ALIKE = 1e-9  # weights of cells that differ by less are the same
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
@@ -94,7 +98,7 @@ class BackwardReading(Reading):
         if side != ARRIVALS or self.is_dark(side):
             return
         unit = self._extent / self._plan.unit
-        for finding in self._cell_sums.missing(self.detector, self._title, self._extents):
+        for finding in missing_of_cells(self._cell_sums, self.detector, self._title, self._extents):
             yield replace(finding, bound=finding.bound * unit)
 
     @cached_property
@@ -300,7 +304,11 @@ class ViewReading(Quantified):
         """A quantity with what may be missing; factor: what a mean radiance of 1 is in it."""
 
         def findings() -> Iterator[Finding]:
-            found = [] if self.is_blind and self.note else self._sums.missing(self.detector, self._title)
+            found = (
+                []
+                if self.is_blind and self.note
+                else missing_of_cells(self._sums, self.detector, self._title)
+            )
             return (replace(finding, bound=finding.bound * factor, adds=True) for finding in found)
 
         return made._with_findings(findings, self._result.allowed_of(self.name))
@@ -358,3 +366,57 @@ def thin_note(sums: CellSums, name: str) -> Note | None:
         f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
         " noise; use more particles or fewer batches"
     )
+
+
+def missing_of_cells(
+    sums: CellSums, sensor: object, title: str, extents: list[np.ndarray] | None = None
+) -> list[Finding]:
+    """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+
+    extents: of each part's cells, by which the mean weighs them; None where it weighs all alike.
+    """
+    histories = sum(part.share for part in sums.parts) * sums.run.sizes.sum()
+    heaviest, chosen = 1.0, [None] * len(sums.parts)
+    if extents is not None:
+        weights = _weights_of_cells(sums, extents)
+        most = max(float(each.max()) for each in weights)
+        if most > 1 + ALIKE:  # a score in a small cell does not tell of what comes in a large one
+            heaviest, chosen = most, [each >= LARGE * most for each in weights]
+    met = {lamp: _met_by(sums, lamp, chosen) for lamp in sums.lamps}
+    error = 0.0
+    if not sums.is_view:
+        each = sum(part.share * mean.mean(axis=1) for part, mean in zip(sums.parts, sums.means, strict=True))
+        error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in sums.parts)
+    events = events_of(sums.batches)
+    return list(
+        chances_of_sensor(
+            sums.plan, title, sensor, sums.parts, met, histories, error, heaviest, events=events
+        )
+    )
+
+
+def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
+    """How often flights and rays of chosen cells, None for all, came to a lamp; no ray where none is sent to it."""
+
+    def number(kind: str, block: int) -> int:
+        rows = (sums.rows_of(part, kind, block) for part in sums.parts)
+        return round(
+            sum(
+                sum_of(each if which is None else each[:, which])
+                for each, which in zip(rows, chosen, strict=True)
+            )
+        )
+
+    flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
+    if lamp not in sums.turned.scales:
+        return Met(flights, 0, 0)
+    return Met(flights, number("counts", block), number("slants", block))
+
+
+def _weights_of_cells(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
+    """Of each part's cells, what a score there adds to the mean over all, where it would add 1 if all cells were alike."""
+    shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
+    return [
+        each / whole * part.cells * shares / part.share
+        for part, each in zip(sums.parts, extents, strict=True)
+    ]

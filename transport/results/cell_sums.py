@@ -8,13 +8,7 @@ import numpy as np
 
 from transport.cameras import Instrument
 from transport.compile.adjoint import Part, Turned
-from transport.compile.sizes import LARGE
-from transport.results.findings import Finding
-from transport.results.path_classes import Met, chances_of_sensor
-from transport.results.proofs import events_of
 from transport.results.stacked import Stacked, is_large, totals_of
-
-ALIKE = 1e-9  # weights of cells that differ by less are the same
 
 
 class CellSums:
@@ -42,34 +36,38 @@ class CellSums:
     @property
     def is_thin(self) -> bool:
         """Whether any batch left cells without a history."""
-        return not all(self._rows(part, "counts", 0).all() for part in self.parts)
+        return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
 
     def _brought(self, part: Part, lamp: int) -> np.ndarray:
         return self._weights(part, lamp) * part.gains[lamp]
 
     def _weights(self, part: Part, lamp: int) -> np.ndarray:
         """What flights and rays brought to a lamp [weight]."""
-        weights, scale = self._rows(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
-        return weights if scale is None else weights + self._rows(part, "weights", self._block(lamp)) / scale
+        weights, scale = self.rows_of(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
+        return (
+            weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
+        )
 
     def _met(self, part: Part, lamp: int) -> np.ndarray:
         """How often they did."""
-        counts = self._rows(part, "counts", 1 + lamp)
+        counts = self.rows_of(part, "counts", 1 + lamp)
         return (
-            counts + self._rows(part, "counts", self._block(lamp)) if lamp in self.turned.scales else counts
+            counts + self.rows_of(part, "counts", self.block_of(lamp))
+            if lamp in self.turned.scales
+            else counts
         )
 
-    def _block(self, lamp: int) -> int:
+    def block_of(self, lamp: int) -> int:
         return 1 + len(self.turned.lamps) + lamp
 
     def _born(self, part: Part) -> np.ndarray:
         """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
-        born = self._rows(part, "counts", 0)
+        born = self.rows_of(part, "counts", 0)
         if born.all():
             return born
         return (self.run.sizes * part.share / part.cells)[:, None]
 
-    def _rows(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
+    def rows_of(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
         """(B, cells); of a view of very many made part by part."""
         begin, shape = (
             self.turned.first + block * self.turned.cells + part.first,
@@ -82,57 +80,6 @@ class CellSums:
         if self.is_view and is_large(shape):
             return Stacked(shape, (0,), lambda box: rows(box[0].start, box[0].stop))
         return rows(0, part.cells)
-
-    def _met_by(self, lamp: int, chosen: list[np.ndarray | None]) -> Met:
-        """How often flights and rays of chosen cells, None for all, came to a lamp; no ray where none is sent to it."""
-
-        def number(kind: str, block: int) -> int:
-            rows = (self._rows(part, kind, block) for part in self.parts)
-            return round(
-                sum(
-                    sum_of(each if which is None else each[:, which])
-                    for each, which in zip(rows, chosen, strict=True)
-                )
-            )
-
-        flights, block = number("counts", 1 + lamp), self._block(lamp)
-        if lamp not in self.turned.scales:
-            return Met(flights, 0, 0)
-        return Met(flights, number("counts", block), number("slants", block))
-
-    def _weights_of_cells(self, extents: list[np.ndarray]) -> list[np.ndarray]:
-        """Of each part's cells, what a score there adds to the mean over all, where it would add 1 if all cells were alike."""
-        shares, whole = sum(part.share for part in self.parts), sum(float(each.sum()) for each in extents)
-        return [
-            each / whole * part.cells * shares / part.share
-            for part, each in zip(self.parts, extents, strict=True)
-        ]
-
-    def missing(self, sensor: object, title: str, extents: list[np.ndarray] | None = None) -> list[Finding]:
-        """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
-
-        extents: of each part's cells, by which the mean weighs them; None where it weighs all alike.
-        """
-        histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
-        heaviest, chosen = 1.0, [None] * len(self.parts)
-        if extents is not None:
-            weights = self._weights_of_cells(extents)
-            most = max(float(each.max()) for each in weights)
-            if most > 1 + ALIKE:  # a score in a small cell does not tell of what comes in a large one
-                heaviest, chosen = most, [each >= LARGE * most for each in weights]
-        met = {lamp: self._met_by(lamp, chosen) for lamp in self.lamps}
-        error = 0.0
-        if not self.is_view:
-            each = sum(
-                part.share * mean.mean(axis=1) for part, mean in zip(self.parts, self.means, strict=True)
-            )
-            error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in self.parts)
-        events = events_of(self.batches)
-        return list(
-            chances_of_sensor(
-                self.plan, title, sensor, self.parts, met, histories, error, heaviest, events=events
-            )
-        )
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:

@@ -20,8 +20,7 @@ from transport.media.phases import HenyeyGreenstein, Rayleigh
 from transport.shapes.crossings import crossings
 
 if TYPE_CHECKING:
-    from transport.compile.emitters import Emitter
-    from transport.compile.plan import Plan
+    from transport.compile.plan import Emitter, Plan
     from transport.media import Grid, Medium
     from transport.scene import Scene
     from transport.shapes import Shape

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
+from transport.renderers import function_for
 from transport.results.aside import let_go
 from transport.results.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
 from transport.results.in_parts import replicates_of
@@ -82,9 +83,7 @@ class Estimate(Quantity[float, str | None]):
         return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
 
     def _repr_html_(self) -> str:
-        from transport.html.estimates import estimate_html
-
-        return estimate_html(self)
+        return function_for(type(self), "html")(self)
 
     @property
     def _whole(self) -> Estimate:
@@ -270,9 +269,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return f"<EstimateArray ({axes}) {', '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        from transport.html.estimates import array_html
-
-        return array_html(self)
+        return function_for(type(self), "html")(self)
 
     def _like(
         self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None

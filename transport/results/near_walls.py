@@ -27,8 +27,7 @@ from transport.sheets import pieces
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
-    from transport.compile.emitters import Emitter
-    from transport.compile.plan import Plan
+    from transport.compile.plan import Emitter, Plan
     from transport.materials import Material
     from transport.media import Grid, Medium
     from transport.results.estimates import Estimate

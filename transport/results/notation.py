@@ -1,4 +1,4 @@
-"""How a value with its standard error is written: the error's first digits decide the value's last."""
+"""How numbers are written: a value with its standard error, a ratio, a percentage, a duration."""
 
 from __future__ import annotations
 
@@ -6,6 +6,15 @@ import math
 import re
 
 _PLAIN = range(-4, 6)  # powers of ten that are written out
+_UNITS = (
+    (365.25 * 86400, "years"),
+    (86400, "days"),
+    (3600, "h"),
+    (60, "min"),
+    (1, "s"),
+    (1e-3, "ms"),
+    (0, "µs"),
+)
 TOO_MANY_TIMES = 10_000  # a larger ratio is of no use to a reader, nor known to two digits
 _FORMAT = re.compile(
     r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
@@ -41,6 +50,20 @@ def times_text(factor: float) -> str:
     if float(f"{factor:.2g}") >= TOO_MANY_TIMES:
         return f"over {_spaced(TOO_MANY_TIMES)}"
     return f"{factor:.2g}" if factor < 99.5 else _spaced(float(f"{factor:.2g}"))
+
+
+def percent(error: float) -> str:
+    """A relative error in percent, or as a power of ten where that is too small to read."""
+    return f"{100 * error:.6g} %" if error >= 0.99e-6 else f"{error:.0e}"
+
+
+def duration(seconds: float) -> str:
+    """A duration to two digits, in the unit that suits it."""
+    length, unit = next(
+        (length, unit) for length, unit in _UNITS if seconds >= length * (2 if length >= 60 else 1)
+    )
+    number = seconds / (length or 1e-6)
+    return f"{number:.0f} {unit}" if 99.5 <= number < 1e5 else f"{number:.2g} {unit}"
 
 
 def _spaced(number: float) -> str:

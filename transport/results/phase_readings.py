@@ -10,6 +10,7 @@ import numpy as np
 from transport.compile.instants import bins_of, fastest_about, reference_velocity
 from transport.compile.layout import VELOCITY_SUMS
 from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.renderers import function_for
 from transport.results.aside import let_go
 from transport.results.batches import Batch
 from transport.results.enough import MIN_SCORES
@@ -18,8 +19,7 @@ from transport.results.quantified import Quantified
 from transport.results.records import chance_alike, chosen_of, told_apart
 from transport.results.stacked import Box, Stacked, counts_told, in_box, is_large, over_batches
 from transport.scene_speeds import scene_mass, why_no_mass
-from transport.speeds.maxwellian import BOLTZMANN
-from transport.units import Unit
+from transport.units import BOLTZMANN, Unit
 from transport.validation import SceneError
 
 ROUNDING = 8 * 2.0**-52  # of sums that are subtracted from one another
@@ -323,6 +323,4 @@ class SnapshotReading(Quantified):
         return f"<{self.name}: {len(self)} particles at {self.time:g} s>"
 
     def _repr_html_(self) -> str:
-        from transport.html.readings import sample_html
-
-        return sample_html(self)
+        return function_for(type(self), "html")(self)

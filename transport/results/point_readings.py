@@ -10,13 +10,14 @@ import numpy as np
 from transport.compile.layout import DIFFUSE, POINT_ROWS
 from transport.compile.points import SCALES, scatters_anywhere
 from transport.points import PointDetector
+from transport.results.choice import more_of
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate
 from transport.results.findings import Finding
 from transport.results.near_walls import near_walls_of_point
 from transport.results.peaked import forward_peaks_of_point
-from transport.results.quality import advising, findings_of_error, more_of
+from transport.results.quality import advising, findings_of_error
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_point

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.pricing.price_table import duration, percent
+from transport.results.notation import duration, percent
 from transport.results.quantities import Quantity
+from transport.results.record import BY_CHANCE, Cost, Record
 
-if TYPE_CHECKING:
-    from transport.results.result import Cost, Result
-
-BY_CHANCE = -0.5  # slope of the error of independent histories against time
 DECADES = 2  # that a report tells, below the present error
 
 
@@ -29,7 +25,7 @@ def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = BY_CHA
     return float(cost.seconds * (relative.max() / error) ** (-1 / slope))
 
 
-def price_lines(result: Result, name: str) -> list[str]:
+def price_lines(result: Record, name: str) -> list[str]:
     """What the next digits of a detector's first known quantity cost, in a line; none where that is doubtful or there is none."""
     slopes = result.cost.slopes if result.cost is not None else {}
     found = result[name].quantities if result.cost is not None else {}

@@ -24,14 +24,15 @@ import numpy as np
 from transport.bodies.listing import nested, surrounding_of
 from transport.cameras import Camera
 from transport.compile.adjoint import gains_of, turned_scene
+from transport.compile.limits_exceeded import OverrunError
 from transport.detectors import Detector
 from transport.emissions import Beam, Lambertian
 from transport.estimators import backward
 from transport.materials import Glossy, Material, Mirror, Surface, TwoSided, is_specular, lets_through
 from transport.materials.surface import titled
 from transport.media import Medium
-from transport.overruns import OverrunError
 from transport.points import PointDetector
+from transport.renderers import function_for
 from transport.results.empty_detector import are_parted
 from transport.results.findings import unseen_scores
 from transport.results.meter_sums import ARRIVALS
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from transport.compile.adjoint import Part
     from transport.compile.plan import Plan
     from transport.results.batches import Batch
-    from transport.results.result import Result
+    from transport.results.record import Record
     from transport.scene import Scene
 
 LINES, MOST_LINES = 1 << 13, 1 << 17  # between a sensor and a lamp
@@ -493,8 +494,7 @@ def _forwards(
 
 def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int):
     """Histories from a shape towards each of the surfaces."""
-    from transport.simulate import simulate
-
+    simulate = function_for(type(scene), "simulate")
     if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
         raise SceneError("no history is aimed at what has no end, or at so much")
     born, there = [], list(scene.surfaces)
@@ -518,7 +518,7 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
     return result
 
 
-def _found(result: Result, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
+def _found(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
     """The mean weight of a history at a detector: at most, and as it is found; straight: at most of that which met no diffuse wall last."""
     total = result[detector.name].total(ARRIVALS)
     findings = total._raw_findings

@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,12 +30,8 @@ from transport.results.findings import (
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
-if TYPE_CHECKING:
-    from transport.estimators.choosing import Choice
-
 CHANCE = 4.0  # roots of a number of scores that chance adds to it
 ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
-LARGER = "use more particles or a larger detector"
 
 
 @dataclass(frozen=True)
@@ -119,14 +114,6 @@ def quality_of(
     if is_known and estimate.run is not None:
         numbers = _numbers(estimate, scores, particles)
     return Quality(relative, merit, number, *numbers, verdict_of(estimate), estimate.findings)
-
-
-def more_of(choice: Choice | None) -> str:
-    """What to do where a run knows too little: as MORE, but of a run whose estimator pilots chose what they have not done yet."""
-    if choice is None:
-        return MORE
-    others = " or ".join(map(repr, choice.others))
-    return f"{LARGER.replace(' or', ',')}, or estimator={others}" if others else LARGER
 
 
 def advising(findings: Iterable[Finding], more: str) -> Iterator[Finding]:

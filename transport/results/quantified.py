@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from transport.renderers import function_for
 from transport.results.estimates import EstimateOrArray
 from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
@@ -47,9 +48,7 @@ class Quantified:
         return found
 
     def _repr_html_(self) -> str:
-        from transport.html.readings import reading_html
-
-        return reading_html(self)
+        return function_for(type(self), "html")(self)
 
     if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
 

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from transport.detectors import Detector
+from transport.results.choice import more_of
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import cannot_arrive, is_on_surface, none_crosses, why_dark
 from transport.results.estimates import Estimate, EstimateOrArray
@@ -23,7 +24,7 @@ from transport.results.grazing import grazing_of_detector
 from transport.results.meter_sums import ARRIVALS, DEPARTURES, MeterSums
 from transport.results.path_classes import chances_of_detector
 from transport.results.peaked import forward_peaks_of_detector
-from transport.results.quality import advising, findings_of_error, more_of
+from transport.results.quality import advising, findings_of_error
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_of_meter

@@ -15,12 +15,13 @@ from transport.points import PointDetector
 from transport.results.estimates import Estimate, EstimateArray
 from transport.results.findings import BOUNDED
 from transport.results.footprint import batches_that_fit, bytes_of_a_batch
+from transport.results.notation import duration
 from transport.results.prices import price_lines
 from transport.validation import listed
 from transport.volumes import VolumeDetector
 
 if TYPE_CHECKING:
-    from transport.estimators.choosing import Choice
+    from transport.results.choice import Choice
     from transport.scene import Scene
 
 MOST_SEEDS = 6  # that are told one by one
@@ -144,7 +145,7 @@ def cost_lines(result) -> list[str]:
         f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
         *_pilots(result),
         *_foretold(cost),
-        f"next digit: a tenth of every error costs about {duration_text(cost.next_digit)}",
+        f"next digit: a tenth of every error costs about {duration(cost.next_digit)}",
     ]
 
 
@@ -163,16 +164,8 @@ def _foretold(cost) -> list[str]:
     """What a pilot of the run said that it would take."""
     if cost.forecast is None:
         return []
-    after, seconds = duration_text(cost.forecast.after), duration_text(cost.forecast.seconds)
+    after, seconds = duration(cost.forecast.after), duration(cost.forecast.seconds)
     return [f"foretold after {after}: {seconds}, {cost.forecast.particles:.3g} particles"]
-
-
-def duration_text(seconds: float) -> str:
-    """A duration in the unit that suits it."""
-    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds:.3g} s"
 
 
 def method_lines(result) -> list[str]:

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,19 +11,20 @@ from transport.compile.plan import Plan
 from transport.detectors import Detector
 from transport.phase_space import PhaseSpace, Snapshot
 from transport.points import PointDetector
+from transport.renderers import function_for
 from transport.results.backward_readings import backward_reading
-from transport.results.batches import Batch
-from transport.results.estimates import Batches, Estimate
-from transport.results.findings import ALLOWED, Finding
+from transport.results.estimates import Estimate
+from transport.results.findings import Finding
 from transport.results.phase_readings import PhaseReading, SnapshotReading
 from transport.results.point_readings import PointReading
-from transport.results.prices import BY_CHANCE, price_of
+from transport.results.prices import price_of
 from transport.results.quality import Quality
 from transport.results.readings import QUANTITIES, Reading
+from transport.results.record import BY_CHANCE, Cost, Record
+from transport.results.report import ledger_lines, report_of, share_of
 from transport.results.statistics import rounding_of
 from transport.results.trust import findings_of, in_words, quality_in
 from transport.results.volume_readings import VolumeReading
-from transport.tracking import Tracking
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
@@ -32,80 +32,14 @@ from transport.volumes import VolumeDetector
 if TYPE_CHECKING:
     from os import PathLike
 
-    from transport.estimators.choosing import Choice
     from transport.results.any_reading import AnyReading
     from transport.results.estimates import EstimateOrArray
-    from transport.runs.outlook import Forecast
-    from transport.runs.state import State
 
 __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a run cost.
-
-    seconds: wall clock, without `preparation` (compiling or loading passes);  particles, crossings, collisions: all that were
-    followed, with those of rounds that a later one has replaced;  threads: at a time, of so many workers where it was a cluster that
-    did them;  slopes: of the errors asked for against time, where that has
-    been measured;  forecast: what a pilot of the run foretold, where it came to that.
-    """
-
-    seconds: float
-    preparation: float
-    particles: int
-    crossings: int
-    threads: int
-    collisions: int = 0
-    workers: int = 0
-    slopes: Mapping[str, float] = field(default_factory=dict)
-    forecast: "Forecast | None" = None
-
-    @property
-    def particles_per_second(self) -> float:
-        return self.particles / self.seconds
-
-    @property
-    def next_digit(self) -> float:
-        """Seconds for a tenth of the error: a hundred times the particles, or fewer where the slope is steeper."""
-        return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=BY_CHANCE))
-
-
-class Result:
+class Result(Record):
     """A finished run: `result["meter"]` is a detector's reading, `ledger` where all that was emitted went."""
-
-    cost: Cost | Any  # None of a Result that no run has made
-
-    def __init__(
-        self,
-        plan: Plan,
-        batches: list[Batch],
-        seed: int,
-        cost: Cost | None,
-        is_complete: bool,
-        warnings: list[str],
-        asked: Tracking | None = None,
-        choice: "Choice | None" = None,
-        state: "State | None" = None,
-        wanted: Mapping[str, float] | None = None,
-    ):
-        """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did.
-
-        state: by which the run can go on;  wanted: relative errors that were asked for, None for those of the state.
-        """
-        self.wanted = wanted
-        self.scene, self.plan, self.seed, self.cost, self.is_complete = (
-            plan.scene if plan.turned is None else plan.turned.scene,
-            plan,
-            seed,
-            cost,
-            is_complete,
-        )
-        self.batches, self.asked, self.choice, self.state = batches, asked, choice, state
-        is_even = plan.method.sampling != "random"
-        self.run = Batches(np.array([batch.histories for batch in batches]), is_even)
-        self._readings: dict[str, Reading] = {}
-        self._warnings = list(warnings)
 
     def __getitem__(self, name: str) -> "AnyReading":
         names = [detector.name for detector in self.scene.detectors]
@@ -158,10 +92,6 @@ class Result:
         return quality_in(self, name)
 
     @property
-    def particles(self) -> int:
-        return int(self.run.sizes.sum())
-
-    @property
     def ledger(self) -> "Ledger":
         """Where all that was emitted went; of a run backwards where its histories went, as shares of them.
 
@@ -178,14 +108,6 @@ class Result:
     def _own_ledger(self) -> "Ledger":
         """The ledger of its histories, wherever these began."""
         return Ledger(self)
-
-    def allowed_of(self, name: str) -> float:
-        """The relative error that was asked for of a detector, up to which a bound is no doubt; 1 % where none was."""
-        asked = (
-            self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
-        )
-        errors = [error for quantity, error in asked.items() if quantity.partition(".")[0] == name]
-        return min(errors, default=ALLOWED)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
@@ -212,26 +134,18 @@ class Result:
 
         Raises SceneError for a scene that no file can hold, FileError for a file that cannot be written.
         """
-        from transport.saved.record import save
-
-        save(self, path)
+        function_for(type(self), "save")(self, path)
 
     def report(self) -> str:
         """The ledger, each detector, the cost and what the next digit costs, as text."""
-        from transport.results.report import report_of
-
         return report_of(self)
 
     def __repr__(self) -> str:
-        from transport.results.report import share_of
-
         state = share_of(self) + ("" if self.is_complete else ", incomplete")
         return f"<Result of {self.particles} particles in {len(self.run)} batches{state}>"
 
     def _repr_html_(self) -> str:
-        from transport.html.results import result_html
-
-        return result_html(self)
+        return function_for(type(self), "html")(self)
 
 
 def media_names(plan: Plan) -> dict[int, str]:
@@ -309,16 +223,12 @@ class Ledger(Mapping[str, Estimate]):
         return iter(self._entries)
 
     def __str__(self) -> str:
-        from transport.results.report import ledger_lines
-
         return "\n".join(ledger_lines(self))
 
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        from transport.html.results import ledger_html
-
-        return ledger_html(self)
+        return function_for(type(self), "html")(self)
 
     def __len__(self) -> int:
         return len(self._entries)

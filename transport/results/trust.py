@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from transport.results.choice import more_of
 from transport.results.empty_detector import none_can_arrive
 from transport.results.estimates import Estimate, EstimateOrArray
 from transport.results.faint_sources import faint_sources
@@ -30,14 +31,14 @@ from transport.results.findings import (
 from transport.results.meter_sums import ARRIVALS, DEPARTURES
 from transport.results.path_classes import ALL_LIGHT
 from transport.results.point_readings import PointReading
-from transport.results.quality import Quality, more_of, quality_of
+from transport.results.quality import Quality, quality_of
 from transport.results.readings import Reading
 from transport.results.scores import Scores
 from transport.results.volume_readings import VolumeReading
 from transport.validation import SceneError, listed
 
 if TYPE_CHECKING:
-    from transport.results.result import Result
+    from transport.results.record import Record
 
 OUT_OF_REACH = 1e12  # particles
 BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores come
@@ -49,7 +50,7 @@ SIDES = {
 }  # fmt: skip
 
 
-def quality_in(result: Result, name: str | EstimateOrArray) -> Quality:
+def quality_in(result: Record, name: str | EstimateOrArray) -> Quality:
     """The quality of the quantity called "detector.quantity", or of an Estimate or an array of them."""
     seconds = result.cost.seconds if result.cost else math.nan
     if not isinstance(name, str):
@@ -60,7 +61,7 @@ def quality_in(result: Result, name: str | EstimateOrArray) -> Quality:
     return quality_of(estimate, scores, result.particles, seconds, more_of(result.choice))
 
 
-def findings_of(result: Result) -> tuple[Finding, ...]:
+def findings_of(result: Record) -> tuple[Finding, ...]:
     """All that a reader should know before trusting the numbers: of sources and particles, then of each detector."""
     found = [_note("lost particles", what) for what in _of_particles(result)]
     found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
@@ -127,7 +128,7 @@ def _in_numbers(cure: str, particles: float) -> str:
     )
 
 
-def _of_detector(result: Result, reading) -> Iterator[Finding]:
+def _of_detector(result: Record, reading) -> Iterator[Finding]:
     """A note why it counted nothing; the worst finding about each of its totals, or about its bins, that is more than a note."""
     title = f"{reading.title}{reading.name!r}"
     if (note := reading.note) is not None:
@@ -219,7 +220,7 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
         yield from reading.totals()
 
 
-def _of_particles(result: Result) -> Iterator[str]:
+def _of_particles(result: Record) -> Iterator[str]:
     """Particles that were lost or astray, and aims that nothing is born towards."""
     batches = result.batches
     if lost := sum(batch.lost for batch in batches):
@@ -244,7 +245,7 @@ def _of_particles(result: Result) -> Iterator[str]:
         yield "nothing is emitted towards the aim: it lies behind its source"
 
 
-def _of_aims(result: Result) -> Iterator[str]:
+def _of_aims(result: Record) -> Iterator[str]:
     """The detectors to which an aim does not cover every path."""
     scene = result.scene
     aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]

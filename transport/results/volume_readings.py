@@ -10,13 +10,14 @@ from functools import cached_property
 import numpy as np
 
 from transport.bodies.contents import may_absorb, most_absorption
+from transport.results.choice import more_of
 from transport.results.deep_ways import why_so_deep
 from transport.results.empty_detector import why_dark
 from transport.results.estimates import Estimate, EstimateArray, EstimateOrArray
 from transport.results.findings import MORE, Finding
 from transport.results.path_classes import ALL_LIGHT, PathClass
 from transport.results.proofs import most_that_passes
-from transport.results.quality import advising, findings_of_error, more_of
+from transport.results.quality import advising, findings_of_error
 from transport.results.quantified import Note, Quantified, note_of
 from transport.results.scores import Scores
 from transport.results.sizes import scores_alike

@@ -16,7 +16,7 @@ from transport.runs.crew import Crew, InOrder
 from transport.runs.interruption import Interruption
 from transport.runs.limits import checked_threads
 from transport.runs.machines import machine_for, plan_for
-from transport.runs.progress import Progress
+from transport.runs.progress import Progress, WaitingWarning
 from transport.runs.ways import Way
 from transport.scene import Scene
 from transport.validation import SceneError
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from transport.cluster.line import Line
 
 LONG = 30.0  # [s] that a cluster is waited for in silence
-
-
-class WaitingWarning(UserWarning):
-    """A run waits for the workers of its cluster."""
 
 
 @dataclass(frozen=True)

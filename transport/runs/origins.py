@@ -60,9 +60,7 @@ def doubts_of(origins: Iterable[Origin]) -> list[str]:
 
 
 def _version() -> str:
-    import transport
-
-    return transport.__version__
+    return _found("transport")
 
 
 def _versions() -> tuple[str, ...]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from transport.pricing.slopes import Pace, pace_of
+from transport.results.record import Forecast
 from transport.runs.stopping import Look
 
 # relative error below which it is known well enough to tell by it how many histories another takes
@@ -15,15 +15,6 @@ KNOWN = 0.1
 # [s], a batch that tells the time of its histories: in smaller ones lanes idle, and latencies count
 LONG = 1e-3
 FAR = 0.1  # of the way to the end, from where on the way itself tells the speed
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """What a pilot foretold: after so many seconds, so many seconds and particles for the whole run."""
-
-    after: float
-    seconds: float
-    particles: int | float  # infinite where nothing can be told yet
 
 
 class Outlook:

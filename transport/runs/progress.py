@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from transport.pricing.price_table import duration, percent
+from transport.results.notation import duration, percent
 from transport.validation import SceneError, shown
 
 if TYPE_CHECKING:
@@ -20,6 +20,10 @@ BAR = 16  # characters
 FIRST_LINE = 15.0  # [s] until the first line of a log; twice as long to each next
 LONGEST = 600.0  # [s] between two of them at most
 PATIENCE = 0.5  # [s] before the first bar is shown: short work needs none
+
+
+class WaitingWarning(UserWarning):
+    """A run waits for the workers of its cluster."""
 
 
 class Progress:

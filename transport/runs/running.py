@@ -8,17 +8,18 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 
 from transport.compile.plan import Plan
-from transport.estimators.choosing import Choice
 from transport.results import Cost, Result
 from transport.results.batches import Batch
-from transport.results.notation import times_text
-from transport.results.report import better_than, duration_text
+from transport.results.choice import Choice
+from transport.results.notation import duration, times_text
+from transport.results.record import Forecast
+from transport.results.report import better_than
 from transport.runs.crew import GLANCE, CrewLost, InOrder
 from transport.runs.interruption import Interruption
 from transport.runs.limits import HOPELESS, MOST_BATCHES, Limits
 from transport.runs.memory import check_memory
 from transport.runs.origins import Origin, joined, this_origin
-from transport.runs.outlook import Forecast, Outlook
+from transport.runs.outlook import Outlook
 from transport.runs.progress import Progress
 from transport.runs.schedules import Leg, batches_in, schedule_for, sizes_of
 from transport.runs.state import State, looks_at, put_back
@@ -217,7 +218,7 @@ class Run:
         if not rate > 0:
             return said
         takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
-        said += f"; one takes about {duration_text(takes)} on {self.threads} at a time"
+        said += f"; one takes about {duration(takes)} on {self.threads} at a time"
         if not self.limits.batches < wanted or takes < 2 * SHORT:
             return said
         return f"{said}; batches={min(wanted, MOST_BATCHES)} makes them shorter"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from transport.estimators.choosing import Choice
 from transport.estimators.methods import Method
+from transport.results.choice import Choice
 from transport.runs.limits import Limits
 from transport.tracking import Tracking
 

@@ -12,13 +12,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from transport.estimators.choosing import Choice, Mean, Pilot
 from transport.estimators.methods import Method
 from transport.results.batches import Batch
-from transport.results.result import Cost
+from transport.results.choice import Choice, Mean, Pilot
+from transport.results.record import Cost, Forecast
 from transport.runs.limits import Limits
 from transport.runs.origins import Origin
-from transport.runs.outlook import Forecast
 from transport.runs.state import State
 from transport.runs.stopping import Look, Standing
 from transport.tracking import Splitting, Tracking

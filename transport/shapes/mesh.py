@@ -25,6 +25,7 @@ from transport.shapes.mesh_checks import (
     settled_vertices,
     warn,
     warn_of_edges,
+    warn_of_volume,
 )
 from transport.shapes.mesh_files import arrays_of_file, arrays_of_polydata
 from transport.shapes.mesh_geometry import facets, signed_volume, winding_number
@@ -69,7 +70,9 @@ class Mesh(Shape):
         arrays = {"vertices": vertices, "faces": faces, "normals": found.normals, "areas": found.areas}
         store(self, **arrays, edges=edges_of(faces), digest=_digest(vertices, faces))
         self._freeze()
-        warn_of_edges(self)
+        warn_of_edges(self.edges)
+        if self.edges.are_paired and not self.is_closed:
+            warn_of_volume(self.volume, self.volume_rounding, self.triangles)
 
     @classmethod
     def from_file(cls, path: str | PathLike, scale: float = 1.0, tolerance: float = 0.0) -> Mesh:

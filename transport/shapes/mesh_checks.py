@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 import sys
 import warnings
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
 from transport.shapes.mesh_geometry import Facets
-from transport.shapes.mesh_topology import repeated_triangles
+from transport.shapes.mesh_topology import Edges, repeated_triangles
 from transport.validation import UNMASK, SceneError, as_float, is_masked, refuse, shown
-
-if TYPE_CHECKING:
-    from transport.shapes.mesh import Mesh
 
 LARGEST = 1e150  # half a diagonal [m] whose square is a double
 SHOWN = 3  # examples in a message
@@ -24,7 +21,7 @@ class MeshWarning(UserWarning):
     """A mesh that can be used, with edges or an orientation that are hardly meant."""
 
 
-def settled_vertices(mesh: Mesh, given: Any) -> np.ndarray:
+def settled_vertices(mesh: object, given: Any) -> np.ndarray:
     """A copy (n, 3) of float64 [m]; -0.0 becomes 0.0."""
     table = _as_table(mesh, "vertices", given, "an array (n, 3) of lengths in metres")
     vertices = np.array(table, dtype=np.float64, order="C") + 0.0
@@ -37,7 +34,7 @@ def settled_vertices(mesh: Mesh, given: Any) -> np.ndarray:
     return vertices
 
 
-def settled_faces(mesh: Mesh, given: Any, number: int) -> np.ndarray:
+def settled_faces(mesh: object, given: Any, number: int) -> np.ndarray:
     """A copy (m, 3) of int64, each three different numbers of vertices below `number`, no triangle twice."""
     table = _as_table(mesh, "faces", given, "an array (m, 3) of numbers of vertices")
     if len(table) == 0:
@@ -68,7 +65,7 @@ def settled_faces(mesh: Mesh, given: Any, number: int) -> np.ndarray:
     return faces
 
 
-def settled_factor(mesh: Mesh | type[Mesh], name: str, given: Any) -> float:
+def settled_factor(mesh: object, name: str, given: Any) -> float:
     """A positive finite number."""
     factor = as_float(given)
     if factor is None or not 0 < factor < math.inf:
@@ -79,7 +76,7 @@ def settled_factor(mesh: Mesh | type[Mesh], name: str, given: Any) -> float:
     return factor
 
 
-def settled_tolerance(mesh: Mesh | type[Mesh], given: Any) -> float:
+def settled_tolerance(mesh: object, given: Any) -> float:
     """A length [m], zero or above."""
     tolerance = as_float(given)
     if tolerance is None or not 0 <= tolerance < math.inf:
@@ -88,7 +85,7 @@ def settled_tolerance(mesh: Mesh | type[Mesh], given: Any) -> float:
     return tolerance
 
 
-def check_size(mesh: Mesh, vertices: np.ndarray) -> None:
+def check_size(mesh: object, vertices: np.ndarray) -> None:
     """Refuse a mesh whose own size leaves the range of doubles."""
     with np.errstate(over="ignore"):
         size = np.linalg.norm(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)
@@ -99,7 +96,7 @@ def check_size(mesh: Mesh, vertices: np.ndarray) -> None:
         )
 
 
-def check_facets(mesh: Mesh, vertices: np.ndarray, faces: np.ndarray, found: Facets) -> None:
+def check_facets(mesh: object, vertices: np.ndarray, faces: np.ndarray, found: Facets) -> None:
     """Refuse triangles without a normal, and areas outside the range of doubles."""
     bad = np.flatnonzero(found.on_a_line)
     if len(bad):
@@ -120,9 +117,8 @@ def warn(text: str) -> None:
     warnings.warn(f"Mesh: {text}", MeshWarning, stacklevel=level)
 
 
-def warn_of_edges(mesh: Mesh) -> None:
-    """Warn of edges with more than two triangles, of neighbours that face opposite sides, and of an inverted mesh."""
-    edges = mesh.edges
+def warn_of_edges(edges: Edges) -> None:
+    """Warn of edges with more than two triangles and of neighbours that face opposite sides."""
     if edges.crowded:
         many = _counted(edges.crowded, "edge is", "edges are")
         where = f"the first by triangles {_listed(edges.crowded_example)}"
@@ -133,21 +129,24 @@ def warn_of_edges(mesh: Mesh) -> None:
         many = _counted(edges.turned, "pair of neighbours has", "pairs of neighbours have")
         where = f"the first is triangles {_listed(edges.turned_example)}"
         warn(f"{many} opposite orientations, {where}; turn one of each pair: write its vertices in reverse")
-    if edges.are_paired and not mesh.is_closed:
-        if mesh.volume < -mesh.volume_rounding:
-            got = f"volume {mesh.volume:.6g} m^3, {mesh.triangles} triangles"
-            warn(f"it is closed and inverted, its normals point inwards ({got}); write mesh.flipped()")
-        else:
-            got = f"volume {mesh.volume:.3g} m^3, of which {mesh.volume_rounding:.3g} may be rounding"
-            warn(f"its triangles enclose nothing ({got}); it has no inside: use one layer of them")
 
 
-def _refuse(mesh: Mesh | type[Mesh], problem: str) -> NoReturn:
+def warn_of_volume(volume: float, rounding: float, triangles: int) -> None:
+    """Warn of a mesh without gaps that encloses nothing, or whose normals point inwards."""
+    if volume < -rounding:
+        got = f"volume {volume:.6g} m^3, {triangles} triangles"
+        warn(f"it is closed and inverted, its normals point inwards ({got}); write mesh.flipped()")
+    else:
+        got = f"volume {volume:.3g} m^3, of which {rounding:.3g} may be rounding"
+        warn(f"its triangles enclose nothing ({got}); it has no inside: use one layer of them")
+
+
+def _refuse(mesh: object, problem: str) -> NoReturn:
     """As `refuse`, also where there is no mesh yet."""
     raise SceneError(f"Mesh: {problem}")
 
 
-def _as_table(mesh: Mesh, name: str, given: Any, must: str) -> np.ndarray:
+def _as_table(mesh: object, name: str, given: Any, must: str) -> np.ndarray:
     if is_masked(given):
         masked = np.ma.count_masked(given)
         refuse(mesh, f"{name} must have all their values, got {masked} masked; {UNMASK}")

@@ -10,10 +10,10 @@ import numpy as np
 from transport import normals
 from transport.fields import VectorField
 from transport.shapes import FlatShape
+from transport.units import BOLTZMANN
 from transport.validation import refuse, scene_object, settle_positive, settle_vector, shown, store
 from transport.vectors import dot
 
-BOLTZMANN = 1.380649e-23  # J K^-1, exact by the definition of the kelvin (SI Brochure 2019, 2.2)
 FASTEST = 9.0  # standard deviations; chi with 4 degrees of freedom is 8.996 at u = 1 - 2^-53
 MOST_DRIFT = 30.0  # standard deviations of the drift through a plane
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from transport.fields import Numbers
 from transport.speeds.inversion import LAST, PiecewiseLaw, WeightedByItself
-from transport.speeds.maxwellian import BOLTZMANN, Maxwellian, SpeedDistribution
+from transport.speeds.maxwellian import Maxwellian, SpeedDistribution
 from transport.validation import as_floats, refuse, scene_object, shown, store
 
-__all__ = ["BOLTZMANN", "InverseCDF", "Maxwellian", "SpeedDistribution", "SpeedTable"]
+__all__ = ["InverseCDF", "Maxwellian", "SpeedDistribution", "SpeedTable"]
 
 RISING = 1e-12  # a quantile may fall by this much of itself, which is rounding
 GRID = np.unique(

@@ -12,7 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-BOLTZMANN = 1.380649e-23  # J/K, exact (SI Brochure 2019, 2.2)
+from transport.units import BOLTZMANN
+
 FLIGHT = math.sqrt(math.pi) / 3  # mean time between hits in a ball, in its natural time sqrt(2) R / sigma
 STEPS = 96  # a flight, of the coarsest grid of the renewal equation; two finer ones extrapolate it
 

@@ -9,7 +9,7 @@ mirror as much as came, from a black wall nothing, from a diffuse wall of albedo
 
 from __future__ import annotations
 
-from transport.speeds.maxwellian import BOLTZMANN
+from transport.units import BOLTZMANN
 
 _ISOTROPIC = {"mirror": 1.0, "diffuse": 1.0, "black": 0.5}  # of the pressure inside
 

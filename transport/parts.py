@@ -1,0 +1,97 @@
+"""What a scene consists of, before anything is checked: sources, surfaces, detectors, the surrounding medium, the clock."""
+
+from collections.abc import Iterable
+from functools import cached_property
+
+from transport.cameras import Camera, EnvironmentMap, Instrument
+from transport.detectors import Detector
+from transport.fields import Converted, Parts
+from transport.materials import Surface
+from transport.media import Medium, Vacuum
+from transport.phase_space import PhaseSpace, Snapshot
+from transport.points import PointDetector
+from transport.shapes import Shape
+from transport.sides import AnyDetector
+from transport.sources import Source
+from transport.validation import refuse, scene_object, shown, suggestion
+from transport.volumes import VolumeDetector
+
+LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
+Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+
+
+@scene_object
+class SceneParts:
+    """The parts of a scene and look-ups among them; `Scene` is these parts after its checks."""
+
+    sources: Parts[Source]
+    surfaces: Parts[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    medium: Medium | Vacuum | None = None
+    duration: float | None = None
+
+    @property
+    def measured_in(self) -> str:
+        """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
+        return self.sources[0].emission.measured_in if self.sources else "watts"
+
+    @cached_property
+    def proofs(self) -> dict:
+        """What has been found out about it so far, once for all runs (results/proofs.py, results/empty_detector.py); no file has it."""
+        return {}
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "proofs"}
+
+    @property
+    def meters(self) -> tuple[Detector, ...]:
+        """The detectors that have a shape: those made as Detector."""
+        return tuple(part for part in self.detectors if isinstance(part, Detector))
+
+    @property
+    def phase_spaces(self) -> tuple[PhaseSpace, ...]:
+        """The detectors made as PhaseSpace."""
+        return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The detectors made as Snapshot."""
+        return tuple(part for part in self.detectors if isinstance(part, Snapshot))
+
+    @property
+    def volumes(self) -> tuple[VolumeDetector, ...]:
+        """The detectors made as VolumeDetector."""
+        return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
+
+    @property
+    def points(self) -> tuple[PointDetector, ...]:
+        """The detectors made as PointDetector."""
+        return tuple(part for part in self.detectors if isinstance(part, PointDetector))
+
+    @property
+    def instruments(self) -> tuple[Instrument, ...]:
+        """The detectors that only backward histories see: each Camera and EnvironmentMap."""
+        return tuple(part for part in self.detectors if isinstance(part, Instrument))
+
+    @property
+    def visited(self) -> tuple[str, ...]:
+        """The names of detectors and surfaces that a `via` asks for, each once."""
+        return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
+
+    def surface(self, name: str) -> Surface:
+        """The surface of that name."""
+        return self._surface_for(self, "name", name)
+
+    def shape_of(self, user: Source | Detector) -> Shape:
+        """The shape of a source or detector, looked up where it was given as a surface's name."""
+        return (
+            user.shape
+            if isinstance(user.shape, Shape)
+            else self._surface_for(user, "shape", user.shape).shape
+        )
+
+    def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
+        named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
+        if name not in named:
+            refuse(user, f"{parameter} must name a surface, got {shown(name)}; {suggestion(name, named)}")
+        return named[name]

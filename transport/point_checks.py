@@ -1,0 +1,85 @@
+"""Refuse scenes that point detectors cannot see into."""
+
+from __future__ import annotations
+
+import math
+
+from transport.bodies.solids import magnitude
+from transport.emissions import Beam, Isotropic, Lambertian
+from transport.materials import Black, Diffuse, Surface, Transparent, simple_parts
+from transport.materials.surface import titled
+from transport.parts import SceneParts
+from transport.points import PointDetector
+from transport.shapes import Point
+from transport.shapes.base import ROUNDING
+from transport.shapes.distances import least_distance
+from transport.sources import Source
+from transport.validation import refuse, shown
+from transport.vectors import Vector, dot
+
+CLOSE = 64 * ROUNDING  # of the size of numbers: on a surface
+SEEN_BY = (Black, Diffuse)  # materials that a straight line ends at, and what leaves them is known
+
+
+def check_points(scene: SceneParts) -> None:
+    """Refuse scenes that point detectors cannot see into.  Raises SceneError."""
+    for detector in scene.points:
+        for surface in scene.surfaces:
+            _check_surface(scene, detector, surface)
+        for source in scene.sources:
+            _check_source(scene, detector, source)
+
+
+def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
+    if isinstance(surface.material, Transparent):
+        return
+    title = titled(surface, scene.surfaces.index(surface))
+    for part in simple_parts(surface.material):
+        if not isinstance(part, SEEN_BY):
+            must = "cannot see by surfaces that are not Black, Diffuse or Transparent throughout"
+            cure = "count by a small VolumeDetector instead"
+            refuse(detector, f"{must}, got {part!r} of {title}; {cure}")
+    if _lies_on(detector, surface.shape):
+        cure = f"meter it: Detector({surface.name or 'its name'!r}), or move the point off it"
+        refuse(detector, f"position must not lie on {title}, got {shown(detector.position)}; {cure}")
+
+
+def _check_source(scene: SceneParts, detector: PointDetector, source: Source) -> None:
+    emission, shape = source.emission, scene.shape_of(source)
+    if not isinstance(emission, Isotropic | Lambertian | Beam):
+        got = type(emission).__name__
+        refuse(
+            detector, f"sees Isotropic, Lambertian and Beam emission, got {got}; count by a VolumeDetector"
+        )
+    if source.aim is not None:
+        cure = "leave aim out: the point is seen from every birth as it is"
+        refuse(
+            detector,
+            f"needs sources that emit into all their directions, got aim={shown(source.aim)}; {cure}",
+        )
+    is_point = isinstance(shape, Point)
+    if isinstance(emission, Isotropic) and is_point and detector.position == shape.position:
+        refuse(
+            detector, f"position must not be that of a point source, got {shown(detector.position)}; move it"
+        )
+    if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
+        cure = "move it off, or count by a small VolumeDetector"
+        refuse(
+            detector,
+            f"position must not lie on a pencil beam, where the fluence rate is infinite, got {shown(detector.position)}; {cure}",
+        )
+    if isinstance(emission, Lambertian) and _lies_on(detector, shape):
+        cure = "move the point off it"
+        refuse(detector, f"position must not lie on a source, got {shown(detector.position)}; {cure}")
+
+
+def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> bool:
+    way = [p - q for p, q in zip(detector.position, origin, strict=True)]
+    ahead = dot(way, direction)
+    aside = math.hypot(*(w - ahead * u for w, u in zip(way, direction, strict=True)))
+    return ahead >= 0 and aside <= CLOSE * sum(map(abs, (*origin, *detector.position)))
+
+
+def _lies_on(detector: PointDetector, shape) -> bool:
+    size = magnitude(shape) + sum(map(abs, detector.position))
+    return least_distance(shape, detector.position) <= CLOSE * size
