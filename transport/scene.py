@@ -7,11 +7,13 @@ from os import PathLike
 from transport.bodies.filling import glows, names_media
 from transport.bodies.listing import AnyMedium, medium_at
 from transport.detectors import Detector
+from transport.fields import Converted, Parts
 from transport.materials import Dielectric, Surface, ThinLens, simple_parts
 from transport.materials.surface import settled_medium
-from transport.media import Grid
+from transport.media import Grid, Medium, Vacuum
 from transport.parts import LOOKING, Looking, SceneParts
 from transport.renderers import function_for
+from transport.sides import AnyDetector
 from transport.soundness import check_scene
 from transport.sources import Source
 from transport.validation import (
@@ -37,6 +39,13 @@ class Scene(SceneParts):
     With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
     Raises SceneError for names that are unknown or not unique and for parts that do not go together.
     """
+
+    # The fields of SceneParts again: type checkers lose what a field accepts where it is inherited.
+    sources: Parts[Source]
+    surfaces: Parts[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    medium: Medium | Vacuum | None = None
+    duration: float | None = None
 
     def __post_init__(self) -> None:
         _settle_parts(self, "sources", Source)
