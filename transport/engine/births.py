@@ -22,6 +22,8 @@ def begin(b, table, first, live):
     """Start a new history: number, birth weight, ray parameter and sheet.
 
     The birth weight is that of the table times the factor dealt to the emitter (driver._dealt).
+
+    Lane fields: writes `weight`, `history`, `sheet`, `start`.
     """
     weight, start, sheet = table.weight * float_of(b.worth), table.start, table.sheet
     history = int64(b.next_history) - int64(first)
@@ -33,7 +35,10 @@ def begin(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_events(b, table, first, live):
-    """Set the event counter, which numbers the random blocks, to 0."""
+    """Set the event counter, which numbers the random blocks, to 0.
+
+    Lane fields: writes `event`.
+    """
     for k in range(first, live):
         b.event[k] = 0
     return live
@@ -41,7 +46,10 @@ def begin_events(b, table, first, live):
 
 @lane_pass(MEDIUM)
 def begin_in_medium(b, table, first, live):
-    """Set the refractive index to that of the source's medium."""
+    """Set the refractive index to that of the source's medium.
+
+    Lane fields: writes `index`.
+    """
     index = table.index
     for k in range(first, live):
         b.index[k] = index
@@ -50,7 +58,10 @@ def begin_in_medium(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_visits(b, table, first, live):
-    """Clear the bit set of visited objects."""
+    """Clear the bit set of visited objects.
+
+    Lane fields: writes `visited`.
+    """
     for k in range(first, live):
         b.visited[k] = 0
     return live
@@ -58,7 +69,10 @@ def begin_visits(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_reflections(b, table, first, live):
-    """Set the count of reflections to 0."""
+    """Set the count of reflections to 0.
+
+    Lane fields: writes `reflections`.
+    """
     for k in range(first, live):
         b.reflections[k] = 0
     return live
@@ -66,7 +80,10 @@ def begin_reflections(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def remember_birth_weight(b, table, first, live):
-    """Keep the birth weight as the reference of Russian roulette."""
+    """Keep the birth weight as the reference of Russian roulette.
+
+    Lane fields: reads `weight`; writes `birth`.
+    """
     for k in range(first, live):
         b.birth[k] = b.weight[k]
     return live
@@ -74,7 +91,10 @@ def remember_birth_weight(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_rectangle(b, table, first, live):
-    """Sample a point uniformly on a rectangle."""
+    """Sample a point uniformly on a rectangle.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -87,7 +107,10 @@ def born_on_rectangle(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_disk(b, table, first, live):
-    """Sample a point uniformly on a disk or annulus."""
+    """Sample a point uniformly on a disk or annulus.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -102,7 +125,10 @@ def born_on_disk(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_triangle(b, table, first, live):
-    """Sample a point uniformly on a triangle with corner c and edges e_u, e_v."""
+    """Sample a point uniformly on a triangle with corner c and edges e_u, e_v.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -116,7 +142,10 @@ def born_on_triangle(b, table, first, live):
 
 @lane_pass(HOLED)
 def born_beside_hole(b, table, first, live):
-    """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole."""
+    """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         u, v, draws, outside = 0.0, 0.0, 0, False
@@ -146,7 +175,10 @@ def born_beside_hole(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_sphere(b, table, first, live):
-    """Sample a point uniformly on a sphere, with its normal on the emitting side."""
+    """Sample a point uniformly on a sphere, with its normal on the emitting side.
+
+    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -162,6 +194,8 @@ def born_on_lit_sphere(b, table, first, live):
     """Sample a point on a sphere, uniformly over its cross section, for a parallel beam.
 
     The beam goes along (nx, ny, nz) of the table.
+
+    Lane fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     ux, uy, uz = table.nx, table.ny, table.nz
@@ -176,7 +210,10 @@ def born_on_lit_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def take_normal(b, table, first, live):
-    """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission."""
+    """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission.
+
+    Lane fields: writes `nx, ny, nz`.
+    """
     nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     for k in range(first, live):
         b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
@@ -185,7 +222,10 @@ def take_normal(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_at_point(b, table, first, live):
-    """Set the position to one point."""
+    """Set the position to one point.
+
+    Lane fields: writes `x, y, z`.
+    """
     cx, cy, cz = table.cx, table.cy, table.cz
     for k in range(first, live):
         b.x[k], b.y[k], b.z[k] = cx, cy, cz
@@ -194,7 +234,10 @@ def born_at_point(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_box(b, table, first, live):
-    """Sample a point uniformly in a box."""
+    """Sample a point uniformly in a box.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
         table.cy,
@@ -218,6 +261,8 @@ def born_in_sphere(b, table, first, live):
     """Sample a point uniformly in a ball.
 
     The radius is the largest of three uniforms, which has the law of the cube root of one.
+
+    Lane fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_u
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -233,7 +278,10 @@ def born_in_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_cloud(b, table, first, live):
-    """Sample a point of a normal distribution with a standard deviation per coordinate."""
+    """Sample a point of a normal distribution with a standard deviation per coordinate.
+
+    Lane fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
         table.cy,
@@ -254,7 +302,10 @@ def born_in_cloud(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def emit_lambertian(b, table, first, live):
-    """Sample a direction by the cosine law about the normal of the emitting side."""
+    """Sample a direction by the cosine law about the normal of the emitting side.
+
+    Lane fields: reads `history`, `nx, ny, nz`; writes `ux, uy, uz`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
@@ -265,7 +316,10 @@ def emit_lambertian(b, table, first, live):
 
 @lane_pass(PATCH)
 def emit_lambertian_from_plane(b, table, first, live):
-    """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once."""
+    """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once.
+
+    Lane fields: reads `history`; writes `ux, uy, uz`.
+    """
     side = table.side
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
@@ -284,7 +338,10 @@ def emit_lambertian_from_plane(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def emit_isotropic(b, table, first, live):
-    """Sample a direction uniformly over the sphere."""
+    """Sample a direction uniformly over the sphere.
+
+    Lane fields: reads `history`; writes `ux, uy, uz`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
@@ -294,7 +351,10 @@ def emit_isotropic(b, table, first, live):
 
 @lane_pass(BEAM)
 def emit_along(b, table, first, live):
-    """Set one direction for all."""
+    """Set one direction for all.
+
+    Lane fields: writes `ux, uy, uz`.
+    """
     ux, uy, uz = table.ux, table.uy, table.uz
     for k in range(first, live):
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz

@@ -1,5 +1,4 @@
-"""Run a program bundle by bundle: fill free lanes with newborn particles and take every step until none is
-left.
+"""Run a program bundle by bundle: fill free lanes with newborn particles, take every step, repeat.
 
 `run_batch(machine, seed, batch, histories)` is a pure function and the only unit of work.
 """
@@ -33,9 +32,10 @@ PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
 ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer is that integer
 # Golden section: its multiples modulo 1 are as evenly spread as possible (Knuth, TAOCP, 6.4).
 GOLDEN = 0.6180339887498949
-# of its due histories: the least that the brightest emitter keeps after the others are rounded up
-LEFT = 0.95
-MOST_SCORED = 1 << 60  # the same for volume detectors, in units of 2^-32, plus 2^28 per score
+LEFT = (
+    0.95  # least share of its due histories that the brightest emitter keeps when the others are rounded up
+)
+MOST_SCORED = 1 << 60  # the same for the sums of volume detectors [2^-32], to which each score adds 2^28
 
 
 @dataclass(frozen=True)

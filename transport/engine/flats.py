@@ -31,7 +31,10 @@ def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
 
 @lane_pass(PLANE)
 def meet_plane(b, table, first, live):
-    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
@@ -48,6 +51,8 @@ def cover_plane(b, table, first, live):
     """Intersect rays with a transparent detector on a plane; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
     code, sheet = table.code, table.sheet
@@ -74,7 +79,10 @@ def nearest_plane(t, code, sheet, start, places, distance, hit):
 
 @lane_pass(PLANES)
 def cover_planes(b, table, first, live):
-    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine."""
+    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     one, other = table.one, table.other
     nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
     ox, oy, oz = other.sx, other.sy, other.sz
@@ -91,7 +99,10 @@ def cover_planes(b, table, first, live):
 
 @lane_pass(TRIANGLE)
 def meet_triangle(b, table, first, live):
-    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
@@ -115,6 +126,8 @@ def cover_triangle(b, table, first, live):
     """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -137,7 +150,10 @@ def cover_triangle(b, table, first, live):
 
 @lane_pass(HOLED)
 def meet_holed(b, table, first, live):
-    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
@@ -162,6 +178,8 @@ def cover_holed(b, table, first, live):
     """Intersect rays with a transparent detector on a rectangle with a hole; keep it if nearest.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz

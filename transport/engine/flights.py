@@ -44,7 +44,7 @@ def ahead(t, start, sheet, places):
 
 @device
 def is_counted(t, start, tie, leaves, places):
-    """Return whether the box of this face was entered, or left, by another face at this very point (an edge).
+    """Return whether another face of this face's box was entered, or left, at this very point (on an edge).
 
     tie: number of the box's first sheet.
     """
@@ -53,7 +53,10 @@ def is_counted(t, start, tie, leaves, places):
 
 @lane_pass(NO_TABLE)
 def look_ahead(b, table, first, live):
-    """Reset the nearest hit: infinite distance, no sheet."""
+    """Reset the nearest hit: infinite distance, no sheet.
+
+    Lane fields: writes `distance`, `hit`.
+    """
     for k in range(first, live):
         b.distance[k] = math.inf
         b.hit[k] = 0
@@ -65,6 +68,8 @@ def meet_rectangle(b, table, first, live):
     """Intersect rays with an acting rectangle; keep it if it is the nearest surface ahead.
 
     Sets bit EDGE of the hit within rounding of the rectangle's edge.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -87,6 +92,8 @@ def cover_rectangle(b, table, first, live):
     """Intersect rays with a rectangular transparent detector; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
@@ -113,6 +120,8 @@ def bound_rectangle(b, table, first, live):
     """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
 
     Like an acting surface, it accepts rays that rounding carried past its edge.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -136,7 +145,10 @@ def bound_rectangle(b, table, first, live):
 
 @lane_pass(DISK)
 def meet_disk(b, table, first, live):
-    """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
     least2, most2 = table.least2, table.most2
@@ -157,6 +169,8 @@ def cover_disk(b, table, first, live):
     """Intersect rays with a transparent detector on a disk; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -177,7 +191,10 @@ def cover_disk(b, table, first, live):
 
 @lane_pass(SPHERE)
 def meet_sphere(b, table, first, live):
-    """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
@@ -195,6 +212,8 @@ def cover_sphere(b, table, first, live):
     """Intersect rays with a transparent detector on a sphere; keep it if its sheet is the nearest ahead.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
@@ -222,6 +241,8 @@ def leave(b, table, first, live):
     """End lanes without a surface ahead as escaped, and lanes with a non-finite state as lost.
 
     Both weights go into the ledger. Counts the crossings of the other lanes.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `distance`; updates `weight`, `crossings`.
     """
     # Sum up escaped weight and count crossings.
     high, low, hits, any_lost = 0, 0, 0, 0
@@ -250,7 +271,10 @@ def leave(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def move(b, table, first, live):
-    """Move each lane along its ray to the hit."""
+    """Move each lane along its ray to the hit.
+
+    Lane fields: reads `ux, uy, uz`, `distance`, `hit`; updates `x, y, z`; writes `start`.
+    """
     for k in range(first, live):
         d = b.distance[k] if b.hit[k] != 0 else 0.0  # idle lanes stay in place
         b.x[k] += d * b.ux[k]
@@ -262,7 +286,10 @@ def move(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def remember_ray(b, table, first, live):
-    """Keep the origin of the ray, in scenes with detectors that other surfaces may touch."""
+    """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
+
+    Lane fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
+    """
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
         # The x of an aimed ray is its target: such a ray began on no sheet.
@@ -276,6 +303,8 @@ def resume_ray(b, table, first, live):
 
     All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or
     before it, never at a distance of 0 that rounding takes for passed.
+
+    Lane fields: reads `distance`, `hit`, `rx, ry, rz`, `stood`; updates `x, y, z`, `sheet`, `start`.
     """
     for k in range(first, live):
         passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)

@@ -1,6 +1,4 @@
-"""Compaction of lanes: fill the gaps of ended lanes and, in media, sort flying lanes before those at
-surfaces.
-"""
+"""Compaction of lanes: fill gaps of ended lanes; in media, sort flying lanes before those at surfaces."""
 
 import numpy as np
 from numba import int64, uint64
@@ -39,6 +37,8 @@ def fill_gaps(b, table, first, live):
     Returns the number of lanes kept. Every carried field that the program uses moves, so a new field cannot
     be forgotten. While less than 1/16 of the lanes have ended, they stay as idle lanes: at weight 0 they
     score nothing, and moving costs more.
+
+    Lane fields: reads `weight`.
     """
     ended = 0
     for k in range(live):
@@ -73,6 +73,8 @@ def part(b, table, first, live):
 
     Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
     runs from there on. Returns the number of lanes kept.
+
+    Lane fields: reads `weight`, `hit`; updates `crossings`; writes `first`.
     """
     going, met = 0, 0
     for k in range(live):

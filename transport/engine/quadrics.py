@@ -23,7 +23,10 @@ from transport.physics.streams import POSITION, random_words, uniform
 
 @lane_pass(QUADRIC)
 def meet_quadric(b, table, first, live):
-    """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead."""
+    """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
@@ -51,6 +54,8 @@ def cover_quadric(b, table, first, live):
     """Intersect rays with a transparent detector on a surface of revolution; keep it if nearest.
 
     On the sheet of the nearest hit, adds its bit to the hit.
+
+    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
@@ -82,7 +87,10 @@ def cover_quadric(b, table, first, live):
 
 @lane_pass(ROWS)
 def put_back_on_quadric(b, table, first, live):
-    """Set the normal from the gradient and project the point onto the surface by one Newton step along it."""
+    """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
+
+    Lane fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
+    """
     sheets = view(table.rows, table.count, CURVED_SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
@@ -111,6 +119,8 @@ def born_on_band(b, table, first, live):
 
     The height is the root of the linear cumulative law in a form without cancellation; for equal ends that is
     the share u of the height.
+
+    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -143,6 +153,8 @@ def born_on_paraboloid(b, table, first, live):
     """Sample a point uniformly on a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform.
 
     first, last of the table: this quantity at both ends.
+
+    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
