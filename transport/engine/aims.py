@@ -25,7 +25,7 @@ from transport.physics.streams import AIM, random_words, short_uniform, uniform
 def pick_on_rectangle(b, table, first, live):
     """Sample a point uniformly on a rectangle, and find whether the ray as it is hits the rectangle.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -46,7 +46,7 @@ def pick_on_rectangle(b, table, first, live):
 def pick_on_disk(b, table, first, live):
     """Sample a point uniformly on a disk or annulus, and find whether the ray as it is hits it.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -71,7 +71,7 @@ def pick_on_triangle(b, table, first, live):
 
     The edges e_u, e_v start at the corner c.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -95,7 +95,7 @@ def aim_at_picked(b, table, first, live):
 
     A share `natural` of particles keeps its direction (mixture pdf).
 
-    Lane fields: reads `history`, `distance`, `nx, ny, nz`, `ox, oy, oz`; updates `x, y, z`, `ux, uy, uz`,
+    Fields: reads `history`, `distance`, `nx, ny, nz`, `ox, oy, oz`; updates `x, y, z`, `ux, uy, uz`,
     `weight`; writes `start`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
@@ -108,11 +108,13 @@ def aim_at_picked(b, table, first, live):
         vx, vy, vz = cx - b.x[k] + px, cy - b.y[k] + py, cz - b.z[k] + pz
         distance = math.sqrt(vx * vx + vy * vy + vz * vz)
         inverse = 1.0 / distance if distance > 0.0 else 0.0
+        # Keep the direction with probability `natural`, else aim.
         keeps = uniform(d0, d1) < natural
         reach = b.distance[k] if keeps else distance
         ux = b.ux[k] if keeps else vx * inverse
         uy = b.uy[k] if keeps else vy * inverse
         uz = b.uz[k] if keeps else vz * inverse
+        # Weight: pdf of the emitter over the mixture's.
         cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         w = aimed_weight(f, area, abs(ux * nx + uy * ny + uz * nz), reach * reach, natural)
@@ -129,7 +131,7 @@ def aim_at_picked(b, table, first, live):
 def aim_at_sphere(b, table, first, live):
     """Sample a direction uniform in the solid angle of a sphere, or uniform over all directions inside it.
 
-    Lane fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `weight`; writes `ux, uy, uz`, `start`.
+    Fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `weight`; writes `ux, uy, uz`, `start`.
     """
     cx, cy, cz, radius, scale = table.cx, table.cy, table.cz, table.half_u, table.unit
     isotropic, lambertian = table.isotropic, table.lambertian
@@ -166,7 +168,7 @@ def aim_at_sphere(b, table, first, live):
 def aim_at_box(b, table, first, live):
     """Aim at a point uniform on a box's faces; the pdf counts both faces that the ray crosses.
 
-    Lane fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `ux, uy, uz`, `weight`; writes `start`.
+    Fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `ux, uy, uz`, `weight`; writes `start`.
     """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.half_u, table.half_v, table.half_w
     area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
@@ -215,7 +217,7 @@ def account_born(b, table, first, live):
 
     The rest of the power is `unsampled`.
 
-    Lane fields: reads `weight`.
+    Fields: reads `weight`.
     """
     ledger, total_high, total_low = view(b.ledger, b.ledger_words, np.int64), 0, 0
     heaviest = ledger[4 * BORN + 3]  # as bits, whose order is that of the weights

@@ -41,7 +41,7 @@ def number_of_copy(history, event, place):
 def listed_with_copies(b, first, live):
     """List the lanes with copies to bank; returns their number.
 
-    Lane fields: reads `copies`.
+    Fields: reads `copies`.
     """
     n = 0
     for k in range(first, live):
@@ -56,7 +56,7 @@ def laid_down(b, fields, words, count, k, place):
 
     A full bank sets `overfull` and reuses the first row.
 
-    Lane fields: reads `history`, `event`; updates `banked`, `overfull`.
+    Fields: reads `history`, `event`; updates `banked`, `overfull`.
     """
     b.overfull |= 1 if b.banked >= b.bank_room else 0
     row = view(b.bank + (0 if b.overfull != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
@@ -71,7 +71,7 @@ def laid_down(b, fields, words, count, k, place):
 def deposit(b, table, first, live):
     """Put `copies` copies of each lane into the bank.
 
-    Lane fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
+    Fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
@@ -87,7 +87,7 @@ def deposit(b, table, first, live):
 def deposit_forced(b, table, first, live):
     """Put the copies of force_collision into the bank, with a weight and a path of their own.
 
-    Lane fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
+    Fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
     `overfull`.
     """
     fields = view(table.fields, table.count, np.int64)
@@ -107,7 +107,7 @@ def deposit_forced(b, table, first, live):
 def withdraw(b, table, first, live):
     """Fill free lanes with copies from the bank.
 
-    Lane fields: updates `banked`.
+    Fields: updates `banked`.
     """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)

@@ -23,7 +23,7 @@ from transport.engine.passes import lane_pass
 def stand_at_birth(b, table, first, live):
     """Set the hit to the sheet of birth, without detectors yet.
 
-    Lane fields: writes `hit`.
+    Fields: writes `hit`.
     """
     code = table.sheet << SHEET_SHIFT
     for k in range(first, live):
@@ -37,7 +37,7 @@ def visit_birthplace(b, table, first, live):
 
     The target is kept in u0 to u2.
 
-    Lane fields: reads `ux, uy, uz`, `start`; updates `x, y, z`; writes `u0`, `u1`, `u2`.
+    Fields: reads `ux, uy, uz`, `start`; updates `x, y, z`; writes `u0`, `u1`, `u2`.
     """
     for k in range(first, live):
         b.u0[k], b.u1[k], b.u2[k] = b.x[k], b.y[k], b.z[k]
@@ -51,7 +51,7 @@ def visit_birthplace(b, table, first, live):
 def return_to_target(b, table, first, live):
     """Restore the target as the position, to its full precision.
 
-    Lane fields: reads `u0`, `u1`, `u2`; writes `x, y, z`.
+    Fields: reads `u0`, `u1`, `u2`; writes `x, y, z`.
     """
     for k in range(first, live):
         b.x[k], b.y[k], b.z[k] = b.u0[k], b.u1[k], b.u2[k]
@@ -62,7 +62,7 @@ def return_to_target(b, table, first, live):
 def born_over_rectangle(b, table, first, live):
     """Add the detectors of this rectangle to the hit of births within it.
 
-    Lane fields: reads `x, y, z`; updates `hit`.
+    Fields: reads `x, y, z`; updates `hit`.
     """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
@@ -76,7 +76,7 @@ def born_over_rectangle(b, table, first, live):
 def born_over_disk(b, table, first, live):
     """Add the detectors of this disk to the hit of births within it.
 
-    Lane fields: reads `x, y, z`; updates `hit`.
+    Fields: reads `x, y, z`; updates `hit`.
     """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
@@ -89,7 +89,7 @@ def born_over_disk(b, table, first, live):
 def born_over_triangle(b, table, first, live):
     """Add the detectors of this triangle to the hit of births within it.
 
-    Lane fields: reads `x, y, z`; updates `hit`.
+    Fields: reads `x, y, z`; updates `hit`.
     """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
@@ -103,7 +103,7 @@ def born_over_triangle(b, table, first, live):
 def born_over_holed(b, table, first, live):
     """Add the detectors of this rectangle with a hole to the hit of births within it.
 
-    Lane fields: reads `x, y, z`; updates `hit`.
+    Fields: reads `x, y, z`; updates `hit`.
     """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
@@ -121,7 +121,7 @@ def born_over_holed(b, table, first, live):
 def born_over_quadric(b, table, first, live):
     """Add the detectors of this surface of revolution to the hit of births between its heights.
 
-    Lane fields: reads `x, y, z`; updates `hit`.
+    Fields: reads `x, y, z`; updates `hit`.
     """
     for k in range(first, live):
         w = (b.x[k] - table.cx) * table.ax + (b.y[k] - table.cy) * table.ay + (b.z[k] - table.cz) * table.az
@@ -133,7 +133,7 @@ def born_over_quadric(b, table, first, live):
 def born_all_over(b, table, first, live):
     """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim.
 
-    Lane fields: updates `hit`.
+    Fields: updates `hit`.
     """
     code = table.code
     for k in range(first, live):

@@ -23,7 +23,7 @@ def begin(b, table, first, live):
 
     The birth weight is that of the table times the factor dealt to the emitter (driver._dealt).
 
-    Lane fields: writes `weight`, `history`, `sheet`, `start`.
+    Fields: writes `weight`, `history`, `sheet`, `start`.
     """
     weight, start, sheet = table.weight * float_of(b.worth), table.start, table.sheet
     history = int64(b.next_history) - int64(first)
@@ -37,7 +37,7 @@ def begin(b, table, first, live):
 def begin_events(b, table, first, live):
     """Set the event counter, which numbers the random blocks, to 0.
 
-    Lane fields: writes `event`.
+    Fields: writes `event`.
     """
     for k in range(first, live):
         b.event[k] = 0
@@ -48,7 +48,7 @@ def begin_events(b, table, first, live):
 def begin_in_medium(b, table, first, live):
     """Set the refractive index to that of the source's medium.
 
-    Lane fields: writes `index`.
+    Fields: writes `index`.
     """
     index = table.index
     for k in range(first, live):
@@ -60,7 +60,7 @@ def begin_in_medium(b, table, first, live):
 def begin_visits(b, table, first, live):
     """Clear the bit set of visited objects.
 
-    Lane fields: writes `visited`.
+    Fields: writes `visited`.
     """
     for k in range(first, live):
         b.visited[k] = 0
@@ -71,7 +71,7 @@ def begin_visits(b, table, first, live):
 def begin_reflections(b, table, first, live):
     """Set the count of reflections to 0.
 
-    Lane fields: writes `reflections`.
+    Fields: writes `reflections`.
     """
     for k in range(first, live):
         b.reflections[k] = 0
@@ -82,7 +82,7 @@ def begin_reflections(b, table, first, live):
 def remember_birth_weight(b, table, first, live):
     """Keep the birth weight as the reference of Russian roulette.
 
-    Lane fields: reads `weight`; writes `birth`.
+    Fields: reads `weight`; writes `birth`.
     """
     for k in range(first, live):
         b.birth[k] = b.weight[k]
@@ -93,7 +93,7 @@ def remember_birth_weight(b, table, first, live):
 def born_on_rectangle(b, table, first, live):
     """Sample a point uniformly on a rectangle.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
@@ -109,7 +109,7 @@ def born_on_rectangle(b, table, first, live):
 def born_on_disk(b, table, first, live):
     """Sample a point uniformly on a disk or annulus.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
@@ -127,7 +127,7 @@ def born_on_disk(b, table, first, live):
 def born_on_triangle(b, table, first, live):
     """Sample a point uniformly on a triangle with corner c and edges e_u, e_v.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
@@ -144,11 +144,12 @@ def born_on_triangle(b, table, first, live):
 def born_beside_hole(b, table, first, live):
     """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         u, v, draws, outside = 0.0, 0.0, 0, False
+        # Reject points in the hole.
         while not outside:
             w0, w1, w2, w3 = random_words(b.history[k], batch, draws, POSITION, seed_low, seed_high)
             u = (2.0 * uniform(w0, w1) - 1.0) * table.half_u
@@ -177,7 +178,7 @@ def born_beside_hole(b, table, first, live):
 def born_on_sphere(b, table, first, live):
     """Sample a point uniformly on a sphere, with its normal on the emitting side.
 
-    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -195,7 +196,7 @@ def born_on_lit_sphere(b, table, first, live):
 
     The beam goes along (nx, ny, nz) of the table.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     ux, uy, uz = table.nx, table.ny, table.nz
@@ -212,7 +213,7 @@ def born_on_lit_sphere(b, table, first, live):
 def take_normal(b, table, first, live):
     """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission.
 
-    Lane fields: writes `nx, ny, nz`.
+    Fields: writes `nx, ny, nz`.
     """
     nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     for k in range(first, live):
@@ -224,7 +225,7 @@ def take_normal(b, table, first, live):
 def born_at_point(b, table, first, live):
     """Set the position to one point.
 
-    Lane fields: writes `x, y, z`.
+    Fields: writes `x, y, z`.
     """
     cx, cy, cz = table.cx, table.cy, table.cz
     for k in range(first, live):
@@ -236,7 +237,7 @@ def born_at_point(b, table, first, live):
 def born_in_box(b, table, first, live):
     """Sample a point uniformly in a box.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
@@ -262,7 +263,7 @@ def born_in_sphere(b, table, first, live):
 
     The radius is the largest of three uniforms, which has the law of the cube root of one.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_u
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -280,7 +281,7 @@ def born_in_sphere(b, table, first, live):
 def born_in_cloud(b, table, first, live):
     """Sample a point of a normal distribution with a standard deviation per coordinate.
 
-    Lane fields: reads `history`; writes `x, y, z`.
+    Fields: reads `history`; writes `x, y, z`.
     """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
@@ -304,7 +305,7 @@ def born_in_cloud(b, table, first, live):
 def emit_lambertian(b, table, first, live):
     """Sample a direction by the cosine law about the normal of the emitting side.
 
-    Lane fields: reads `history`, `nx, ny, nz`; writes `ux, uy, uz`.
+    Fields: reads `history`, `nx, ny, nz`; writes `ux, uy, uz`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -318,7 +319,7 @@ def emit_lambertian(b, table, first, live):
 def emit_lambertian_from_plane(b, table, first, live):
     """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once.
 
-    Lane fields: reads `history`; writes `ux, uy, uz`.
+    Fields: reads `history`; writes `ux, uy, uz`.
     """
     side = table.side
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -340,7 +341,7 @@ def emit_lambertian_from_plane(b, table, first, live):
 def emit_isotropic(b, table, first, live):
     """Sample a direction uniformly over the sphere.
 
-    Lane fields: reads `history`; writes `ux, uy, uz`.
+    Fields: reads `history`; writes `ux, uy, uz`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -353,7 +354,7 @@ def emit_isotropic(b, table, first, live):
 def emit_along(b, table, first, live):
     """Set one direction for all.
 
-    Lane fields: writes `ux, uy, uz`.
+    Fields: writes `ux, uy, uz`.
     """
     ux, uy, uz = table.ux, table.uy, table.uz
     for k in range(first, live):

@@ -46,7 +46,7 @@ STRAY = 2  # value of `flies` that marks a lost lane
 def begin_inside(b, table, first, live):
     """Set the bodies that contain the source.
 
-    Lane fields: writes `inside`.
+    Fields: writes `inside`.
     """
     inside = table.inside
     for k in range(first, live):
@@ -58,7 +58,7 @@ def begin_inside(b, table, first, live):
 def begin_beside(b, table, first, live):
     """Remove a body if the particle leaves it, at birth on its boundary.
 
-    Lane fields: reads `ux, uy, uz`; updates `inside`.
+    Fields: reads `ux, uy, uz`; updates `inside`.
     """
     nx, ny, nz, bit = table.nx, table.ny, table.nz, table.bit
     for k in range(first, live):
@@ -74,7 +74,7 @@ def cross_boundary(b, table, first, live):
     Bodies that share a face each have a boundary of their own there. A lane that arrives from bodies other
     than those recorded for its side (through a gap) is counted in the ledger.
 
-    Lane fields: reads `weight`, `hit`, `mu`; updates `inside`.
+    Fields: reads `weight`, `hit`, `mu`; updates `inside`.
     """
     rows, layer, unseen = view(table.rows, table.count, LAYER), table.layer, 0
     for k in range(first, live):
@@ -113,7 +113,7 @@ def settle_at_edges(b, table, first, live):
     for one that passes by, and a ray along a face shared by two boxes is inside one of them. Does nothing if
     no lane is at an edge, the usual case.
 
-    Lane fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `rx, ry, rz`; updates `x, y, z`, `sheet`,
+    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `rx, ry, rz`; updates `x, y, z`, `sheet`,
     `start`, `inside`.
     """
     any_edge = 0
@@ -154,7 +154,7 @@ def settle_at_edges(b, table, first, live):
 def escape_at_once(b, table, first, live):
     """End lanes as escaped that leave all bodies to a side without further surfaces.
 
-    Lane fields: reads `hit`, `inside`, `mu`; updates `weight`.
+    Fields: reads `hit`, `inside`, `mu`; updates `weight`.
     """
     high, low = 0, 0
     for k in range(first, live):
@@ -186,7 +186,7 @@ def ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, h
 def lose_marked(b, first, live):
     """End lanes marked as strays, as lost.
 
-    Lane fields: updates `weight`, `flies`; writes `distance`.
+    Fields: updates `weight`, `flies`; writes `distance`.
     """
     for k in range(first, live):
         if b.flies[k] == STRAY:
@@ -200,7 +200,7 @@ def lose_strays(b, table, first, live):
 
     So no ray that rounding carried past a rim flies on as if the body were infinite.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
     low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
     high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
@@ -221,7 +221,7 @@ def lose_strays(b, table, first, live):
 def lose_strays_of_many(b, table, first, live):
     """The same for many finite bodies: gathers the row of the innermost one.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
     rows, strays = view(table.rows, table.count, BOUNDED), 0
     for k in range(first, live):
@@ -244,7 +244,7 @@ def lose_strays_of_many(b, table, first, live):
 def know_surroundings(b, table, first, live):
     """Set the medium outside all bodies, and its coefficients.
 
-    Lane fields: writes `medium`, `mfp`, `sigma_a`, `survival`.
+    Fields: writes `medium`, `mfp`, `sigma_a`, `survival`.
     """
     medium, mfp, sigma_a, survival = table.medium, table.mfp, table.sigma_a, table.survival
     for k in range(first, live):
@@ -256,7 +256,7 @@ def know_surroundings(b, table, first, live):
 def know_body(b, table, first, live):
     """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body.
 
-    Lane fields: reads `inside`; updates `medium`, `mfp`, `sigma_a`, `survival`.
+    Fields: reads `inside`; updates `medium`, `mfp`, `sigma_a`, `survival`.
     """
     bit, medium, mfp, sigma_a, survival = table.bit, table.medium, table.mfp, table.sigma_a, table.survival
     for k in range(first, live):
@@ -272,7 +272,7 @@ def know_body(b, table, first, live):
 def know_bodies(b, table, first, live):
     """The same for many bodies: gathers the row of the innermost one.
 
-    Lane fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
+    Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
     """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):

@@ -47,7 +47,7 @@ def towards(x, y, z, px, py, pz):
 def cast_from_births(b, table, first, live):
     """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
 
-    Lane fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`,
+    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`,
     `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
@@ -70,8 +70,8 @@ def cast_from_box(b, table, first, live):
     Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
     sampled rather than weighted.
 
-    Lane fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`,
-    `stands`, `tally`.
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
     """
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
@@ -99,8 +99,8 @@ def cast_from_box(b, table, first, live):
 def cast_from_sphere(b, table, first, live):
     """The same for a ball; the chord is computed from its point nearest to the centre.
 
-    Lane fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`,
-    `stands`, `tally`.
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
     """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
@@ -127,7 +127,7 @@ def cast_from_sphere(b, table, first, live):
 def know_phase(b, table, first, live):
     """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
 
-    Lane fields: reads `medium`, `flies`; writes `law`.
+    Fields: reads `medium`, `flies`; writes `law`.
     """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
@@ -142,8 +142,8 @@ def cast_from_flights(b, table, first, live):
     No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
     weighted. In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`,
-    `mfp`, `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
+    `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
     `density`, `stands`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
@@ -181,8 +181,8 @@ def cast_from_flights(b, table, first, live):
 def cast_from_walls(b, table, first, live):
     """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
 
-    Lane fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy,
-    vz`, `gap`, `score`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     for k in range(first, live):
@@ -203,7 +203,7 @@ def list_shadows(b, table, first, live):
 
     The score becomes score times pdf.
 
-    Lane fields: reads `density`; updates `score`; writes `leg`, `cast`, `taken`.
+    Fields: reads `density`; updates `score`; writes `leg`, `cast`, `taken`.
     """
     cast, leg = 0, table.code
     for k in range(first, live):  # no branch, so no misprediction

@@ -18,7 +18,7 @@ from transport.physics.velocities import sample_normal_pair
 def start_at(b, table, first, live):
     """Set one time of birth for all.
 
-    Lane fields: writes `time`.
+    Fields: writes `time`.
     """
     start = table.start
     for k in range(first, live):
@@ -30,7 +30,7 @@ def start_at(b, table, first, live):
 def start_within(b, table, first, live):
     """Sample a time of birth uniformly in an interval: a steady source, or a pulse of constant power.
 
-    Lane fields: reads `history`; writes `time`.
+    Fields: reads `history`; writes `time`.
     """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -44,7 +44,7 @@ def start_within(b, table, first, live):
 def start_within_and_draw(b, table, first, live):
     """The same, and keep in u0 the uniform for a speed from the same random block.
 
-    Lane fields: reads `history`; writes `time`, `u0`.
+    Fields: reads `history`; writes `time`, `u0`.
     """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -58,7 +58,7 @@ def start_within_and_draw(b, table, first, live):
 def start_about(b, table, first, live):
     """Sample a time of birth from a Gaussian pulse; width: its standard deviation.
 
-    Lane fields: reads `history`; writes `time`.
+    Fields: reads `history`; writes `time`.
     """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -73,7 +73,7 @@ def start_about(b, table, first, live):
 def time_arrival(b, table, first, live):
     """Set the time at the end of the flight, for one common speed; infinite without a surface ahead.
 
-    Lane fields: reads `start`, `distance`, `time`; writes `arrival`.
+    Fields: reads `start`, `distance`, `time`; writes `arrival`.
     """
     slowness = table.slowness
     for k in range(first, live):
@@ -85,7 +85,7 @@ def time_arrival(b, table, first, live):
 def time_arrival_by_speed(b, table, first, live):
     """The same with the particle's own speed; infinite at rest.
 
-    Lane fields: reads `start`, `distance`, `time`, `speed`; writes `arrival`.
+    Fields: reads `start`, `distance`, `time`, `speed`; writes `arrival`.
     """
     for k in range(first, live):
         b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) / b.speed[k]
@@ -96,7 +96,7 @@ def time_arrival_by_speed(b, table, first, live):
 def time_arrival_in_media(b, table, first, live):
     """The same in media, where light slows down by the refractive index; lanes that wait keep their time.
 
-    Lane fields: reads `start`, `distance`, `time`, `speed`, `medium`, `flies`; writes `arrival`.
+    Fields: reads `start`, `distance`, `time`, `speed`, `medium`, `flies`; writes `arrival`.
     """
     rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
     for k in range(first, live):
@@ -111,7 +111,7 @@ def time_arrival_in_media(b, table, first, live):
 def stop_clock(b, table, first, live):
     """End particles whose flight outlasts the clock, as in flight; advance the time of the others.
 
-    Lane fields: reads `arrival`; updates `weight`, `hit`; writes `time`.
+    Fields: reads `arrival`; updates `weight`, `hit`; writes `time`.
     """
     high, low, duration = 0, 0, table.duration
     for k in range(first, live):

@@ -41,7 +41,7 @@ from transport.physics.scattering import (
 def set_out(b, table, first, live):
     """Mark all lanes as flying: distance 0, no hit.
 
-    Lane fields: writes `distance`, `hit`.
+    Fields: writes `distance`, `hit`.
     """
     for k in range(first, live):
         b.distance[k] = 0.0
@@ -53,7 +53,7 @@ def set_out(b, table, first, live):
 def fly_straight(b, table, first, live):
     """Set an infinite free path (no collisions): fly to the next surface.
 
-    Lane fields: writes `distance`, `hit`, `flies`.
+    Fields: writes `distance`, `hit`, `flies`.
     """
     for k in range(first, live):
         b.distance[k] = math.inf
@@ -72,8 +72,8 @@ def takes_off(hit, distance, weight):
 def fly(b, table, first, live):
     """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end.
 
-    Lane fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`,
-    `u1`, `flies`.
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
+    `flies`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -89,8 +89,8 @@ def fly(b, table, first, live):
 def collide(b, table, first, live):
     """Move lanes to the end of the free path where no surface came before it; mark them as colliding.
 
-    Lane fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `flies`; updates `x, y, z`, `sheet`,
-    `start`, `collisions`; writes `collides`, `colliding`.
+    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `flies`; updates `x, y, z`, `sheet`, `start`,
+    `collisions`; writes `collides`, `colliding`.
     """
     colliding = 0
     for k in range(first, live):
@@ -114,8 +114,7 @@ def attenuate(b, table, first, live):
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.
 
-    Lane fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`,
-    `low`.
+    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
     """
     any_thin = 0
     for k in range(first, live):
@@ -138,8 +137,7 @@ def attenuate(b, table, first, live):
 def attenuate_thinly(b, first, live):
     """The same if some paths are too thin for the digits of a weight (thinning.py).
 
-    Lane fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`,
-    `low`.
+    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
     """
     salt = salt_of(b.seed_low, b.batch)
     for k in range(first, live):
@@ -157,7 +155,7 @@ def attenuate_thinly(b, first, live):
 def absorb_by_chance(b, table, first, live):
     """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0.
 
-    Lane fields: reads `survival`; updates `weight`, `u0`, `collides`; writes `high`, `low`.
+    Fields: reads `survival`; updates `weight`, `u0`, `collides`; writes `high`, `low`.
     """
     for k in range(first, live):
         u, survival, collides = b.u0[k], b.survival[k], b.collides[k] != 0
@@ -175,7 +173,7 @@ def absorb_by_chance(b, table, first, live):
 def account_absorbed_in(b, table, first, live):
     """Add the absorption in one medium to its row of the ledger.
 
-    Lane fields: reads `medium`, `high`, `low`.
+    Fields: reads `medium`, `high`, `low`.
     """
     high, low, medium = 0, 0, table.medium
     for k in range(first, live):
@@ -190,7 +188,7 @@ def account_absorbed_in(b, table, first, live):
 def account_absorbed_everywhere(b, table, first, live):
     """The same for many media: one addition per lane, from the row of the first medium on.
 
-    Lane fields: reads `medium`, `high`, `low`.
+    Fields: reads `medium`, `high`, `low`.
     """
     rows = b.ledger + 32 * table.ledger
     for k in range(first, live):
@@ -204,7 +202,7 @@ def choose_phase(b, table, first, live):
 
     The uniform u0 is rescaled within the part's share and reused.
 
-    Lane fields: reads `medium`; updates `u0`, `collides`.
+    Fields: reads `medium`; updates `u0`, `collides`.
     """
     media, laws = view(table.rows, table.count, MEDIA), view(table.others, table.other_count, PHASE_LAW)
     for k in range(first, live):
@@ -224,7 +222,7 @@ def choose_phase(b, table, first, live):
 def scatter_isotropically(b, table, first, live):
     """Sample an isotropic direction.
 
-    Lane fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
     """
     number = table.number
     for k in range(first, live):
@@ -238,7 +236,7 @@ def scatter_isotropically(b, table, first, live):
 def scatter_by_henyey_greenstein(b, table, first, live):
     """Sample the scattering angle by the phase function of Henyey and Greenstein (1941).
 
-    Lane fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
     """
     number, g = table.number, table.g
     for k in range(first, live):
@@ -253,7 +251,7 @@ def scatter_by_henyey_greenstein(b, table, first, live):
 def scatter_by_rayleigh(b, table, first, live):
     """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2).
 
-    Lane fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
     """
     number = table.number
     for k in range(first, live):
@@ -271,7 +269,7 @@ def choose_segment_of_table(b, table, first, live):
     Puts start, width and share of the segment into nx, ny, nz. The gather is a pass of its own because it
     would slow down the loop that turns directions.
 
-    Lane fields: reads `collides`; updates `u0`; writes `nx, ny, nz`.
+    Fields: reads `collides`; updates `u0`; writes `nx, ny, nz`.
     """
     number, count, rows = table.number, table.count, view(table.rows, table.count, SEGMENT)
     for k in range(first, live):
@@ -284,7 +282,7 @@ def choose_segment_of_table(b, table, first, live):
 def scatter_by_table(b, table, first, live):
     """Sample the scattering angle by a tabulated phase function, within the chosen segment.
 
-    Lane fields: reads `nx, ny, nz`, `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    Fields: reads `nx, ny, nz`, `u0`, `u1`, `collides`; updates `ux, uy, uz`.
     """
     number = table.number
     for k in range(first, live):
@@ -300,7 +298,7 @@ def scatter_by_table(b, table, first, live):
 def count_scatterings(b, table, first, live):
     """Count the scattering of lanes that collided and survived.
 
-    Lane fields: reads `collides`; updates `reflections`.
+    Fields: reads `collides`; updates `reflections`.
     """
     for k in range(first, live):
         b.reflections[k] += 1 if b.collides[k] != 0 else 0

@@ -23,7 +23,7 @@ def weigh_in_grid(b, table, first, live):
 
     Only scores that still lack it, which are negative.
 
-    Lane fields: reads `medium`, `sx, sy, sz`; updates `score`.
+    Fields: reads `medium`, `sx, sy, sz`; updates `score`.
     """
     scattering = view(table.scattering, table.scattering_count, np.float64)
     for k in range(first, live):
@@ -40,7 +40,7 @@ def weigh_in_grid(b, table, first, live):
 def weigh_isotropically(b, table, first, live):
     """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
 
-    Lane fields: reads `law`; updates `density`.
+    Fields: reads `law`; updates `density`.
     """
     number, density = table.number, table.share * NEUTRAL
     for k in range(first, live):
@@ -52,7 +52,7 @@ def weigh_isotropically(b, table, first, live):
 def weigh_by_henyey_greenstein(b, table, first, live):
     """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
 
-    Lane fields: reads `bent`, `law`; updates `density`.
+    Fields: reads `bent`, `law`; updates `density`.
     """
     number, share, g = table.number, table.share, table.g
     for k in range(first, live):
@@ -65,7 +65,7 @@ def weigh_by_henyey_greenstein(b, table, first, live):
 def weigh_by_rayleigh(b, table, first, live):
     """Add the pdf of Rayleigh's phase function [sr^-1].
 
-    Lane fields: reads `bent`, `law`; updates `density`.
+    Fields: reads `bent`, `law`; updates `density`.
     """
     number, share = table.number, table.share
     for k in range(first, live):
@@ -78,7 +78,7 @@ def weigh_by_rayleigh(b, table, first, live):
 def weigh_by_table(b, table, first, live):
     """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
 
-    Lane fields: reads `score`, `bent`, `law`; updates `density`.
+    Fields: reads `score`, `bent`, `law`; updates `density`.
     """
     count = table.cells + 1
     cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)

@@ -47,8 +47,8 @@ def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
 def detour_from_births(b, table, first, live):
     """Cast the first leg from a birth: light that is scattered once.
 
-    Lane fields: reads `x, y, z`, `weight`, `history`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy,
-    vz`, `gap`, `score`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `weight`, `history`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
@@ -69,8 +69,8 @@ def detour_from_births(b, table, first, live):
 def detour_along_beams(b, table, first, live):
     """Cast the first leg along a beam: a place on its line, sampled equiangularly.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `sheet`; writes `sx, sy, sz`, `vx, vy,
-    vz`, `gap`, `score`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `sheet`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -93,7 +93,7 @@ def detour_along_beams(b, table, first, live):
 def know_phase_at_collisions(b, table, first, live):
     """Set the number of the phase function of the medium that a lane collides in; 0 without a collision.
 
-    Lane fields: reads `medium`, `collides`; writes `law`.
+    Fields: reads `medium`, `collides`; writes `law`.
     """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
@@ -105,8 +105,8 @@ def know_phase_at_collisions(b, table, first, live):
 def detour_from_collisions(b, table, first, live):
     """Cast the first leg from a collision: light that is scattered once more.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `law`; writes `sx, sy, sz`, `vx,
-    vy, vz`, `gap`, `score`, `bent`, `density`, `stands`, `tally`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `law`; writes `sx, sy, sz`,
+    `vx, vy, vz`, `gap`, `score`, `bent`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -126,7 +126,7 @@ def detour_from_collisions(b, table, first, live):
 def detour_from_walls(b, table, first, live):
     """Cast the first leg from a diffuse wall: light that is scattered once.
 
-    Lane fields: reads `x, y, z`, `weight`, `history`, `event`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes
+    Fields: reads `x, y, z`, `weight`, `history`, `event`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes
     `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`, `tally`.
     """
     px, py, pz, tally = table.x, table.y, table.z, table.first
@@ -149,7 +149,7 @@ def detour_from_walls(b, table, first, live):
 def turn_to_point(b, table, first, live):
     """At the end of the first leg, in the medium around its point, turn a ray towards the point.
 
-    Lane fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
+    Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
     `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `gap`, `score`, `bent`, `density`, `law`.
     """
     points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
@@ -180,7 +180,7 @@ def turn_to_point(b, table, first, live):
 def set_off_again(b, table, first, live):
     """Start the second leg with the weight that is scattered into it.
 
-    Lane fields: reads `hit`, `score`, `density`; updates `weight`, `leg`.
+    Fields: reads `hit`, `score`, `density`; updates `weight`, `leg`.
     """
     for k in range(first, live):
         turns = (b.leg[k] != 0) & (b.hit[k] == 0)

@@ -12,7 +12,7 @@ from transport.engine.shadows import A_SCORE
 def end_unmet(b, table, first, live):
     """End rays that hit nothing more; idle lanes stay in place.
 
-    Lane fields: updates `weight`, `start`, `distance`, `hit`.
+    Fields: updates `weight`, `start`, `distance`, `hit`.
     """
     for k in range(first, live):
         met = (b.hit[k] != 0) & (b.weight[k] != 0.0)
@@ -27,7 +27,7 @@ def end_unmet(b, table, first, live):
 def look_at_target_alone(b, table, first, live):
     """Ignore detectors other than the one that the ray was cast to.
 
-    Lane fields: reads `tally`; updates `look`.
+    Fields: reads `tally`; updates `look`.
     """
     for k in range(first, live):
         b.look[k] = b.look[k] if (b.look[k] & LOOK_BASE) == b.tally[k] else 0
@@ -38,7 +38,7 @@ def look_at_target_alone(b, table, first, live):
 def look_through(b, table, first, live):
     """Score departures only for rays that pass through; a ray at a wall does not depart.
 
-    Lane fields: reads `hit`; updates `look`.
+    Fields: reads `hit`; updates `look`.
     """
     for k in range(first, live):
         passes = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0
@@ -50,7 +50,7 @@ def look_through(b, table, first, live):
 def pass_target(b, table, first, live):
     """Count one crossing of its target off the `leg` of each ray.
 
-    Lane fields: reads `weight`, `hit`, `look`; updates `leg`, `scored`.
+    Fields: reads `weight`, `hit`, `look`; updates `leg`, `scored`.
     """
     layer, passed = table.layer, 0
     for k in range(first, live):
@@ -65,7 +65,7 @@ def pass_target(b, table, first, live):
 def end_expected(b, table, first, live):
     """End rays at acting surfaces, and behind their target.
 
-    Lane fields: reads `hit`, `leg`; updates `weight`.
+    Fields: reads `hit`, `leg`; updates `weight`.
     """
     for k in range(first, live):
         acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0

@@ -34,7 +34,7 @@ def draw_first_at_birth(b, table, first, live):
 
     Quasi-random points pair these with the birthplace.
 
-    Lane fields: reads `history`; writes `p0`, `p1`.
+    Fields: reads `history`; writes `p0`, `p1`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -47,7 +47,7 @@ def draw_first_at_birth(b, table, first, live):
 def draw_at_birth(b, table, first, live):
     """The same for further detectors.
 
-    Lane fields: reads `history`; writes `p0`, `p1`.
+    Fields: reads `history`; writes `p0`, `p1`.
     """
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
@@ -60,7 +60,7 @@ def draw_at_birth(b, table, first, live):
 def draw_at_event(b, table, first, live):
     """The same for later events.
 
-    Lane fields: reads `history`, `event`; writes `p0`, `p1`.
+    Fields: reads `history`, `event`; writes `p0`, `p1`.
     """
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
@@ -74,7 +74,7 @@ def draw_at_event(b, table, first, live):
 def point_on_rectangle(b, table, first, live):
     """Set a point uniform on a rectangle from p0, p1.
 
-    Lane fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
     """
     cx, cy, cz, half_u, half_v = table.cx, table.cy, table.cz, table.half_u, table.half_v
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -88,7 +88,7 @@ def point_on_rectangle(b, table, first, live):
 def point_on_disk(b, table, first, live):
     """Set a point uniform on a disk or annulus from p0, p1.
 
-    Lane fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
     """
     cx, cy, cz, inner2, outer2 = table.cx, table.cy, table.cz, table.inner2, table.outer2
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -104,7 +104,7 @@ def point_on_disk(b, table, first, live):
 def point_on_triangle(b, table, first, live):
     """Set a point uniform on a triangle (corner c, edges e_u, e_v) from p0, p1.
 
-    Lane fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
     """
     cx, cy, cz = table.cx, table.cy, table.cz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -121,7 +121,7 @@ def connect_to_flat(b, table, first, live):
 
     No contribution to a detector in the sheet that the lane stands on.
 
-    Lane fields: reads `x, y, z`, `sheet`, `start`, `sx, sy, sz`; writes `vx, vy, vz`, `score`, `onset`.
+    Fields: reads `x, y, z`, `sheet`, `start`, `sx, sy, sz`; writes `vx, vy, vz`, `score`, `onset`.
     """
     nx, ny, nz, sheet = table.nx, table.ny, table.nz, table.sheet
     area, sharing = table.area, table.sharing
@@ -139,7 +139,7 @@ def connect_to_ball(b, table, first, live):
 
     The ray's parameter is 0 at its closest point to the centre, if that is ahead.
 
-    Lane fields: reads `x, y, z`, `start`, `p0`, `p1`; writes `sx, sy, sz`, `vx, vy, vz`, `score`, `onset`.
+    Fields: reads `x, y, z`, `start`, `p0`, `p1`; writes `sx, sy, sz`, `vx, vy, vz`, `score`, `onset`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_w
     area, sharing = table.area, table.sharing
@@ -174,8 +174,8 @@ def connect_to_ball(b, table, first, live):
 def expect_from_births(b, table, first, live):
     """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
 
-    Lane fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `gap`,
-    `density`, `stands`, `tally`.
+    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `gap`, `density`,
+    `stands`, `tally`.
     """
     isotropic, lambertian, scale, tally = table.isotropic, table.lambertian, table.scale, table.first
     for k in range(first, live):
@@ -190,8 +190,8 @@ def expect_from_births(b, table, first, live):
 def expect_from_walls(b, table, first, live):
     """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
 
-    Lane fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes
-    `gap`, `density`, `stands`, `tally`.
+    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `gap`,
+    `density`, `stands`, `tally`.
     """
     scale, tally = table.scale, table.first
     for k in range(first, live):
@@ -210,7 +210,7 @@ def expect_from_collisions(b, table, first, live):
 
     Pdfs of phase functions are added next, none for lanes without collision.
 
-    Lane fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `gap`, `bent`, `density`,
+    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `gap`, `bent`, `density`,
     `stands`, `tally`.
     """
     scale, tally = table.scale, table.first

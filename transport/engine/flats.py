@@ -33,7 +33,7 @@ def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
 def meet_plane(b, table, first, live):
     """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     code, sheet = table.code, table.sheet
@@ -52,7 +52,7 @@ def cover_plane(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
     code, sheet = table.code, table.sheet
@@ -81,7 +81,7 @@ def nearest_plane(t, code, sheet, start, places, distance, hit):
 def cover_planes(b, table, first, live):
     """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     one, other = table.one, table.other
     nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
@@ -101,7 +101,7 @@ def cover_planes(b, table, first, live):
 def meet_triangle(b, table, first, live):
     """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
@@ -127,7 +127,7 @@ def cover_triangle(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -152,7 +152,7 @@ def cover_triangle(b, table, first, live):
 def meet_holed(b, table, first, live):
     """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -179,7 +179,7 @@ def cover_holed(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz

@@ -55,7 +55,7 @@ def is_counted(t, start, tie, leaves, places):
 def look_ahead(b, table, first, live):
     """Reset the nearest hit: infinite distance, no sheet.
 
-    Lane fields: writes `distance`, `hit`.
+    Fields: writes `distance`, `hit`.
     """
     for k in range(first, live):
         b.distance[k] = math.inf
@@ -69,7 +69,7 @@ def meet_rectangle(b, table, first, live):
 
     Sets bit EDGE of the hit within rounding of the rectangle's edge.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -93,7 +93,7 @@ def cover_rectangle(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
@@ -121,7 +121,7 @@ def bound_rectangle(b, table, first, live):
 
     Like an acting surface, it accepts rays that rounding carried past its edge.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -147,7 +147,7 @@ def bound_rectangle(b, table, first, live):
 def meet_disk(b, table, first, live):
     """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
@@ -170,7 +170,7 @@ def cover_disk(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
@@ -193,7 +193,7 @@ def cover_disk(b, table, first, live):
 def meet_sphere(b, table, first, live):
     """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
@@ -213,7 +213,7 @@ def cover_sphere(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
@@ -242,7 +242,7 @@ def leave(b, table, first, live):
 
     Both weights go into the ledger. Counts the crossings of the other lanes.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `distance`; updates `weight`, `crossings`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `distance`; updates `weight`, `crossings`.
     """
     # Sum up escaped weight and count crossings.
     high, low, hits, any_lost = 0, 0, 0, 0
@@ -273,7 +273,7 @@ def leave(b, table, first, live):
 def move(b, table, first, live):
     """Move each lane along its ray to the hit.
 
-    Lane fields: reads `ux, uy, uz`, `distance`, `hit`; updates `x, y, z`; writes `start`.
+    Fields: reads `ux, uy, uz`, `distance`, `hit`; updates `x, y, z`; writes `start`.
     """
     for k in range(first, live):
         d = b.distance[k] if b.hit[k] != 0 else 0.0  # idle lanes stay in place
@@ -288,7 +288,7 @@ def move(b, table, first, live):
 def remember_ray(b, table, first, live):
     """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
 
-    Lane fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
+    Fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
     """
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
@@ -304,7 +304,7 @@ def resume_ray(b, table, first, live):
     All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or
     before it, never at a distance of 0 that rounding takes for passed.
 
-    Lane fields: reads `distance`, `hit`, `rx, ry, rz`, `stood`; updates `x, y, z`, `sheet`, `start`.
+    Fields: reads `distance`, `hit`, `rx, ry, rz`, `stood`; updates `x, y, z`, `sheet`, `start`.
     """
     for k in range(first, live):
         passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)

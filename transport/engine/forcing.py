@@ -21,7 +21,7 @@ FRESH, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: pa
 def begin_fresh(b, table, first, live):
     """Mark newborn lanes as not yet collided.
 
-    Lane fields: writes `ahead`.
+    Fields: writes `ahead`.
     """
     for k in range(first, live):
         b.ahead[k] = FRESH
@@ -34,8 +34,8 @@ def fly_or_be_forced(b, table, first, live):
 
     Fresh lanes fly to the surface ahead, forced copies have their path.
 
-    Lane fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `ahead`;
-    writes `u0`, `u1`, `depth`, `flies`.
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `ahead`; writes
+    `u0`, `u1`, `depth`, `flies`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -57,8 +57,8 @@ def force_collision(b, table, first, live):
 
     Without a surface ahead, the lane collides as sampled.
 
-    Lane fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `ahead`; writes
-    `caught`, `path`, `copies`.
+    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `ahead`; writes `caught`,
+    `path`, `copies`.
     """
     total_high, total_low = 0, 0
     for k in range(first, live):

@@ -1,8 +1,8 @@
 """Crossings below the grazing cut |mu| <= GRAZING_CUT: a test whether they come as from constant radiance.
 
-Constant radiance gives them in proportion to |mu|: half of them below cut/sqrt(2). The excess below over
-above is counted in the upper bits of a row's number of scores, and costs nothing where none comes: one in
-10^6 for isotropic light.
+Constant radiance gives them in proportion to |mu|: half of them below cut/sqrt(2). The excess of those below
+cut/sqrt(2) over those above it is counted in the upper bits of a row's number of scores. This costs nothing
+where none comes: one in 10^6 for isotropic light.
 """
 
 from transport.compile.layout import COUNT_BITS, GRAZING_CUT
@@ -22,7 +22,7 @@ def grazes(here, mu):
 def balance_grazing(b, first, live):
     """Count lanes that have just scored below the cut: +1 below cut/sqrt(2), -1 above it.
 
-    Lane fields: reads `mu`, `bin`, `grazes`.
+    Fields: reads `mu`, `bin`, `grazes`.
     """
     if b.grazes != 0:
         for k in range(first, live):

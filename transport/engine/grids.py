@@ -44,8 +44,8 @@ from transport.physics.paths import free_flight
 def fly_in_grids(b, table, first, live):
     """Sample a free path like collisions.fly and keep its optical depth, which grids spend voxel by voxel.
 
-    Lane fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`,
-    `u1`, `depth`, `flies`.
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
+    `depth`, `flies`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -62,7 +62,7 @@ def fly_in_grids(b, table, first, live):
 def cut_nothing(b, table, first, live):
     """Clear the mark of cut flights.
 
-    Lane fields: writes `cut`.
+    Fields: writes `cut`.
     """
     for k in range(first, live):
         b.cut[k] = 0
@@ -73,7 +73,7 @@ def cut_nothing(b, table, first, live):
 def pause(b, table, first, live):
     """Revoke the collision of lanes whose flight was cut within voxels.
 
-    Lane fields: reads `cut`; updates `collides`, `collisions`.
+    Fields: reads `cut`; updates `collides`, `collisions`.
     """
     paused = 0
     for k in range(first, live):
@@ -92,11 +92,8 @@ def collide_in_grid(b, table, first, live):
     of two kinds: each moves to the next macro cell; once half of them have reached a tentative collision,
     these are decided.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`;
-    updates `distance`, `hit`, `u0`, `walk_lane`, `walk_state`, `walk_history`, `walk_event`, `walk_turns`,
-    `walk_chance`, `walk_draw`, `walk_t`, `walk_end`, `walk_depth`, `walk_top`, `walk_i, walk_j, walk_m`,
-    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `walk_ix, walk_iy, walk_iz`, `walk_cell`,
-    `voxel`, `open`, `sure`, `level`; writes `survival`, `cut`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`; updates
+    `distance`, `hit`, `u0`, `voxel`, `open`, `sure`, `level`, all `walk_` fields; writes `survival`, `cut`.
     """
     tops = view(table.tops, table.top_count, np.float64)
     levels = view(table.levels, table.level_count, np.uint8)
@@ -170,7 +167,7 @@ def attenuate_in_grid(b, table, first, live):
 
     The ledger takes the difference of the exact sums before and after.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`, `start`, `distance`, `medium`, `flies`; updates
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `start`, `distance`, `medium`, `flies`; updates
     `weight`.
     """
     absorption = view(table.absorption, table.absorption_count, np.float64)
@@ -200,7 +197,7 @@ def absorb_share(b, table, first, live):
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.
 
-    Lane fields: reads `survival`; updates `weight`, `collides`; writes `high`, `low`.
+    Fields: reads `survival`; updates `weight`, `collides`; writes `high`, `low`.
     """
     for k in range(first, live):
         collides, before = b.collides[k] != 0, b.weight[k]

@@ -9,7 +9,7 @@ from transport.engine.passes import lane_pass
 def mark_visit(b, table, first, live):
     """Set the visit bit of the object at this crossing, where a detector has it in `via`.
 
-    Lane fields: reads `hit`; updates `visited`.
+    Fields: reads `hit`; updates `visited`.
     """
     rows, layer = view(table.rows, table.count, LAYER), table.layer
     for k in range(first, live):
@@ -22,7 +22,7 @@ def mark_visit(b, table, first, live):
 def require_visits(b, table, first, live):
     """Drop the bin of lanes that have not visited all objects in the detector's `via`.
 
-    Lane fields: reads `visited`, `meter`; updates `bin`.
+    Fields: reads `visited`, `meter`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
@@ -36,7 +36,7 @@ def require_visits(b, table, first, live):
 def require_reflections(b, table, first, live):
     """Drop the bin of lanes whose number of reflections lies outside the detector's `events`.
 
-    Lane fields: reads `reflections`, `meter`; updates `bin`.
+    Fields: reads `reflections`, `meter`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):

@@ -41,7 +41,7 @@ def wanted_at(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
 def begin_where_important(b, table, first, live):
     """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
     """
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
@@ -56,7 +56,7 @@ def begin_where_important(b, table, first, live):
 def cut_flight(b, table, first, live):
     """Cut a flight in a medium at the station where importance has doubled, unless it ends before.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `start`, `mfp`, `sigma_a`, `flies`; updates `distance`; writes
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `mfp`, `sigma_a`, `flies`; updates `distance`; writes
     `cut`.
     """
     has_grids = table.has_grids != 0
@@ -79,7 +79,7 @@ def pause_at_station(b, table, first, live):
 
     Mark collisions and stations for weighting.
 
-    Lane fields: updates `cut`, `collides`, `collisions`.
+    Fields: updates `cut`, `collides`, `collisions`.
     """
     paused = 0
     for k in range(first, live):
@@ -97,7 +97,7 @@ def weigh_by_importance(b, table, first, live):
 
     The ledger takes the weight killed less the weight gained.
 
-    Lane fields: reads `x, y, z`, `birth`, `history`, `event`, `cut`; updates `weight`; writes `copies`.
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `cut`; updates `weight`; writes `copies`.
     """
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     total_high, total_low = 0, 0

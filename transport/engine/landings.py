@@ -33,7 +33,7 @@ def stand_on_sheet(b, table, first, live):
 
     The gather is a pass of its own because it would slow down a longer loop.
 
-    Lane fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
+    Fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
@@ -48,7 +48,7 @@ def stand_on_sheet(b, table, first, live):
 def put_back_on_sphere(b, table, first, live):
     """On a sphere: set the normal from the point, and project the point to the radius.
 
-    Lane fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
+    Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
@@ -69,7 +69,7 @@ def put_back_on_sphere(b, table, first, live):
 def take_cosine(b, table, first, live):
     """Set mu = u·n: negative where the particle moves against the normal.
 
-    Lane fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
     """
     for k in range(first, live):
         b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
@@ -82,7 +82,7 @@ def tell_leaving(b, table, first, live):
 
     At an edge a ray may enter by one face and leave by another.
 
-    Lane fields: reads `sheet`, `mu`; updates `stood`.
+    Fields: reads `sheet`, `mu`; updates `stood`.
     """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
@@ -96,7 +96,7 @@ def remember_origin(b, table, first, live):
 
     They give the side of every surface that the flight did not cross.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `left`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `left`.
     """
     for k in range(first, live):
         start = b.start[k] if b.start[k] < 0.0 else 0.0  # the origin of a ray that has passed detectors
@@ -134,7 +134,7 @@ def keep_to_side(b, table, first, live):
     both by more than rounding; a shorter flight within such a corner keeps little of its length. Only if the
     ray grazes the other surface, the point moves along that surface's normal.
 
-    Lane fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `left`; updates `x, y, z`.
+    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `left`; updates `x, y, z`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     alpha, beta, gamma = table.alpha, table.beta, table.gamma

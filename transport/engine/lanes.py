@@ -38,7 +38,7 @@ def fill_gaps(b, table, first, live):
     be forgotten. While less than 1/16 of the lanes have ended, they stay as idle lanes: at weight 0 they
     score nothing, and moving costs more.
 
-    Lane fields: reads `weight`.
+    Fields: reads `weight`.
     """
     ended = 0
     for k in range(live):
@@ -74,7 +74,7 @@ def part(b, table, first, live):
     Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
     runs from there on. Returns the number of lanes kept.
 
-    Lane fields: reads `weight`, `hit`; updates `crossings`; writes `first`.
+    Fields: reads `weight`, `hit`; updates `crossings`; writes `first`.
     """
     going, met = 0, 0
     for k in range(live):

@@ -223,8 +223,8 @@ def next_facet(
 def meet_mesh(b, table, first, live):
     """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`, `rx`; updates
-    `distance`; writes `hit`, `facet`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`; updates `distance`; writes
+    `hit`, `facet`.
     """
     nodes, places = (
         view(table.nodes, table.node_count, NODE),
@@ -257,8 +257,8 @@ def cover_mesh(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`, `crossed`, `rx`;
-    updates `distance`, `hit`; writes `facet`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`, `crossed`; updates
+    `distance`, `hit`; writes `facet`.
     """
     nodes, places = (
         view(table.nodes, table.node_count, NODE),
@@ -271,6 +271,7 @@ def cover_mesh(b, table, first, live):
         if (b.hit[k] >> SHEET_SHIFT) == sheet:  # the same mesh
             b.hit[k] |= code
         elif b.weight[k] != 0.0:
+            # Which facets at the current distance have been crossed already.
             passed = b.sheet[k] >> PASSED_SHIFT
             own = b.footing[k] if (b.sheet[k] & STANDING) == sheet else -1
             last = NEVER
@@ -292,8 +293,8 @@ def stand_on_facet(b, table, first, live):
 
     The facet of an acting mesh becomes the lane's `footing`, that of a transparent detector its `crossed`.
 
-    Lane fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `footing`, `crossed`, `nx,
-    ny, nz`.
+    Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `footing`, `crossed`,
+    `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, MESHED_SHEET)
     for k in range(first, live):
@@ -321,7 +322,7 @@ def stand_on_facet(b, table, first, live):
 def born_on_mesh(b, table, first, live):
     """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
 
-    Lane fields: reads `history`; writes `x, y, z`, `footing`, `facet`, `nx, ny, nz`.
+    Fields: reads `history`; writes `x, y, z`, `footing`, `facet`, `nx, ny, nz`.
     """
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)

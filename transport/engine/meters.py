@@ -29,7 +29,7 @@ from transport.physics.device import device
 def look_up_meter(b, table, first, live):
     """Set the packed word of the detector of this layer on the sheet that was hit.
 
-    Lane fields: reads `hit`; writes `look`.
+    Fields: reads `hit`; writes `look`.
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
@@ -58,7 +58,7 @@ def cosine_bin(look, mu):
 def bin_arrivals(b, table, first, live):
     """Find the cosine bin of arrivals at the detector's side, and the integers to score.
 
-    Lane fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
     `grazes`.
     """
     layer, any_grazes, salt = table.layer, 0, salt_of(b.seed_low, b.batch)
@@ -79,7 +79,7 @@ def bin_arrivals(b, table, first, live):
 def bin_departures(b, table, first, live):
     """Find the cosine bin of departures from the detector's side, and the integers to score.
 
-    Lane fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
     `grazes`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
@@ -100,7 +100,7 @@ def bin_departures(b, table, first, live):
 def bin_crossings(b, table, first, live):
     """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
 
-    Lane fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
     `grazes`.
     """
     layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
@@ -121,7 +121,7 @@ def bin_crossings(b, table, first, live):
 def score(b, table, first, live):
     """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one.
 
-    Lane fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
     """
     n = 0
     for k in range(first, live):  # no branch, so no misprediction
@@ -138,7 +138,7 @@ def score(b, table, first, live):
 def score_all(b, table, first, live):
     """The same where nearly every lane has a bin; row 0 takes the others and is never read.
 
-    Lane fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
     """
     for k in range(first, live):
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
@@ -153,7 +153,7 @@ def score_moments(b, table, first, live):
     Matter of speed v has momentum v per unit mass, light of energy w has w/v; both relative to the scene's
     extreme speeds.
 
-    Lane fields: reads `weight`, `speed`, `mu`, `bin`.
+    Fields: reads `weight`, `speed`, `mu`, `bin`.
     """
     n, fastest, slowest, is_light = 0, table.fastest, table.slowest, table.is_light
     for k in range(first, live):

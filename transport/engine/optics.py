@@ -36,7 +36,7 @@ def look_up_optics(b, table, first, live):
 
     The gather is a pass of its own because it would slow down a longer loop.
 
-    Lane fields: reads `hit`, `mu`; writes `ratio`, `before`, `behind`, `excess`, `roughness`, `through`.
+    Fields: reads `hit`, `mu`; writes `ratio`, `before`, `behind`, `excess`, `roughness`, `through`.
     """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
@@ -57,7 +57,7 @@ def choose_to_pass(b, table, first, live):
 
     The uniform u0 is rescaled within its subinterval and reused.
 
-    Lane fields: updates `through`, `u0`.
+    Fields: updates `through`, `u0`.
     """
     for k in range(first, live):
         u, share = b.u0[k], b.through[k]
@@ -72,7 +72,7 @@ def choose_to_pass(b, table, first, live):
 def let_pass(b, table, first, live):
     """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1.
 
-    Lane fields: reads `nx, ny, nz`, `through`; updates `ux, uy, uz`, `mu`.
+    Fields: reads `nx, ny, nz`, `through`; updates `ux, uy, uz`, `mu`.
     """
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
@@ -92,7 +92,7 @@ def refract(b, table, first, live):
     is not in. It then goes straight on, so that no medium is mistaken for another. Elsewhere such a
     contradiction is a fault of the scene, and is counted in the ledger.
 
-    Lane fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `before`, `behind`, `excess`, `u0`; updates
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `before`, `behind`, `excess`, `u0`; updates
     `ux, uy, uz`, `index`, `mu`.
     """
     astray = 0
@@ -125,7 +125,7 @@ def reflect_glossily(b, table, first, live):
 
     With probability G2/G1 the ray leaves; else `lobe` receives a rescaled uniform.
 
-    Lane fields: reads `hit`, `nx, ny, nz`, `roughness`, `u0`, `u1`, `u3`; updates `ux, uy, uz`, `mu`; writes
+    Fields: reads `hit`, `nx, ny, nz`, `roughness`, `u0`, `u1`, `u3`; updates `ux, uy, uz`, `mu`; writes
     `lobe`.
     """
     for k in range(first, live):
@@ -156,7 +156,7 @@ def reflect_glossily(b, table, first, live):
 def spread_lobe(b, table, first, live):
     """Sample the direction of masked rays from the lobe of multiple scattering (Kulla and Conty 2017).
 
-    Lane fields: reads `weight`, `hit`, `nx, ny, nz`, `lobe`, `u4`; updates `mu`; writes `ux, uy, uz`.
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `lobe`, `u4`; updates `mu`; writes `ux, uy, uz`.
     """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
@@ -183,7 +183,7 @@ def bend_by_lens(b, table, first, live):
 
     Rays for which no direction remains go back along their path.
 
-    Lane fields: reads `x, y, z`, `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
+    Fields: reads `x, y, z`, `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
     """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):

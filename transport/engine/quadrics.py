@@ -25,7 +25,7 @@ from transport.physics.streams import POSITION, random_words, uniform
 def meet_quadric(b, table, first, live):
     """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
@@ -55,7 +55,7 @@ def cover_quadric(b, table, first, live):
 
     On the sheet of the nearest hit, adds its bit to the hit.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
     """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
@@ -89,7 +89,7 @@ def cover_quadric(b, table, first, live):
 def put_back_on_quadric(b, table, first, live):
     """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
 
-    Lane fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
+    Fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
     """
     sheets = view(table.rows, table.count, CURVED_SHEET)
     for k in range(first, live):
@@ -120,7 +120,7 @@ def born_on_band(b, table, first, live):
     The height is the root of the linear cumulative law in a form without cancellation; for equal ends that is
     the share u of the height.
 
-    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -154,7 +154,7 @@ def born_on_paraboloid(b, table, first, live):
 
     first, last of the table: this quantity at both ends.
 
-    Lane fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz

@@ -74,7 +74,7 @@ def along_surface(ax, ay, az, nx, ny, nz):
 def know_meter(b, table, first, live):
     """Set the index of the detector's row, for the bin axes that follow.
 
-    Lane fields: reads `hit`; writes `meter`.
+    Fields: reads `hit`; writes `meter`.
     """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
@@ -88,7 +88,7 @@ def refine_by_time(b, table, first, live):
 
     Each bin of time has outside rows of its own for direction and position.
 
-    Lane fields: reads `time`, `meter`; updates `home`, `bin`.
+    Fields: reads `time`, `meter`; updates `home`, `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
@@ -106,7 +106,7 @@ def refine_by_time(b, table, first, live):
 def refine_by_speed(b, table, first, live):
     """Bin by speed, with outside rows like those of time.
 
-    Lane fields: reads `speed`, `meter`; updates `home`, `bin`.
+    Fields: reads `speed`, `meter`; updates `home`, `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
@@ -124,7 +124,7 @@ def refine_by_speed(b, table, first, live):
 def refine_by_cosine(b, table, first, live):
     """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
 
-    Lane fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
+    Fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
@@ -148,7 +148,7 @@ def refine_by_cosine(b, table, first, live):
 def refine_by_azimuth(b, table, first, live):
     """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
 
-    Lane fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
@@ -185,7 +185,7 @@ def refine_by_place(b, table, first, live):
 
     Radius and azimuth; polar angle and azimuth.
 
-    Lane fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
+    Fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
     """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):

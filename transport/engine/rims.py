@@ -71,7 +71,7 @@ def draw_back_from_edge(b, table, first, live):
 
     Does nothing if no lane did, the usual case.
 
-    Lane fields: reads `ux, uy, uz`, `hit`; updates `x, y, z`, `nx, ny, nz`; writes `mu`.
+    Fields: reads `ux, uy, uz`, `hit`; updates `x, y, z`, `nx, ny, nz`; writes `mu`.
     """
     any_edge = 0
     for k in range(first, live):

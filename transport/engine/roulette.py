@@ -35,7 +35,7 @@ def play_roulette(b, table, first, live):
 
     Survivors have share `level`.
 
-    Lane fields: reads `birth`, `hit`, `u2`; updates `weight`.
+    Fields: reads `birth`, `hit`, `u2`; updates `weight`.
     """
     total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):
@@ -52,7 +52,7 @@ def play_roulette(b, table, first, live):
 def play_roulette_by_importance(b, table, first, live):
     """Play Russian roulette at walls, below half the weight wanted there, which survivors have.
 
-    Lane fields: reads `x, y, z`, `birth`, `history`, `event`, `hit`; updates `weight`.
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `hit`; updates `weight`.
     """
     total_high, total_low = 0, 0
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -72,7 +72,7 @@ def play_roulette_by_importance(b, table, first, live):
 def play_roulette_in_flight(b, table, first, live):
     """Play Russian roulette at collisions, below a share `threshold` of the birth weight.
 
-    Lane fields: reads `birth`; updates `weight`, `u0`, `collides`.
+    Fields: reads `birth`; updates `weight`, `u0`, `collides`.
     """
     total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):

@@ -61,7 +61,7 @@ def _body(plan, medium):
 def rounds_of(plan, moved):
     """Yield the steps of a flight up to a surface or a collision."""
     importance = importance_row(plan) if plan.splits else None
-    # Sample a free path, or look as far as the next surface.
+    # Sample a free path, or fly to the next surface.
     if plan.forces:
         yield step(forcing.fly_or_be_forced)
     elif plan.scatters:

@@ -28,7 +28,7 @@ SLANT_UNITS = 1 << 22  # units of a slant of 1
 def draw_cell(b, table, first, live):
     """Assign cells in turn, from a random one on: per batch each has equally many histories, or one more.
 
-    Lane fields: reads `history`; writes `cell`.
+    Fields: reads `history`; writes `cell`.
     """
     w0, w1, _, _ = random_words(table.part, b.batch, 1, SHARES, b.seed_low, b.seed_high)
     cells = uint64(table.cells)
@@ -44,7 +44,7 @@ def draw_cell(b, table, first, live):
 def draw_place(b, table, first, live):
     """Draw the uniforms u0, u1 for a position in a cell.
 
-    Lane fields: reads `history`; writes `u0`, `u1`.
+    Fields: reads `history`; writes `u0`, `u1`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -57,7 +57,7 @@ def draw_place(b, table, first, live):
 def draw_direction(b, table, first, live):
     """Draw the uniforms u2, u3 for a direction in a cell.
 
-    Lane fields: reads `history`; writes `u2`, `u3`.
+    Fields: reads `history`; writes `u2`, `u3`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -77,7 +77,7 @@ def between(edges, cells, number, u):
 def find_place(b, table, first, live):
     """Set the two coordinates, uniform in area, within the cell's bin of position.
 
-    Lane fields: reads `cell`; updates `u0`, `u1`.
+    Fields: reads `cell`; updates `u0`, `u1`.
     """
     for k in range(first, live):
         number = (b.cell[k] - table.first) // (table.mu_cells * table.turn_cells)
@@ -90,7 +90,7 @@ def find_place(b, table, first, live):
 def find_direction(b, table, first, live):
     """Set the two coordinates, uniform in their measure, within the cell's bin of direction.
 
-    Lane fields: reads `cell`; updates `u2`, `u3`.
+    Fields: reads `cell`; updates `u2`, `u3`.
     """
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
@@ -105,7 +105,7 @@ def find_hemisphere_direction(b, table, first, live):
 
     The sine is computed apart because it keeps its digits near the normal.
 
-    Lane fields: reads `cell`; updates `u2`, `u3`; writes `u4`.
+    Fields: reads `cell`; updates `u2`, `u3`; writes `u4`.
     """
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
@@ -126,7 +126,7 @@ def wrapped(turn):
 def start_on_rectangle(b, table, first, live):
     """Set the position on a rectangle from its lengths u0, u1.
 
-    Lane fields: reads `u0`, `u1`; writes `x, y, z`.
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
@@ -140,7 +140,7 @@ def start_on_rectangle(b, table, first, live):
 def start_on_disk(b, table, first, live):
     """Set the position on a disk from squared radius u0 and azimuth u1.
 
-    Lane fields: reads `u0`, `u1`; writes `x, y, z`.
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
@@ -156,7 +156,7 @@ def start_on_disk(b, table, first, live):
 def start_on_sphere(b, table, first, live):
     """Set position and normal on a sphere from the cosine to its axis u0 and the azimuth u1 (Archimedes).
 
-    Lane fields: reads `u0`, `u1`; writes `x, y, z`, `nx, ny, nz`.
+    Fields: reads `u0`, `u1`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, ax, ay, az = table.evx, table.evy, table.evz, table.nx, table.ny, table.nz
@@ -176,7 +176,7 @@ def start_on_sphere(b, table, first, live):
 def look_from_plane(b, table, first, live):
     """Set a direction by the cosine law within the cell's bin, for one common normal.
 
-    Lane fields: reads `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    Fields: reads `u2`, `u3`, `u4`; writes `ux, uy, uz`.
     """
     side, handed = table.side, table.handed
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
@@ -196,7 +196,7 @@ def look_from_plane(b, table, first, live):
 def look_from_surface(b, table, first, live):
     """Set a direction by the cosine law about the local normal; e_v is the projected axis of the shape.
 
-    Lane fields: reads `nx, ny, nz`, `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    Fields: reads `nx, ny, nz`, `u2`, `u3`, `u4`; writes `ux, uy, uz`.
     """
     ax, ay, az, ox, oy, oz = table.nx, table.ny, table.nz, table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -221,7 +221,7 @@ def look_from_surface(b, table, first, live):
 def look_evenly(b, table, first, live):
     """Set a direction from its cosine to +z and azimuth: uniform in solid angle.
 
-    Lane fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
     """
     for k in range(first, live):
         mu = b.u2[k]
@@ -235,7 +235,7 @@ def look_evenly(b, table, first, live):
 def look_into_cone(b, table, first, live):
     """Set a direction uniform in the solid angle of a cone: 1 - cos uniform up to `spread`.
 
-    Lane fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
     """
     ax, ay, az, spread = table.axis_x, table.axis_y, table.axis_z, table.spread
     for k in range(first, live):
@@ -250,7 +250,7 @@ def look_into_cone(b, table, first, live):
 def look_through_pixel(b, table, first, live):
     """Set the direction through a point of the image plane at distance 1.
 
-    Lane fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
     """
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = table.nx, table.ny, table.nz
@@ -268,7 +268,7 @@ def look_through_pixel(b, table, first, live):
 def weigh_pixel(b, table, first, live):
     """Weight by solid angle per area of the image plane, cos^3: the mean is per solid angle.
 
-    Lane fields: reads `ux, uy, uz`; updates `weight`.
+    Fields: reads `ux, uy, uz`; updates `weight`.
     """
     nx, ny, nz = table.nx, table.ny, table.nz
     for k in range(first, live):
@@ -281,7 +281,7 @@ def weigh_pixel(b, table, first, live):
 def weigh_by_plane(b, table, first, live):
     """Weight uniform directions by their cosine to the side; 0 below its horizon.
 
-    Lane fields: reads `ux, uy, uz`; updates `weight`.
+    Fields: reads `ux, uy, uz`; updates `weight`.
     """
     nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     for k in range(first, live):
@@ -294,7 +294,7 @@ def weigh_by_plane(b, table, first, live):
 def weigh_by_surface(b, table, first, live):
     """The same about the local normal.
 
-    Lane fields: reads `ux, uy, uz`, `nx, ny, nz`; updates `weight`.
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; updates `weight`.
     """
     for k in range(first, live):
         mu = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
@@ -310,7 +310,7 @@ def refine_by_cell(b, table, first, live):
 
     No reading needs weight/|mu| of these rows: their slant counts the rays that are among the strongest.
 
-    Lane fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
+    Fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
     """
     meters, half = view(table.meters, table.meter_count, METER), table.half
     for k in range(first, live):
@@ -326,7 +326,7 @@ def refine_by_cell(b, table, first, live):
 def score_way_by_cell(b, table, first, live):
     """Score weight times path length in a source that fills a volume, by cell of birth.
 
-    Lane fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
     """
     total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
@@ -344,7 +344,7 @@ def score_way_by_cell(b, table, first, live):
 def score_way_by_cell_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length.
 
-    Lane fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
+    Fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
     """
     total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):

@@ -37,7 +37,7 @@ def take_shadows(b, table, first, live):
 
     Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
 
-    Lane fields: updates `cast`, `taken`.
+    Fields: updates `cast`, `taken`.
     """
     moves = view(table.rows, table.count, WORD)
     here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
@@ -61,7 +61,7 @@ def take_shadows(b, table, first, live):
 def look_for_point(b, table, first, live):
     """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
 
-    Lane fields: reads `weight`, `gap`; writes `distance`, `hit`.
+    Fields: reads `weight`, `gap`; writes `distance`, `hit`.
     """
     for k in range(first, live):
         b.distance[k] = b.gap[k] if b.weight[k] != 0.0 else 0.0
@@ -73,7 +73,7 @@ def look_for_point(b, table, first, live):
 def dim(b, table, first, live):
     """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
 
-    Lane fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
+    Fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
     """
     for k in range(first, live):
         depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])
@@ -85,7 +85,7 @@ def dim(b, table, first, live):
 def dim_in_grid(b, table, first, live):
     """The same in voxels, with the exact optical depth.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
     """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
@@ -104,7 +104,7 @@ def arrive(b, table, first, live):
 
     Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
 
-    Lane fields: reads `hit`, `tally`, `leg`; updates `weight`, `scored`.
+    Fields: reads `hit`, `tally`, `leg`; updates `weight`, `scored`.
     """
     arrived = 0
     for k in range(first, live):  # no branch, so no misprediction

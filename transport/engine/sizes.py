@@ -30,7 +30,7 @@ def score_and_size(b, table, first, live):
 
     A batch whose number has a bit of `resting` counts none.
 
-    Lane fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     n, one = 0, 1 if b.batch & table.resting == 0 else 0
@@ -51,7 +51,7 @@ def score_all_and_size(b, table, first, live):
 
     Row 0 and the first cells take the others and are never read.
 
-    Lane fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
     """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     if b.batch & table.resting != 0:

@@ -32,7 +32,7 @@ def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
 def count_phase_space(b, table, first, live):
     """Add each particle alive at the instant to its phase-space bin, or to the outside row.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`, `time`, `speed`, `arrival`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`, `time`, `speed`, `arrival`.
     """
     n, instant = 0, table.time
     for k in range(first, live):  # no branch, so no misprediction
@@ -82,8 +82,8 @@ def add_velocity(address, value):
 def record_snapshot(b, table, first, live):
     """Record the state of one in `stride` histories alive at the instant.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `time`, `speed`, `arrival`;
-    updates `recorded`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `time`, `speed`, `arrival`; updates
+    `recorded`.
     """
     n, instant = 0, table.time
     for k in range(first, live):

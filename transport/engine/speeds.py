@@ -46,7 +46,7 @@ def quantile(octaves, cells, u):
 def take_speed(b, table, first, live):
     """Set one speed for all particles of this emitter.
 
-    Lane fields: writes `speed`.
+    Fields: writes `speed`.
     """
     speed = table.vx
     for k in range(first, live):
@@ -58,7 +58,7 @@ def take_speed(b, table, first, live):
 def draw_speed(b, table, first, live):
     """Draw the uniform (u0) from which a speed is computed.
 
-    Lane fields: reads `history`; writes `u0`.
+    Fields: reads `history`; writes `u0`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -71,7 +71,7 @@ def draw_speed(b, table, first, live):
 def take_quantile(b, table, first, live):
     """Set the speed at cumulative probability u0, for a smooth distribution.
 
-    Lane fields: reads `u0`; writes `speed`.
+    Fields: reads `u0`; writes `speed`.
     """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
@@ -93,7 +93,7 @@ def take_quantile(b, table, first, live):
 def take_stepped_quantile(b, table, first, live):
     """Set the speed at cumulative probability u0, for any distribution.
 
-    Lane fields: reads `u0`; writes `speed`.
+    Fields: reads `u0`; writes `speed`.
     """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
@@ -106,7 +106,7 @@ def take_stepped_quantile(b, table, first, live):
 def add_drift(b, table, first, live):
     """Add a drift to the velocity; a negative speed reverses the direction, a particle at rest keeps it.
 
-    Lane fields: updates `ux, uy, uz`, `speed`.
+    Fields: updates `ux, uy, uz`, `speed`.
     """
     dx, dy, dz = table.vx, table.vy, table.vz
     for k in range(first, live):
@@ -122,7 +122,7 @@ def emit_from_drifting_gas(b, table, first, live):
 
     The normal component is sampled by its inverse CDF, the tangential ones are Gaussian about the drift.
 
-    Lane fields: reads `history`; writes `ux, uy, uz`, `speed`.
+    Fields: reads `history`; writes `ux, uy, uz`, `speed`.
     """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
@@ -148,7 +148,7 @@ def emit_from_drifting_gas(b, table, first, live):
 def take_wall_speed(b, table, first, live):
     """Set a speed sampled from the thermal wall that reflected the particle.
 
-    Lane fields: reads `weight`, `hit`, `u4`; writes `speed`.
+    Fields: reads `weight`, `hit`, `u4`; writes `speed`.
     """
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):

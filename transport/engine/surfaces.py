@@ -34,7 +34,7 @@ WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)
 def look_up_surface(b, table, first, live):
     """Set the albedo of the acting surface; row 0 transmits everything.
 
-    Lane fields: reads `hit`; writes `albedo`.
+    Fields: reads `hit`; writes `albedo`.
     """
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
@@ -46,7 +46,7 @@ def look_up_surface(b, table, first, live):
 def draw_again(b, table, first, live):
     """Draw a second random block (u3, u4), for mixtures and thermal walls.
 
-    Lane fields: reads `history`, `event`; writes `u3`, `u4`.
+    Fields: reads `history`, `event`; writes `u3`, `u4`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -63,7 +63,7 @@ def choose_part(b, table, first, live):
 
     The hit becomes that of the chosen row. The uniform u3 is rescaled within the part's share and reused.
 
-    Lane fields: reads `mu`; updates `hit`, `u3`.
+    Fields: reads `mu`; updates `hit`, `u3`.
     """
     surfaces, optics = view(table.rows, table.count, SURFACE), view(table.others, table.other_count, OPTICS)
     for k in range(first, live):
@@ -88,7 +88,7 @@ def absorb(b, table, first, live):
 
     `high`, `low` receive the absorbed weight as a difference of exact sums.
 
-    Lane fields: reads `albedo`; updates `weight`; writes `high`, `low`.
+    Fields: reads `albedo`; updates `weight`; writes `high`, `low`.
     """
     for k in range(first, live):
         before = b.weight[k]
@@ -104,7 +104,7 @@ def absorb(b, table, first, live):
 def account_absorbed(b, table, first, live):
     """Add the absorbed weight to the ledger row of each surface.
 
-    Lane fields: reads `hit`, `high`, `low`.
+    Fields: reads `hit`, `high`, `low`.
     """
     rows = b.ledger + 32 * ABSORBED
     for k in range(first, live):
@@ -117,7 +117,7 @@ def account_absorbed(b, table, first, live):
 def draw(b, table, first, live):
     """Draw one random block (u0, u1, u2) for all samples of this event.
 
-    Lane fields: reads `history`, `hit`; updates `event`; writes `u0`, `u1`, `u2`.
+    Fields: reads `history`, `hit`; updates `event`; writes `u0`, `u1`, `u2`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -131,7 +131,7 @@ def draw(b, table, first, live):
 def reflect_diffusely(b, table, first, live):
     """Sample a direction by the cosine law about the normal on the side of arrival (material DIFFUSE).
 
-    Lane fields: reads `hit`, `nx, ny, nz`, `u0`, `u1`; updates `ux, uy, uz`, `mu`.
+    Fields: reads `hit`, `nx, ny, nz`, `u0`, `u1`; updates `ux, uy, uz`, `mu`.
     """
     for k in range(first, live):
         flip = -1.0 if b.mu[k] > 0.0 else 1.0
@@ -147,7 +147,7 @@ def reflect_diffusely(b, table, first, live):
 def reflect_specularly(b, table, first, live):
     """Reflect the direction at the normal (material MIRROR).
 
-    Lane fields: reads `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
+    Fields: reads `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
     """
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
@@ -162,7 +162,7 @@ def reflect_specularly(b, table, first, live):
 def count_reflections(b, table, first, live):
     """Count the reflection of lanes at an acting surface.
 
-    Lane fields: reads `hit`; updates `reflections`.
+    Fields: reads `hit`; updates `reflections`.
     """
     for k in range(first, live):
         acts = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) != TRANSPARENT
@@ -174,7 +174,7 @@ def count_reflections(b, table, first, live):
 def give_up(b, table, first, live):
     """End a history of MOST_EVENTS events as lost: the scene confines light and absorbs none.
 
-    Lane fields: reads `event`; updates `weight`, `given_up`.
+    Fields: reads `event`; updates `weight`, `given_up`.
     """
     any_endless = 0
     for k in range(first, live):

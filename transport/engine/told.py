@@ -34,7 +34,7 @@ def tell_births(b, table, first, live):
 
     0 if no next-event ray was cast.
 
-    Lane fields: reads `x, y, z`; writes `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`; writes `told`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
@@ -48,7 +48,7 @@ def tell_walls(b, table, first, live):
 
     0 at mirrors, glass and lenses, whose directions no ray can sample.
 
-    Lane fields: reads `x, y, z`, `hit`; updates `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`, `hit`; updates `told`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
@@ -64,7 +64,7 @@ def tell_walls(b, table, first, live):
 def tell_collisions(b, table, first, live):
     """Record the same at collisions.
 
-    Lane fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
+    Fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
     """
     peak = table.peak
     for k in range(first, live):
@@ -78,7 +78,7 @@ def tell_collisions(b, table, first, live):
 def keep_weight(b, table, first, live):
     """Save the full weight.
 
-    Lane fields: reads `weight`; writes `kept`.
+    Fields: reads `weight`; writes `kept`.
     """
     for k in range(first, live):
         b.kept[k] = b.weight[k]
@@ -89,7 +89,7 @@ def keep_weight(b, table, first, live):
 def hold_back(b, table, first, live):
     """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
 
-    Lane fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
+    Fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
     """
     cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
@@ -107,7 +107,7 @@ def hold_back(b, table, first, live):
 def give_back(b, table, first, live):
     """Restore the full weight.
 
-    Lane fields: reads `kept`; writes `weight`.
+    Fields: reads `kept`; writes `weight`.
     """
     for k in range(first, live):
         b.weight[k] = b.kept[k]
@@ -118,8 +118,7 @@ def give_back(b, table, first, live):
 def count_in_guard(b, table, first, live):
     """Count flights through a ball around a detector that have no next-event ray, by sheet of origin.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `told`; updates
-    `score`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `told`; updates `score`.
     """
     cx, cy, cz, radius2, begin = table.cx, table.cy, table.cz, table.radius2, table.first
     counts, n = view(b.sizes, table.cells, np.int64), 0

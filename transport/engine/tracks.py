@@ -11,8 +11,8 @@ WAY_BYTES = WAY.itemsize
 def write_ways(b, table, first, live):
     """Record each flight of this round, after volumes.reach_next; without room it is only counted.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `reach`;
-    updates `walked`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `reach`; updates
+    `walked`.
     """
     for k in range(first, live):
         if b.weight[k] != 0.0 and b.reach[k] > b.start[k]:

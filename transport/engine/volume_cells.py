@@ -29,7 +29,7 @@ called = njit(**ARITHMETIC)
 def find_even_bins(b, table, first, live):
     """Set the direction bin of each lane, where bins of equal width cover all directions.
 
-    Lane fields: reads `ux, uy, uz`; writes `bin`.
+    Fields: reads `ux, uy, uz`; writes `bin`.
     """
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz, cosines, turns = (
@@ -54,7 +54,7 @@ def find_even_bins(b, table, first, live):
 def direction_bin(b, table, k):
     """Return the direction bin of lane k for any edges: 0 without bins of direction, and outside of them.
 
-    Lane fields: reads `ux, uy, uz`, `bin`.
+    Fields: reads `ux, uy, uz`, `bin`.
     """
     if table.is_even != 0:
         return b.bin[k]
@@ -82,7 +82,7 @@ def score_in_cell(b, table, k, number, bin, track, keep, count):
 
     count: 1, or 0 for a path left by rounding alone.
 
-    Lane fields: reads `history`; updates `scored`.
+    Fields: reads `history`; updates `scored`.
     """
     chance = chance_of(bits_of(track) ^ number, salt_of(b.seed_low, b.batch) + b.history[k])
     high, low = fair_limbs(track * table.scale, chance)
@@ -98,7 +98,7 @@ def score_in_cell(b, table, k, number, bin, track, keep, count):
 def score_part(b, table, k, number, bin, way, weight, fade, keep):
     """Score the path through one cell; returns the weight behind it.
 
-    Lane fields: reads `history`; updates `scored`.
+    Fields: reads `history`; updates `scored`.
     """
     mean, left = 1.0, weight
     if table.kept != 0:
@@ -130,15 +130,15 @@ def next_face(place, number, u, inverse, width, count):
 def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
     """Walk a flight through the voxels from distance t to `end` (Amanatides and Woo 1987).
 
-    Returns the weight left.
+    Returns the weight left. The distance of each face is computed from its number, so rounding does not
+    accumulate.
 
-    The distance of each face is computed from its number, so rounding does not accumulate.
-
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
     """
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
     px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
+    # First voxel, and the distances of the next face along each axis.
     i = number_along(px + t * ux, table.per_x, table.cells_x)
     j = number_along(py + t * uy, table.per_y, table.cells_y)
     m = number_along(pz + t * uz, table.per_z, table.cells_z)
@@ -154,6 +154,7 @@ def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
             number = (i * table.cells_y + j) * table.cells_z + m
             weight = score_part(b, table, k, number, bin, way, weight, fade, keep)
             t = face
+        # Step across the nearest face.
         if going:
             if face == t_x:
                 i += 1 if ux > 0.0 else -1
@@ -191,7 +192,7 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 
     Returns the weight left.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
     """
     count = table.cells_x
     radii = view(table.radii, count + 1, np.float64)
@@ -204,6 +205,7 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
     shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
     going = True
     while going:
+        # Next sphere: inwards until the ray's closest point, then outwards.
         inwards = (t < 0.0) & (shell >= 0)
         if inwards:
             inwards = radii[shell] > q
@@ -228,7 +230,7 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 def walk(b, table, k, bin, t, end, weight, fade, keep):
     """Walk through the cells of a volume from distance t on a flight to `end`; returns the weight left.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
     """
     if table.is_one != 0:
         return score_part(b, table, k, 0, bin, end - t, weight, fade, keep)
@@ -241,7 +243,7 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
 def walk_through_cells(b, table, first, live):
     """Score the path through each cell of a volume detector.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `lead`, `within`, `fade`,
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `lead`, `within`, `fade`,
     `keep`; updates `scored`.
     """
     n = 0
@@ -266,7 +268,7 @@ def walk_through_grid(b, table, first, live):
 
     Later passes skip these lanes (`within` = 0).
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `lead`; updates
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `lead`; updates
     `within`, `scored`.
     """
     n, grid, volume = 0, table.grid, table.volume
@@ -322,7 +324,7 @@ def walk_through_grid(b, table, first, live):
 def know_collisions(b, table, first, live):
     """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
 
-    Lane fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
+    Fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
     """
     for k in range(first, live):
         b.within[k] = b.mfp[k]
@@ -334,7 +336,7 @@ def know_collisions(b, table, first, live):
 def know_collisions_in_grid(b, table, first, live):
     """The same in a grid, from the voxel of the collision.
 
-    Lane fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.
+    Fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.
     """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
@@ -356,8 +358,8 @@ def know_collisions_in_grid(b, table, first, live):
 def score_collisions_in_box(b, table, first, live):
     """Score weight times mean free path at each collision in a box (collision estimator).
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`;
-    updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
     """
     n, hx, hy, hz = 0, table.hx, table.hy, table.hz
     for k in range(first, live):
@@ -379,8 +381,8 @@ def score_collisions_in_box(b, table, first, live):
 def score_collisions_in_ball(b, table, first, live):
     """The same in the shells of a ball.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`;
-    updates `scored`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
     """
     n, radius = 0, table.hx
     for k in range(first, live):

@@ -25,7 +25,7 @@ A_SCORE = 1 << 28  # contribution to driver.MOST_SCORED, so that the low limbs s
 def reach_next(b, table, first, live):
     """Set the end of the flight to the next hit; ended lanes have none (-inf).
 
-    Lane fields: reads `weight`, `distance`; writes `reach`.
+    Fields: reads `weight`, `distance`; writes `reach`.
     """
     for k in range(first, live):
         b.reach[k] = b.distance[k] if b.weight[k] != 0.0 else -math.inf
@@ -38,8 +38,7 @@ def reach_next_in_media(b, table, first, live):
 
     Also the absorption coefficient along the path, and the total one.
 
-    Lane fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `reach`, `fade`,
-    `keep`.
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `reach`, `fade`, `keep`.
     """
     for k in range(first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
@@ -53,7 +52,7 @@ def reach_next_in_media(b, table, first, live):
 def reach_until_end(b, table, first, live):
     """Limit the flight to the end of the clock, for one common speed.
 
-    Lane fields: reads `start`, `time`; updates `reach`.
+    Fields: reads `start`, `time`; updates `reach`.
     """
     slowness = table.slowness
     for k in range(first, live):
@@ -66,7 +65,7 @@ def reach_until_end(b, table, first, live):
 def reach_until_end_by_speed(b, table, first, live):
     """The same with the particle's own speed.
 
-    Lane fields: reads `start`, `time`, `speed`; updates `reach`.
+    Fields: reads `start`, `time`, `speed`; updates `reach`.
     """
     for k in range(first, live):
         last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]
@@ -78,7 +77,7 @@ def reach_until_end_by_speed(b, table, first, live):
 def reach_until_end_in_media(b, table, first, live):
     """The same in media, where light slows down by the refractive index.
 
-    Lane fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
+    Fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
     """
     rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
     for k in range(first, live):
@@ -104,7 +103,7 @@ def slab(o, u, half):
 def clip_to_box(b, table, first, live):
     """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986).
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
     """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
     for k in range(first, live):
@@ -128,7 +127,7 @@ def clip_to_box(b, table, first, live):
 def clip_to_ball(b, table, first, live):
     """The same for a ball, from the ray's point nearest to the centre, where the chord is symmetric.
 
-    Lane fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
     """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.hx
     for k in range(first, live):
@@ -151,7 +150,7 @@ def clip_to_ball(b, table, first, live):
 def score_way(b, table, first, live):
     """Score weight times path length in a volume of one cell (track-length estimator).
 
-    Lane fields: reads `weight`, `history`, `within`; updates `scored`.
+    Fields: reads `weight`, `history`, `within`; updates `scored`.
     """
     total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
@@ -181,7 +180,7 @@ def mean_of_fading(depth):
 def score_way_in_media(b, table, first, live):
     """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
 
-    Lane fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
+    Fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
     """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = salt_of(b.seed_low, b.batch)

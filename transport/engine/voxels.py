@@ -83,6 +83,7 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
         1.0 if vy >= 0.0 else 0.0,
         1.0 if vz >= 0.0 else 0.0,
     )
+    # Add extinction times length in each voxel, then step across the nearest face.
     t, depth, going = start, 0.0, True
     while going:
         t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz

@@ -39,9 +39,9 @@ def cross(b, table, first, last):
 
     Returns the numbers of walks that try a collision, that go on (or try), and that pause.
 
-    Lane fields: reads `walk_end`, `walk_top`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
-    `walk_ix, walk_iy, walk_iz`; updates `walk_state`, `walk_turns`, `walk_t`, `walk_depth`, `walk_i, walk_j,
-    walk_m`; writes `walk_cell`.
+    Fields: reads `walk_end`, `walk_top`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
+    `walk_ix, walk_iy, walk_iz`; updates `walk_state`, `walk_turns`, `walk_t`, `walk_depth`,
+    `walk_i, walk_j, walk_m`; writes `walk_cell`.
     """
     trying, walking, pausing = 0, 0, 0
     my, mz = table.my, table.mz
@@ -90,8 +90,8 @@ def look(b, table, first, last):
     Few need it where extinction hardly varies within a macro cell: below `sure` a collision is real in any
     case.
 
-    Lane fields: reads `walk_state`, `walk_chance`, `walk_t`, `walk_i, walk_j, walk_m`, `walk_px, walk_py,
-    walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure`; writes `voxel`, `open`.
+    Fields: reads `walk_state`, `walk_chance`, `walk_t`, `walk_i, walk_j, walk_m`,
+    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure`; writes `voxel`, `open`.
     """
     block = table.block * 1.0
     nx, ny, nz = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0
@@ -113,7 +113,7 @@ def decide(b, first, last):
     Returns the numbers of real, rejected and undecided collisions. The uniform is rescaled within its
     subinterval and reused.
 
-    Lane fields: reads `sure`, `level`; updates `walk_state`, `walk_chance`.
+    Fields: reads `sure`, `level`; updates `walk_state`, `walk_chance`.
     """
     real, rejected, unsure = 0, 0, 0
     for k in range(first, last):
@@ -136,7 +136,7 @@ def decide(b, first, last):
 def settle(b, k, extinction):
     """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real.
 
-    Lane fields: reads `walk_top`, `sure`, `level`; updates `walk_chance`; writes `walk_state`.
+    Fields: reads `walk_top`, `sure`, `level`; updates `walk_chance`; writes `walk_state`.
     """
     chance, share = b.walk_chance[k], extinction / b.walk_top[k]
     low = b.level[k] * (1.0 / LEVELS)
@@ -153,7 +153,7 @@ def settle(b, k, extinction):
 def draw_again(b, first, last):
     """Sample a new optical depth and a new uniform for walks whose collision was rejected.
 
-    Lane fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_chance`, `walk_draw`,
+    Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_chance`, `walk_draw`,
     `walk_depth`.
     """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -172,7 +172,7 @@ def draw_again(b, first, last):
 def end_in_place(b, first, last):
     """End the flights of walks that collided, while each walk is still in the row of its lane.
 
-    Lane fields: reads `walk_chance`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
+    Fields: reads `walk_chance`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
     """
     for k in range(first, last):
         collided = b.walk_state[k] == COLLIDED
@@ -186,7 +186,7 @@ def end_in_place(b, first, last):
 def list_of(b, state, first, last):
     """List the walks in a state; returns their number.
 
-    Lane fields: reads `walk_state`.
+    Fields: reads `walk_state`.
     """
     count = 0
     for k in range(first, last):  # no branch, so no misprediction
@@ -199,8 +199,7 @@ def list_of(b, state, first, last):
 def end_listed(b, count, cuts):
     """End the flights of listed walks at their current distance: by a collision (cuts 0) or cut (cuts 1).
 
-    Lane fields: reads `walk_lane`, `walk_chance`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`,
-    `walk_state`.
+    Fields: reads `walk_lane`, `walk_chance`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
     """
     for g in range(count):
         k = b.listed[g]
@@ -214,7 +213,7 @@ def end_listed(b, count, cuts):
 def close_ranks(b, words, first, last, walking):
     """Compact walks: move the last ones into the gaps of ended ones; returns the new end, in full vectors.
 
-    Lane fields: updates `walk_state`.
+    Fields: updates `walk_state`.
     """
     reach = int64(first) + walking
     gaps, movers = 0, 0

@@ -54,7 +54,7 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     steep, touches = a < 0.0, abs(d) <= rounding
     s = math.sqrt(d if d > 0.0 else 0.0) if (d > 0.0) | touches else math.nan
     s = math.nan if touches & (not touching) else s
-    # such a ray always hits the cone or its mirror image
+    # A ray steeper than the cone always hits it or its mirror image.
     s = (0.0 if touches | (d < 0.0) else s) if steep else s
     q = -b - s if b > 0.0 else -b + s
     first = q / a - h
