@@ -3,7 +3,7 @@
     @lane_pass(Table)
     def step(bundle, table, first, live): ...; return live
 
-The docstring of a pass lists the bundle's fields that it reads, updates and writes, without the random counter's.
+The docstring of a pass lists the bundle's fields that it reads, updates and writes (random counter omitted).
 
 It is compiled as a C callback when a program first needs it and cached on disk separately, so a new kind of
 scene compiles only its new passes. With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on
