@@ -2,4 +2,4 @@
 
 from transport.engine.families import FAMILIES
 
-globals().update(FAMILIES)  # files of passes, each read when a scene first calls for one of its own
+globals().update(FAMILIES)  # modules of passes, each loaded when a scene first needs one of its passes

@@ -1,6 +1,7 @@
-"""The only place with addresses: calling a pass, and seeing memory as an array; plain twins for NUMBA_DISABLE_JIT=1.
+"""Raw addresses: call a pass by address, view memory as an array, add to a row; with plain Python twins for
+NUMBA_DISABLE_JIT=1.
 
-Whoever takes an address keeps alive what it points to (program.Program holds its tables, driver.run_batch its sums).
+The owner of an address keeps its memory alive: program.Program its tables, driver.run_batch its sums.
 """
 
 import ctypes
@@ -13,6 +14,8 @@ from numba.extending import intrinsic
 
 @intrinsic
 def _pointer(typing_context, address):
+    """Convert an address (int64) to a void pointer."""
+
     def codegen(context, builder, signature, args):
         return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
 
@@ -21,6 +24,10 @@ def _pointer(typing_context, address):
 
 @intrinsic
 def _call_pass(typing_context, entry, bundle, table, first, live):
+    """Call the compiled pass at address `entry` as (bundle, table, first, live); returns the number of live
+    lanes.
+    """
+
     def codegen(context, builder, signature, args):
         pointer, integer = ir.IntType(8).as_pointer(), ir.IntType(64)
         function = ir.FunctionType(integer, [pointer, pointer, integer, integer]).as_pointer()
@@ -32,7 +39,7 @@ def _call_pass(typing_context, entry, bundle, table, first, live):
 
 @intrinsic
 def _add_to_row(typing_context, address, first, second, third, fourth):
-    """One 32-byte load, addition and store."""
+    """Add four int64 words to the row of four at `address`, by one 32-byte load, addition and store."""
 
     def codegen(context, builder, signature, args):
         row = ir.VectorType(ir.IntType(64), 4)
@@ -47,21 +54,25 @@ def _add_to_row(typing_context, address, first, second, third, fourth):
 
 
 def _add_to_row_plain(address, *words):
+    """Twin of `_add_to_row` in plain Python."""
     row = _view_plain(address, 4, np.int64)
     row += np.array(words, np.int64)
 
 
 @njit(inline="always")
 def _view(address, count, dtype):
+    """View `count` items of `dtype` at `address` as an array, without a copy."""
     return carray(_pointer(address), (count,), dtype)
 
 
 def _view_plain(address, count, dtype):
+    """Twin of `_view` in plain Python; records become a recarray."""
     memory = (ctypes.c_char * (int(count) * np.dtype(dtype).itemsize)).from_address(int(address))
     return np.frombuffer(memory, dtype).view(np.recarray if np.dtype(dtype).names else np.ndarray)
 
 
 def _call_pass_plain(entry, bundle, table, first, live):
+    """Twin of `_call_pass` in plain Python: `entry` is the Python function itself."""
     return entry(bundle, table, first, live)
 
 

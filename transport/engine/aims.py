@@ -1,7 +1,7 @@
-"""Directions only towards a target, with the exact weight (physics/emission.py).
+"""Emission aimed at a target only, with the exact weight (physics/emission.py).
 
-x becomes the point of the target and `start` the particle's own place on the ray behind it: where the ray meets the
-target is then known to the target's own precision, however far away it was born.
+x becomes the point on the target and `start` the ray parameter of the birthplace behind it: so the crossing
+of the target is known to the target's own precision, however far away the particle was born.
 """
 
 import math
@@ -23,7 +23,10 @@ from transport.physics.streams import AIM, random_words, short_uniform, uniform
 
 @lane_pass(TARGET)
 def pick_on_rectangle(b, table, first, live):
-    """A point uniform over a rectangle, and whether the ray as it is would meet it."""
+    """Sample a point uniformly on a rectangle, and find whether the ray as it is hits the rectangle.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v = table.half_u, table.half_v
@@ -41,7 +44,10 @@ def pick_on_rectangle(b, table, first, live):
 
 @lane_pass(TARGET)
 def pick_on_disk(b, table, first, live):
-    """A point uniform over a disk or annulus, and whether the ray as it is would meet it."""
+    """Sample a point uniformly on a disk or annulus, and find whether the ray as it is hits it.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     inner2, outer2 = table.inner2, table.outer2
@@ -61,7 +67,12 @@ def pick_on_disk(b, table, first, live):
 
 @lane_pass(TARGET)
 def pick_on_triangle(b, table, first, live):
-    """A point uniform over a triangle (edges e_u, e_v from its corner c), and whether the ray as it is would meet it."""
+    """Sample a point uniformly on a triangle, and find whether the ray as it is hits it.
+
+    The edges e_u, e_v start at the corner c.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; writes `distance`, `ox, oy, oz`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
@@ -80,7 +91,13 @@ def pick_on_triangle(b, table, first, live):
 
 @lane_pass(TARGET)
 def aim_at_picked(b, table, first, live):
-    """Towards the point picked on a flat target; a share `natural` keeps its direction."""
+    """Aim at the point sampled on a flat target.
+
+    A share `natural` of particles keeps its direction (mixture pdf).
+
+    Fields: reads `history`, `distance`, `nx, ny, nz`, `ox, oy, oz`; updates `x, y, z`, `ux, uy, uz`,
+    `weight`; writes `start`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
     natural, scale = table.natural, table.unit
@@ -91,11 +108,13 @@ def aim_at_picked(b, table, first, live):
         vx, vy, vz = cx - b.x[k] + px, cy - b.y[k] + py, cz - b.z[k] + pz
         distance = math.sqrt(vx * vx + vy * vy + vz * vz)
         inverse = 1.0 / distance if distance > 0.0 else 0.0
+        # Keep the direction with probability `natural`, else aim.
         keeps = uniform(d0, d1) < natural
         reach = b.distance[k] if keeps else distance
         ux = b.ux[k] if keeps else vx * inverse
         uy = b.uy[k] if keeps else vy * inverse
         uz = b.uz[k] if keeps else vz * inverse
+        # Weight: pdf of the emitter over the mixture's.
         cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
         w = aimed_weight(f, area, abs(ux * nx + uy * ny + uz * nz), reach * reach, natural)
@@ -110,7 +129,10 @@ def aim_at_picked(b, table, first, live):
 
 @lane_pass(TARGET)
 def aim_at_sphere(b, table, first, live):
-    """Uniform over the solid angle of a sphere, or over all directions from inside it."""
+    """Sample a direction uniform in the solid angle of a sphere, or uniform over all directions inside it.
+
+    Fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `weight`; writes `ux, uy, uz`, `start`.
+    """
     cx, cy, cz, radius, scale = table.cx, table.cy, table.cz, table.half_u, table.unit
     isotropic, lambertian = table.isotropic, table.lambertian
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -127,9 +149,10 @@ def aim_at_sphere(b, table, first, live):
         c, s = cos_sin_turn(uniform(w2, w3))
         ex, ey, ez = turned_by(axis_x, axis_y, axis_z, 0.0, c, s)
         ux, uy, uz = cosine * axis_x + sine * ex, cosine * axis_y + sine * ey, cosine * axis_z + sine * ez
+        # Weight: pdf of the emitter over that of the aim.
         mu = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
         f = isotropic + lambertian * (mu if mu > 0.0 else 0.0)
-        # the ray's closest point to the centre, relative to it; it may lie behind what is born within
+        # The ray's closest point to the centre; for births inside, it may lie behind them.
         depth = d * sine
         ahead = (cosine > 0.0) & (d2 > radius * radius)
         b.x[k] = cx + depth * (cosine * ex - sine * axis_x) if ahead else b.x[k]
@@ -143,7 +166,10 @@ def aim_at_sphere(b, table, first, live):
 
 @lane_pass(TARGET)
 def aim_at_box(b, table, first, live):
-    """Towards a point uniform over a box's faces; the ray meets one of them or two, and both count in the density."""
+    """Aim at a point uniform on a box's faces; the pdf counts both faces that the ray crosses.
+
+    Fields: reads `history`, `nx, ny, nz`; updates `x, y, z`, `ux, uy, uz`, `weight`; writes `start`.
+    """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.half_u, table.half_v, table.half_w
     area, isotropic, lambertian = table.area, table.isotropic, table.lambertian
     natural, scale = table.natural, table.unit
@@ -152,6 +178,7 @@ def aim_at_box(b, table, first, live):
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, AIM, seed_low, seed_high)
         d0, d1, d2, d3 = random_words(b.history[k], batch, 1, AIM, seed_low, seed_high)
+        # Sample a face by area, and a point on it.
         u, v, face = 2.0 * uniform(w0, w1) - 1.0, 2.0 * uniform(w2, w3) - 1.0, uniform(d0, d1)
         end = 1.0 if d2 & 1 else -1.0
         on_x, on_y = face < share_x, (face >= share_x) & (face < share_x + share_y)
@@ -166,8 +193,9 @@ def aim_at_box(b, table, first, live):
         ux = b.ux[k] if keeps else vx * inverse
         uy = b.uy[k] if keeps else vy * inverse
         uz = b.uz[k] if keeps else vz * inverse
+        # Weight: pdf of the emitter over the mixture's.
         near, near_cosine, far, far_cosine = box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz)
-        # A face seen edge-on is drawn but never met: such directions are of measure zero.
+        # A face seen edge-on is sampled but never hit: such directions have measure zero.
         slope = abs(ux) if on_x else (abs(uy) if on_y else abs(uz))
         meets = ((near <= far) & (far > 0.0)) if keeps else slope > 0.0
         cosine = ux * b.nx[k] + uy * b.ny[k] + uz * b.nz[k]
@@ -185,9 +213,14 @@ def aim_at_box(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def account_born(b, table, first, live):
-    """What is born towards a target, and the heaviest of it; the rest of the source's power is the ledger's `unsampled`."""
+    """Add the births towards a target to the ledger, with the largest weight.
+
+    The rest of the power is `unsampled`.
+
+    Fields: reads `weight`.
+    """
     ledger, total_high, total_low = view(b.ledger, b.ledger_words, np.int64), 0, 0
-    heaviest = ledger[4 * BORN + 3]  # as bits, which have the order of what they stand for
+    heaviest = ledger[4 * BORN + 3]  # as bits, whose order is that of the weights
     for k in range(first, live):
         high, low = limbs(b.weight[k])
         total_high += high

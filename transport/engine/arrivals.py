@@ -1,16 +1,16 @@
-"""The steps of arriving somewhere: stand on the sheet, count at its meters, know the bodies on its other side."""
+"""Steps at the end of a flight: land on the sheet, score at detectors, mark visits, change bodies."""
 
 from transport.compile.sizes import is_dense, size_row
 from transport.engine import bodies, histories, landings, meshes, meters, quadrics, refinements, sizes
 from transport.engine.expectations import given_back, held_back
 from transport.engine.registry import layer_of, named, rows_of, step
 
-# Times and speeds lie in blocks, so they come first.
+# Bins of time and speed are the outer blocks of rows, so they come first.
 REFINEMENTS = ("time", "speed", "cosine", "azimuth", "place", "cell")
 
 
 def stood(plan):
-    """On the sheet, with its normal and the cosine of incidence."""
+    """Yield the steps that set the sheet, its normal and the cosine of incidence."""
     yield step(landings.stand_on_sheet, rows_of(plan.sheets))
     if plan.is_curved:
         yield step(landings.put_back_on_sphere, rows_of(plan.sheets))
@@ -22,9 +22,10 @@ def stood(plan):
 
 
 def metering(plan, binning, is_known=False, is_born=False):
-    """Count at every layer's meters; is_known: the lanes have looked up their only meter at this crossing already.
+    """Yield the steps that score at the detectors of every layer.
 
-    is_born: they leave their birthplace.
+    binning: pass that finds the bin. is_known: lanes have already looked up their only detector at this
+    crossing. is_born: they leave their birthplace.
     """
     for layer, rows in enumerate(plan.layers):
         table = layer_of(plan, layer)
@@ -44,14 +45,17 @@ def metering(plan, binning, is_known=False, is_born=False):
 
 
 def scored(plan, by_nearly_all=False):
-    """Enter the scores into their rows, and count their sizes where these differ."""
+    """Return the step that adds scores to their rows and, where they differ, counts their sizes.
+
+    by_nearly_all: nearly every lane has a bin.
+    """
     if plan.size_cells:
         return step(sizes.score_all_and_size if by_nearly_all else sizes.score_and_size, size_row(plan))
     return step(meters.score_all if by_nearly_all else meters.score)
 
 
 def refined(plan, table):
-    """The finer bins of a layer's meters, and what they ask of a history."""
+    """Yield the steps of further bin axes and of `via` and `events` of a layer's detectors."""
     if plan.axes | plan.filters:
         yield step(refinements.know_meter, table)
     for what in sorted(plan.filters):
@@ -62,14 +66,14 @@ def refined(plan, table):
 
 
 def visits(plan):
-    """Mark what detectors ask for in `via`, after all meters of this crossing."""
+    """Yield the steps that mark visits for `via`, after all detectors of this crossing."""
     for layer, rows in enumerate(plan.layers):
         if (rows["mark"] != 0).any():
             yield step(histories.mark_visit, layer_of(plan, layer))
 
 
 def boundaries(plan):
-    """Know the bodies on the side that lanes leave to."""
+    """Yield the steps that update the set of bodies for the side that lanes leave to."""
     if plan.bounds_bodies:
         for layer, rows in enumerate(plan.layers):
             if (rows["front"] != rows["back"]).any():

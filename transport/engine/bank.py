@@ -1,8 +1,8 @@
-"""Copies of particles wait in a bank until lanes are free: for splitting, and for collisions that are forced.
+"""Particle bank: copies from splitting and forced collisions wait until lanes are free.
 
-A copy draws its own random numbers: its number is a hash of its parent's number, event and place among the copies, 55 bits
-and a mark, so that two of a batch of 10^6 copies share one with a chance of 1e-5.  What a run counts does not depend on
-when a copy is taken up.
+A copy draws random numbers of its own: its history number is a hash of its parent's number, event and index
+among the copies, 55 bits and a mark, so that two of 10^6 copies in a batch coincide with probability 1e-5.
+Results do not depend on when a copy is taken up.
 """
 
 import numpy as np
@@ -16,17 +16,20 @@ from transport.engine.passes import lane_pass
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
-ROOM = 1 << 16  # copies that a bank holds
+ROOM = 1 << 16  # capacity of a bank in copies
 HISTORY, WEIGHT, BIRTH, AHEAD = (
     [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "ahead")
 )
-FORCED = 1 << 20  # the place of a copy whose collision is forced, beyond those of splitting
+FORCED = 1 << 20  # index of a copy whose collision is forced, beyond those of splitting
 MARK, LOWER = 1 << 55, (1 << 55) - 1
 
 
 @device
 def number_of_copy(history, event, place):
-    """A number that no history born has: bit 55 marks a copy; SplitMix64's mixing (Steele, Lea, Flood 2014)."""
+    """Return the history number of a copy: a hash with bit 55 set, which no born history has.
+
+    The mixing is that of SplitMix64 (Steele, Lea, Flood 2014).
+    """
     z = uint64(history) + uint64(0x9E3779B97F4A7C15) * uint64(event + 1)
     z = (z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9) + uint64(place)
     z = (z ^ (z >> uint64(27))) * uint64(0x94D049BB133111EB)
@@ -36,7 +39,10 @@ def number_of_copy(history, event, place):
 
 @device
 def listed_with_copies(b, first, live):
-    """Lists the lanes that go into the bank, and returns their number."""
+    """List the lanes with copies to bank; returns their number.
+
+    Fields: reads `copies`.
+    """
     n = 0
     for k in range(first, live):
         b.listed[n] = k
@@ -46,7 +52,12 @@ def listed_with_copies(b, first, live):
 
 @device
 def laid_down(b, fields, words, count, k, place):
-    """A copy of lane k in the bank, as a row by the numbers of its fields; the first row again where there is no room."""
+    """Write a copy of lane k into the bank and return its row.
+
+    A full bank sets `overfull` and reuses the first row.
+
+    Fields: reads `history`, `event`; updates `banked`, `overfull`.
+    """
     b.overfull |= 1 if b.banked >= b.bank_room else 0
     row = view(b.bank + (0 if b.overfull != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
     for f in range(count):
@@ -58,7 +69,10 @@ def laid_down(b, fields, words, count, k, place):
 
 @lane_pass(MOVED)
 def deposit(b, table, first, live):
-    """`copies` of each lane go into the bank."""
+    """Put `copies` copies of each lane into the bank.
+
+    Fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
+    """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for j in range(listed_with_copies(b, first, live)):
@@ -71,16 +85,19 @@ def deposit(b, table, first, live):
 
 @lane_pass(MOVED)
 def deposit_forced(b, table, first, live):
-    """The copies that force_collision made: each sets out where its lane does, with a weight and a path of its own."""
+    """Put the copies of force_collision into the bank, with a weight and a path of their own.
+
+    Fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
+    `overfull`.
+    """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for j in range(listed_with_copies(b, first, live)):
         k = b.listed[j]
         row = laid_down(b, fields, words, table.count, k, FORCED)
         caught = b.caught[k]
-        birth = caught * (
-            b.birth[k] / (b.weight[k] + caught)
-        )  # so that roulette treats it as it would have the whole
+        # Roulette treats the copy like the undivided particle.
+        birth = caught * (b.birth[k] / (b.weight[k] + caught))
         row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])
         b.copies[k] = 0
     return live
@@ -88,7 +105,10 @@ def deposit_forced(b, table, first, live):
 
 @lane_pass(MOVED)
 def withdraw(b, table, first, live):
-    """Free lanes take copies from the bank."""
+    """Fill free lanes with copies from the bank.
+
+    Fields: updates `banked`.
+    """
     fields = view(table.fields, table.count, np.int64)
     words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
     for k in range(first, live):

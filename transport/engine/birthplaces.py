@@ -1,6 +1,7 @@
-"""Emission from a metered sheet leaves it: newborn particles are counted like any other departure.
+"""Score births on a sheet with detectors: a newborn particle counts there as a departure.
 
-Only for emitters whose sheet carries a meter.  An aimed particle's x is its target; it visits its birthplace meanwhile.
+Only for emitters whose sheet carries a detector. The x of an aimed particle is its target, so it moves to its
+birthplace for these steps.
 """
 
 from transport.compile.layout import (
@@ -20,7 +21,10 @@ from transport.engine.passes import lane_pass
 
 @lane_pass(BIRTH)
 def stand_at_birth(b, table, first, live):
-    """The sheet of birth is the hit; no meter covers it yet."""
+    """Set the hit to the sheet of birth, without detectors yet.
+
+    Fields: writes `hit`.
+    """
     code = table.sheet << SHEET_SHIFT
     for k in range(first, live):
         b.hit[k] = code
@@ -29,7 +33,12 @@ def stand_at_birth(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def visit_birthplace(b, table, first, live):
-    """From the target back along the ray; the target is kept."""
+    """Move an aimed particle from its target back along the ray to its birthplace.
+
+    The target is kept in u0 to u2.
+
+    Fields: reads `ux, uy, uz`, `start`; updates `x, y, z`; writes `u0`, `u1`, `u2`.
+    """
     for k in range(first, live):
         b.u0[k], b.u1[k], b.u2[k] = b.x[k], b.y[k], b.z[k]
         b.x[k] += b.start[k] * b.ux[k]
@@ -40,7 +49,10 @@ def visit_birthplace(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def return_to_target(b, table, first, live):
-    """x is the target again, to its full precision."""
+    """Restore the target as the position, to its full precision.
+
+    Fields: reads `u0`, `u1`, `u2`; writes `x, y, z`.
+    """
     for k in range(first, live):
         b.x[k], b.y[k], b.z[k] = b.u0[k], b.u1[k], b.u2[k]
     return live
@@ -48,7 +60,10 @@ def return_to_target(b, table, first, live):
 
 @lane_pass(RECTANGLE)
 def born_over_rectangle(b, table, first, live):
-    """Meters on this rectangle look at what is born within it."""
+    """Add the detectors of this rectangle to the hit of births within it.
+
+    Fields: reads `x, y, z`; updates `hit`.
+    """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         u = abs(px * table.eux + py * table.euy + pz * table.euz)
@@ -59,7 +74,10 @@ def born_over_rectangle(b, table, first, live):
 
 @lane_pass(DISK)
 def born_over_disk(b, table, first, live):
-    """Meters on this disk look at what is born within it."""
+    """Add the detectors of this disk to the hit of births within it.
+
+    Fields: reads `x, y, z`; updates `hit`.
+    """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         r2 = px * px + py * py + pz * pz
@@ -69,7 +87,10 @@ def born_over_disk(b, table, first, live):
 
 @lane_pass(TRIANGLE)
 def born_over_triangle(b, table, first, live):
-    """Meters on this triangle look at what is born within it."""
+    """Add the detectors of this triangle to the hit of births within it.
+
+    Fields: reads `x, y, z`; updates `hit`.
+    """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         u = px * table.ax + py * table.ay + pz * table.az
@@ -80,7 +101,10 @@ def born_over_triangle(b, table, first, live):
 
 @lane_pass(HOLED)
 def born_over_holed(b, table, first, live):
-    """Meters on this rectangle with a hole look at what is born within it."""
+    """Add the detectors of this rectangle with a hole to the hit of births within it.
+
+    Fields: reads `x, y, z`; updates `hit`.
+    """
     for k in range(first, live):
         px, py, pz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
         u = px * table.eux + py * table.euy + pz * table.euz
@@ -95,7 +119,10 @@ def born_over_holed(b, table, first, live):
 
 @lane_pass(QUADRIC)
 def born_over_quadric(b, table, first, live):
-    """Meters on this surface of revolution look at what is born between its heights."""
+    """Add the detectors of this surface of revolution to the hit of births between its heights.
+
+    Fields: reads `x, y, z`; updates `hit`.
+    """
     for k in range(first, live):
         w = (b.x[k] - table.cx) * table.ax + (b.y[k] - table.cy) * table.ay + (b.z[k] - table.cz) * table.az
         b.hit[k] |= table.code if (w >= table.low) & (w <= table.high) else 0
@@ -104,7 +131,10 @@ def born_over_quadric(b, table, first, live):
 
 @lane_pass(CODE)
 def born_all_over(b, table, first, live):
-    """Meters of the emitter's own shape look at all that is born on it, whatever rounding does at the rim."""
+    """Add the detectors of the emitter's own shape to the hit of all births, despite rounding at its rim.
+
+    Fields: updates `hit`.
+    """
     code = table.code
     for k in range(first, live):
         b.hit[k] |= code

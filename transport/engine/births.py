@@ -1,6 +1,6 @@
-"""Particles are born: where and into which direction (when and how fast: clocks.py, speeds.py).
+"""Births: place and direction (time and speed: clocks.py, speeds.py).
 
-Loops over the new lanes [first, live) only.
+Loops run over the new lanes [first, live) only.
 """
 
 import math
@@ -19,7 +19,12 @@ from transport.physics.velocities import sample_normal_pair
 
 @lane_pass(BIRTH)
 def begin(b, table, first, live):
-    """A new history at the weight dealt to it, standing on its source's sheet."""
+    """Start a new history: number, birth weight, ray parameter and sheet.
+
+    The birth weight is that of the table times the factor dealt to the emitter (driver._dealt).
+
+    Fields: writes `weight`, `history`, `sheet`, `start`.
+    """
     weight, start, sheet = table.weight * float_of(b.worth), table.start, table.sheet
     history = int64(b.next_history) - int64(first)
     for k in range(first, live):
@@ -30,7 +35,10 @@ def begin(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_events(b, table, first, live):
-    """No reflection yet; the count numbers the draws to come."""
+    """Set the event counter, which numbers the random blocks, to 0.
+
+    Fields: writes `event`.
+    """
     for k in range(first, live):
         b.event[k] = 0
     return live
@@ -38,7 +46,10 @@ def begin_events(b, table, first, live):
 
 @lane_pass(MEDIUM)
 def begin_in_medium(b, table, first, live):
-    """In the medium of its source."""
+    """Set the refractive index to that of the source's medium.
+
+    Fields: writes `index`.
+    """
     index = table.index
     for k in range(first, live):
         b.index[k] = index
@@ -47,7 +58,10 @@ def begin_in_medium(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_visits(b, table, first, live):
-    """Nothing crossed yet."""
+    """Clear the bit set of visited objects.
+
+    Fields: writes `visited`.
+    """
     for k in range(first, live):
         b.visited[k] = 0
     return live
@@ -55,7 +69,10 @@ def begin_visits(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def begin_reflections(b, table, first, live):
-    """Not reflected yet."""
+    """Set the count of reflections to 0.
+
+    Fields: writes `reflections`.
+    """
     for k in range(first, live):
         b.reflections[k] = 0
     return live
@@ -63,7 +80,10 @@ def begin_reflections(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def remember_birth_weight(b, table, first, live):
-    """What roulette compares with, and gives back."""
+    """Keep the birth weight as the reference of Russian roulette.
+
+    Fields: reads `weight`; writes `birth`.
+    """
     for k in range(first, live):
         b.birth[k] = b.weight[k]
     return live
@@ -71,7 +91,10 @@ def remember_birth_weight(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_rectangle(b, table, first, live):
-    """Uniform over a rectangle."""
+    """Sample a point uniformly on a rectangle.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, half_u, half_v = table.evx, table.evy, table.evz, table.half_u, table.half_v
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -84,7 +107,10 @@ def born_on_rectangle(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_disk(b, table, first, live):
-    """Uniform over a disk or annulus."""
+    """Sample a point uniformly on a disk or annulus.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, inner2, outer2 = table.evx, table.evy, table.evz, table.inner2, table.outer2
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -99,7 +125,10 @@ def born_on_disk(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_triangle(b, table, first, live):
-    """Uniform over a triangle of a corner c and edges e_u, e_v."""
+    """Sample a point uniformly on a triangle with corner c and edges e_u, e_v.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -113,10 +142,14 @@ def born_on_triangle(b, table, first, live):
 
 @lane_pass(HOLED)
 def born_beside_hole(b, table, first, live):
-    """Uniform over a rectangle with a hole: places in the hole are drawn again."""
+    """Sample a point uniformly on a rectangle with a hole, by rejection of points in the hole.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         u, v, draws, outside = 0.0, 0.0, 0, False
+        # Reject points in the hole.
         while not outside:
             w0, w1, w2, w3 = random_words(b.history[k], batch, draws, POSITION, seed_low, seed_high)
             u = (2.0 * uniform(w0, w1) - 1.0) * table.half_u
@@ -143,7 +176,10 @@ def born_beside_hole(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_sphere(b, table, first, live):
-    """Uniform over a sphere's surface."""
+    """Sample a point uniformly on a sphere, with its normal on the emitting side.
+
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -156,7 +192,12 @@ def born_on_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_on_lit_sphere(b, table, first, live):
-    """Uniform over the cross section of a sphere that sends out a parallel beam along (nx, ny, nz) of the table."""
+    """Sample a point on a sphere, uniformly over its cross section, for a parallel beam.
+
+    The beam goes along (nx, ny, nz) of the table.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, radius, side = table.cx, table.cy, table.cz, table.half_u, table.side
     ux, uy, uz = table.nx, table.ny, table.nz
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
@@ -170,7 +211,10 @@ def born_on_lit_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def take_normal(b, table, first, live):
-    """The normal of the emitting side, for an aim to weigh directions by; 0 where all directions are alike."""
+    """Set the normal of the emitting side, by which an aim weights directions; 0 for isotropic emission.
+
+    Fields: writes `nx, ny, nz`.
+    """
     nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     for k in range(first, live):
         b.nx[k], b.ny[k], b.nz[k] = nx, ny, nz
@@ -179,7 +223,10 @@ def take_normal(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_at_point(b, table, first, live):
-    """All from one point."""
+    """Set the position to one point.
+
+    Fields: writes `x, y, z`.
+    """
     cx, cy, cz = table.cx, table.cy, table.cz
     for k in range(first, live):
         b.x[k], b.y[k], b.z[k] = cx, cy, cz
@@ -188,7 +235,10 @@ def born_at_point(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_box(b, table, first, live):
-    """Uniform in a box."""
+    """Sample a point uniformly in a box.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
         table.cy,
@@ -209,7 +259,12 @@ def born_in_box(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_sphere(b, table, first, live):
-    """Uniform in a ball: the radius by the cube root, as the largest of three uniforms."""
+    """Sample a point uniformly in a ball.
+
+    The radius is the largest of three uniforms, which has the law of the cube root of one.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_u
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -224,7 +279,10 @@ def born_in_sphere(b, table, first, live):
 
 @lane_pass(PATCH)
 def born_in_cloud(b, table, first, live):
-    """Normal about a centre, each coordinate with its own standard deviation."""
+    """Sample a point of a normal distribution with a standard deviation per coordinate.
+
+    Fields: reads `history`; writes `x, y, z`.
+    """
     cx, cy, cz, half_u, half_v, half_w = (
         table.cx,
         table.cy,
@@ -245,7 +303,10 @@ def born_in_cloud(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def emit_lambertian(b, table, first, live):
-    """Directions by the cosine law about the normal of the emitting side."""
+    """Sample a direction by the cosine law about the normal of the emitting side.
+
+    Fields: reads `history`, `nx, ny, nz`; writes `ux, uy, uz`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
@@ -256,7 +317,10 @@ def emit_lambertian(b, table, first, live):
 
 @lane_pass(PATCH)
 def emit_lambertian_from_plane(b, table, first, live):
-    """The same where all have one normal: its frame is made once, not for each lane."""
+    """Sample a direction by the cosine law about one normal for all lanes, in a frame computed once.
+
+    Fields: reads `history`; writes `ux, uy, uz`.
+    """
     side = table.side
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
@@ -275,7 +339,10 @@ def emit_lambertian_from_plane(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def emit_isotropic(b, table, first, live):
-    """Directions uniform over the sphere."""
+    """Sample a direction uniformly over the sphere.
+
+    Fields: reads `history`; writes `ux, uy, uz`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
@@ -285,7 +352,10 @@ def emit_isotropic(b, table, first, live):
 
 @lane_pass(BEAM)
 def emit_along(b, table, first, live):
-    """All into one direction."""
+    """Set one direction for all.
+
+    Fields: writes `ux, uy, uz`.
+    """
     ux, uy, uz = table.ux, table.uy, table.uz
     for k in range(first, live):
         b.ux[k], b.uy[k], b.uz[k] = ux, uy, uz

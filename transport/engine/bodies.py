@@ -1,7 +1,9 @@
-"""In which bodies a particle is: known from the surfaces that it has crossed; the innermost one's medium counts.
+"""Bodies that contain a particle: tracked by the surfaces crossed.
 
-A surface says for each of its sides which bodies are there.  What leaves to that side is in them from then on, whatever
-was known before: so a mistake does not last.
+The medium is that of the innermost body.
+
+A surface holds the set of bodies on each of its sides. A particle that leaves to a side is in that set from
+then on, whatever was known before: so an error does not persist.
 """
 
 import numpy as np
@@ -32,16 +34,20 @@ from transport.engine.surfaces import WHAT_ACTS
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
+# [scene lengths] from a face: the tolerance of flights.bound_rectangle, and clear of it.
 AT_EDGE, OFF_EDGE = (
     2.0**-42,
     2.0**-41,
-)  # [scene lengths] from a face: as near as flights.bound_rectangle tells, and clear of it
-STRAY = 2  # of `flies`
+)
+STRAY = 2  # value of `flies` that marks a lost lane
 
 
 @lane_pass(INSIDE)
 def begin_inside(b, table, first, live):
-    """In the bodies about its source."""
+    """Set the bodies that contain the source.
+
+    Fields: writes `inside`.
+    """
     inside = table.inside
     for k in range(first, live):
         b.inside[k] = inside
@@ -50,7 +56,10 @@ def begin_inside(b, table, first, live):
 
 @lane_pass(BESIDE)
 def begin_beside(b, table, first, live):
-    """What sets out from a body's boundary away from it is not in it."""
+    """Remove a body if the particle leaves it, at birth on its boundary.
+
+    Fields: reads `ux, uy, uz`; updates `inside`.
+    """
     nx, ny, nz, bit = table.nx, table.ny, table.nz, table.bit
     for k in range(first, live):
         leaves = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz > 0.0
@@ -60,9 +69,12 @@ def begin_beside(b, table, first, live):
 
 @lane_pass(LAYERS)
 def cross_boundary(b, table, first, live):
-    """What leaves a surface to one side is in the bodies of that side.  Bodies that share a face are each told by its own.
+    """Set the bodies of the side that a lane leaves to, one layer of boundaries at a time.
 
-    What came to it by a gap, without having been seen in the bodies of the other side, is counted.
+    Bodies that share a face each have a boundary of their own there. A lane that arrives from bodies other
+    than those recorded for its side (through a gap) is counted in the ledger.
+
+    Fields: reads `weight`, `hit`, `mu`; updates `inside`.
     """
     rows, layer, unseen = view(table.rows, table.count, LAYER), table.layer, 0
     for k in range(first, live):
@@ -80,9 +92,10 @@ def cross_boundary(b, table, first, live):
 
 @device
 def along_axis(p, half, u, positive):
-    """Of a box along one axis, for a ray at p from its middle: whether it is beyond it, whether at its face, which, and whether it leaves.
+    """Return for one axis of a box and a ray at p: is it outside, is it at a face, which face (+1 or -1).
 
-    What runs along a face is in the one of two boxes that lies where the axis points from it.
+    p: position relative to the middle of the box. A ray along a face is inside the one of two boxes that lies
+    in direction `positive` of the axis.
     """
     side = 1.0 if p > 0.0 else -1.0
     far = abs(p) - half
@@ -94,10 +107,14 @@ def along_axis(p, half, u, positive):
 
 @lane_pass(BODY_BOX)
 def settle_at_edges(b, table, first, live):
-    """What meets a box within rounding of its edges is in it or not by where it goes, and is drawn off its faces to that side.
+    """Decide by its direction whether a ray within rounding of a box's edges is inside, and move it clear.
 
-    So no ray through an edge or a corner is taken for one that passes, and what runs along a face shared by two boxes is in
-    one of them.
+    The ray moves off the faces to the side that it goes to. So no ray through an edge or corner is mistaken
+    for one that passes by, and a ray along a face shared by two boxes is inside one of them. Does nothing if
+    no lane is at an edge, the usual case.
+
+    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `rx, ry, rz`; updates `x, y, z`, `sheet`,
+    `start`, `inside`.
     """
     any_edge = 0
     for k in range(first, live):
@@ -120,11 +137,11 @@ def settle_at_edges(b, table, first, live):
         touches &= edge & (at_x | at_y | at_z)
         outside = out_x | out_y | out_z
         b.inside[k] = (b.inside[k] & ~bit if outside else b.inside[k] | bit) if touches else b.inside[k]
-        # Off each face that it is at: beyond those by which it is outside, else within.
+        # Move off each face that it touches: outwards where it is outside, else inwards.
         ox = cx + side_x * (hx + (OFF_EDGE if out_x else -OFF_EDGE))
         oy = cy + side_y * (hy + (OFF_EDGE if out_y else -OFF_EDGE))
         oz = cz + side_z * (hz + (OFF_EDGE if out_z else -OFF_EDGE))
-        here = b.start[k] != 0.0  # not drawn off yet: it is where its ray began
+        here = b.start[k] != 0.0  # not moved off yet: still at its ray's origin
         b.x[k] = (ox if at_x else cx + px if here else b.x[k]) if touches else b.x[k]
         b.y[k] = (oy if at_y else cy + py if here else b.y[k]) if touches else b.y[k]
         b.z[k] = (oz if at_z else cz + pz if here else b.z[k]) if touches else b.z[k]
@@ -135,7 +152,10 @@ def settle_at_edges(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def escape_at_once(b, table, first, live):
-    """What leaves all bodies to a side where no surface lies has escaped."""
+    """End lanes as escaped that leave all bodies to a side without further surfaces.
+
+    Fields: reads `hit`, `inside`, `mu`; updates `weight`.
+    """
     high, low = 0, 0
     for k in range(first, live):
         beyond = NOTHING_BEFORE if b.mu[k] > 0.0 else NOTHING_BEHIND
@@ -150,21 +170,24 @@ def escape_at_once(b, table, first, live):
 
 @device
 def innermost(inside):
-    """One more than the number of the lowest bit; 0 where there is none."""
+    """Return 1 + number of the lowest set bit; 0 if there is none."""
     lowest = inside & -inside
     return (bits_of(float64(lowest)) >> 52) - 1022 if lowest != 0 else 0
 
 
 @device
 def ends_beyond(x, y, z, ux, uy, uz, way, low_x, low_y, low_z, high_x, high_y, high_z):
-    """Whether a flight ends outside of a box; one without an end does."""
+    """Return whether a flight of length `way` ends outside a box (true for an infinite flight)."""
     x, y, z = x + way * ux, y + way * uy, z + way * uz
     return not ((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y) & (z >= low_z) & (z <= high_z))
 
 
 @device
 def lose_marked(b, first, live):
-    """Lose those that are marked as strays."""
+    """End lanes marked as strays, as lost.
+
+    Fields: updates `weight`, `flies`; writes `distance`.
+    """
     for k in range(first, live):
         if b.flies[k] == STRAY:
             lose(b, b.weight[k])
@@ -173,9 +196,11 @@ def lose_marked(b, first, live):
 
 @lane_pass(BOUNDED)
 def lose_strays(b, table, first, live):
-    """What is in a finite body has a surface ahead.  What has none, or would collide beyond the body, is lost, and counted.
+    """End lanes in a finite body without a surface ahead, or with a collision beyond the body, as lost.
 
-    So no ray that rounding took past a rim flies on as if it were in the body for ever.
+    So no ray that rounding carried past a rim flies on as if the body were infinite.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
     """
     low_x, low_y, low_z = table.low_x, table.low_y, table.low_z
     high_x, high_y, high_z, bit = table.high_x, table.high_y, table.high_z, table.bit
@@ -194,7 +219,10 @@ def lose_strays(b, table, first, live):
 
 @lane_pass(ROWS)
 def lose_strays_of_many(b, table, first, live):
-    """The same where finite bodies are many: the row of the innermost one is fetched."""
+    """The same for many finite bodies: gathers the row of the innermost one.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `hit`, `inside`; updates `weight`, `distance`, `flies`.
+    """
     rows, strays = view(table.rows, table.count, BOUNDED), 0
     for k in range(first, live):
         row = rows[uint64(innermost(b.inside[k]))]
@@ -214,7 +242,10 @@ def lose_strays_of_many(b, table, first, live):
 
 @lane_pass(BODY)
 def know_surroundings(b, table, first, live):
-    """The medium about all bodies, and what it does to a flight."""
+    """Set the medium outside all bodies, and its coefficients.
+
+    Fields: writes `medium`, `mfp`, `sigma_a`, `survival`.
+    """
     medium, mfp, sigma_a, survival = table.medium, table.mfp, table.sigma_a, table.survival
     for k in range(first, live):
         b.medium[k], b.mfp[k], b.sigma_a[k], b.survival[k] = medium, mfp, sigma_a, survival
@@ -223,7 +254,10 @@ def know_surroundings(b, table, first, live):
 
 @lane_pass(BODY)
 def know_body(b, table, first, live):
-    """The medium of one body for those that are in it; of bodies in one another the innermost comes last."""
+    """Set the medium of one body for the lanes in it; passes run from the outermost to the innermost body.
+
+    Fields: reads `inside`; updates `medium`, `mfp`, `sigma_a`, `survival`.
+    """
     bit, medium, mfp, sigma_a, survival = table.bit, table.medium, table.mfp, table.sigma_a, table.survival
     for k in range(first, live):
         here = (b.inside[k] & bit) != 0
@@ -236,7 +270,10 @@ def know_body(b, table, first, live):
 
 @lane_pass(ROWS)
 def know_bodies(b, table, first, live):
-    """The same where bodies are many: the row of the innermost one is fetched."""
+    """The same for many bodies: gathers the row of the innermost one.
+
+    Fields: reads `inside`; writes `medium`, `mfp`, `sigma_a`, `survival`.
+    """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
         medium = innermost(b.inside[k])

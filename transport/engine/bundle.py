@@ -1,198 +1,201 @@
-"""A bundle: a few hundred particles (lanes) as one record, one fixed-length array a field.
+"""A bundle: LANES particles (lanes) in one record, with one fixed-length array per field.
 
-All fields hang on one base address at offsets known when compiling, so LLVM sees that they do not overlap and
-vectorises the lane loops.  A field that no pass of a program names is never touched, and so never in cache.
+All fields lie at compile-time offsets from one base address, so LLVM knows that they do not overlap and
+vectorises the lane loops. A field that no pass of a program uses is never touched and never occupies cache.
 """
 
 import os
 
 import numpy as np
 
-LANES = int(
-    os.environ.get("TRANSPORT_LANES", "256")
-)  # a constant of the build; the variable is a seam for tests
-# words from field to field: a cache line more, lest one lane's fields all compete for one cache set
+# Lanes per bundle: a constant of the build. Only tests set the environment variable.
+LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
+# Words from one field to the next: one cache line more than LANES, so that the fields of one lane do not all
+# fall into the same cache set.
 PITCH = LANES + 8
 
 HEADER = (
     "address",  # of this record: lanes are moved as rows of int64
-    "tallies",  # address of the batch's detector sums
-    "sizes",  # address of its counts of scores by size
-    "moments",  # address of its rows of four limbs: sums of velocities
-    "records",  # address of the sample taken at snapshots ...
-    "recorded",  # ... how many there are ...
-    "stride",  # ... of how many histories one is taken ...
-    "phase",  # ... and with which of them it begins
-    "ways",  # address of the ways written down for a picture ...
-    "ways_room",  # ... how many there may be ...
-    "walked",  # ... and how many there were
-    "ledger",  # address of the batch's ledger sums
-    "ledger_words",
-    "seed_low",
-    "seed_high",
-    "batch",
+    "tallies",  # address of the batch's detector sums (rows of four int64)
+    "sizes",  # address of the batch's histogram of score sizes
+    "moments",  # address of the velocity sums (rows of four limbs)
+    "records",  # address of the recorded snapshot states (layout.RECORD)
+    "recorded",  # number of states recorded so far
+    "stride",  # one in `stride` histories is recorded ...
+    "phase",  # ... namely those with history % stride == phase
+    "ways",  # address of the recorded flight segments of tracks (layout.WAY)
+    "ways_room",  # number of segments that fit there
+    "walked",  # number of segments flown, recorded or not
+    "ledger",  # address of the batch's energy balance (rows of four int64)
+    "ledger_words",  # length of that array in int64 words
+    "seed_low",  # lower 32 bits of the seed
+    "seed_high",  # upper 32 bits of the seed
+    "batch",  # number of the batch: part of every random counter
     "next_history",  # number of the history that the next newborn lane begins
-    "worth",  # bits of the weight that newborns have, of those at which all that an emitter sends is dealt to its histories
+    "worth",  # bits of a float64: factor of the birth weights of the current emitter (driver._dealt)
     "started",  # histories born so far; other threads may read it while the bundle runs
-    "crossings",
-    "collisions",
-    "first",  # the first of the lanes that met a surface (lanes.part); 0 where all do
-    "bank",  # address of the copies that wait for a lane ...
-    "banked",  # ... how many there are ...
-    "bank_room",  # ... how many there may be ...
-    "overfull",  # ... 1 where there were more, or how many were made in all where these are too many
-    "colliding",  # lanes that fly on in a medium, of those that flew last
-    "grazes",  # 1 where a meter was crossed beyond the grazing cut in the last pass that looked, else 0
-    "scored",  # what volume detectors have added up: a bound of their sums (driver.MOST_SCORED)
-    "shadow",  # address of the bundle of shadow rays, where there are point detectors ...
-    "cast",  # ... how many of them lanes cast in the last pass ...
-    "taken",  # ... and how many of these are under way
-    "given_up",  # histories of too many events (surfaces.give_up)
-    "patience",  # crossings in which some history must end, or some weight be lost (driver.PATIENCE) ...
+    "crossings",  # surface crossings so far
+    "collisions",  # collisions in media so far
+    "first",  # first lane of those that reached a surface (lanes.part); 0 where all did
+    "bank",  # address of the particle bank: copies that wait for a free lane
+    "banked",  # number of copies in the bank
+    "bank_room",  # capacity of the bank in copies
+    "overfull",  # 1: the bank overflowed; > 1: the number of copies made, where these are too many; else 0
+    "colliding",  # lanes that collided in the last pass over flights and fly on
+    "grazes",  # 1 if the last binning pass scored a crossing with |mu| below the grazing cut, else 0
+    "scored",  # bound of the sums of volume, point and expected-crossing scores (driver.MOST_SCORED)
+    "shadow",  # address of the bundle of shadow rays, where point or expected detectors exist
+    "cast",  # number of rays that the last casting pass listed ...
+    "taken",  # ... and how many of these are already in the shadow bundle
+    "given_up",  # histories ended after too many events (surfaces.give_up)
+    "patience",  # crossings within which some history must end or lose weight (driver.PATIENCE) ...
     "patience_in_media",  # ... and collisions
-    "trapped",  # lanes of which none has ended or lost weight for so long, else 0
+    "trapped",  # number of lanes if none has ended or lost weight for so long, else 0
     "stop",  # set by another thread: end before the batch is complete
 )
-HEADER_WORDS = -(-len(HEADER) // 8) * 8  # whole cache lines, so that every field of lanes begins on one
+# Whole cache lines, so that every field of lanes begins on a line.
+HEADER_WORDS = -(-len(HEADER) // 8) * 8
 
-# What a particle takes along: a program moves just the fields that its passes name.
+# State carried by a particle: a program moves only the fields that its passes use.
 CARRIED = (
     ("x", "f8"),  # position [scene lengths]
     ("y", "f8"),
     ("z", "f8"),
-    ("ux", "f8"),  # direction
+    ("ux", "f8"),  # unit direction
     ("uy", "f8"),
     ("uz", "f8"),
-    ("weight", "f8"),  # [largest birth weight of the scene]
-    ("birth", "f8"),  # weight when born
-    ("history", "i8"),  # number within the batch
-    ("event", "i8"),  # reflections so far, and other crossings that drew: numbers the draws
-    ("sheet", "i8"),  # the support that it stands on, and the meter's that it passed last (layout.STANDING)
-    ("start", "f8"),  # where on the ray it is: 0, or negative for one aimed at a target where x is
-    ("distance", "f8"),  # along the ray from x to what it meets next
-    ("hit", "i8"),  # sheet, surface and meters that it meets next (layout.py)
-    ("time", "f8"),  # [durations], where there is a clock
-    ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are looked at
-    ("footing", "i8"),  # the facet that it stands on, where it stands on a mesh
-    ("facet", "i8"),  # the facet that it meets next
-    ("crossed", "i8"),  # the facet of the mesh that it passed last, of a meter
-    ("index", "f8"),  # of the medium that it is in, 0 where that is not known
-    ("inside", "i8"),  # bits of the bodies that it is in
-    ("ahead", "f8"),  # of forced first collisions: what it has to do (forcing.py)
-    ("visited", "i8"),  # bits of what it has crossed, where a detector asks `via`
-    ("reflections", "i8"),  # where a detector asks for `events`
-    ("cell", "i8"),  # of a detector's bins, in which it was born, where histories run backwards
+    ("weight", "f8"),  # statistical weight [largest birth weight of the scene]; 0: the lane is idle
+    ("birth", "f8"),  # reference weight for Russian roulette and splitting: the weight at birth
+    ("history", "i8"),  # number within the batch; a copy has a hash with bit 55 set (bank.py)
+    ("event", "i8"),  # events that drew random numbers so far: a word of the random counter
+    ("sheet", "i8"),  # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING)
+    ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target
+    ("distance", "f8"),  # ray parameter of the next surface or collision
+    ("hit", "i8"),  # packed word of the next sheet, acting surface and detectors (layout.py)
+    ("time", "f8"),  # [durations], in scenes with a clock
+    ("speed", "f8"),  # [scene lengths per duration, or per second], where speeds differ or are scored
+    ("footing", "i8"),  # facet that the lane stands on, where it stands on a mesh
+    ("facet", "i8"),  # facet of the next hit
+    ("crossed", "i8"),  # facet of the transparent mesh detector passed last
+    ("index", "f8"),  # refractive index of the current medium, 0 where it is not known
+    ("inside", "i8"),  # bit set of the bodies that contain the particle
     (
-        "told",
+        "ahead",
         "f8",
-    ),  # the greatest density of its direction [sr^-1], where detectors know of it already; else 0 ...
-    ("ex", "f8"),  # ... and where it took that direction
+    ),  # state of forced first collisions: FRESH, FREE or the path of a forced copy (forcing.py)
+    ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
+    ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
+    ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
+    # MIS state of next-event estimation: largest pdf of the last sampled direction [sr^-1], 0 if no ray could
+    # have scored that path ...
+    ("told", "f8"),
+    ("ex", "f8"),  # ... and the point where the direction was sampled
     ("ey", "f8"),
     ("ez", "f8"),
 )
 
-# What one step computes and the next forgets.
+# Values that one step computes and the next forgets.
 SCRATCH = (
-    ("nx", "f8"),
+    ("nx", "f8"),  # unit normal at the hit
     ("ny", "f8"),
     ("nz", "f8"),
-    ("mu", "f8"),  # u·n: negative where the particle comes towards the normal
-    ("albedo", "f8"),
+    ("mu", "f8"),  # u·n: negative where the particle moves against the normal
+    ("albedo", "f8"),  # share of the weight that the surface does not absorb
     ("ratio", "f8"),  # refractive index behind the surface over that before it
-    ("before", "f8"),  # the indices themselves
-    ("behind", "f8"),
+    ("before", "f8"),  # refractive index on the side of arrival
+    ("behind", "f8"),  # refractive index on the other side
     ("excess", "f8"),  # (ratio - 1)(ratio + 1)
-    ("roughness", "f8"),
-    ("through", "f8"),  # the share of what goes on that goes through; 1 or 0 once that is settled
-    ("lobe", "f8"),  # cosine at which what microfacets keep back leaves
-    ("ox", "f8"),  # where the flight began, in scenes whose surfaces cut one another
+    ("roughness", "f8"),  # GGX alpha
+    ("through", "f8"),  # transmitted share of the remaining weight; 1 or 0 once sampled
+    ("lobe", "f8"),  # azimuth uniform of the multiple-scattering lobe of microfacets; 2 (NO_LOBE): not taken
+    ("ox", "f8"),  # origin of the flight, in scenes whose surfaces cut or touch one another
     ("oy", "f8"),
     ("oz", "f8"),
-    ("left", "i8"),  # the sheet that it began on
-    ("rx", "f8"),  # the ray's origin, which what passes through a meter keeps
+    ("left", "i8"),  # sheet that the flight began on
+    ("rx", "f8"),  # origin of the ray, restored after a transparent detector
     ("ry", "f8"),
     ("rz", "f8"),
-    ("stood", "i8"),  # and the sheet that it began on, and whether it leaves a box here
-    ("u0", "f8"),  # this event's uniforms: 52 bits,
+    ("stood", "i8"),  # sheet that the ray began on, and bit OUT if it leaves a box here
+    ("u0", "f8"),  # uniform random numbers of this event: 52 bits,
     ("u1", "f8"),  # 32 bits,
     ("u2", "f8"),  # 52 bits, the low ones shared with u1
-    ("u3", "f8"),  # 52 bits each, where mixtures or thermal walls need more
+    ("u3", "f8"),  # 52 bits each, for mixtures and thermal walls
     ("u4", "f8"),
-    ("arrival", "f8"),  # when it meets what is ahead [durations]
-    ("depth", "f8"),  # optical depth of its free path, in scenes with grids
-    ("medium", "i8"),  # row of the medium that it is in (layout.MEDIA)
-    ("mfp", "f8"),  # its mean free path there [scene lengths]: from extinction, or from scattering alone ...
-    ("sigma_a", "f8"),  # ... where absorption lessens weights along the way by this
-    ("survival", "f8"),  # the chance that it is scattered where it collides, else absorbed
-    ("cut", "i8"),  # 1 where a flight is cut short at a station, or ended there or at a collision
-    ("caught", "f8"),  # the weight of a copy whose collision is forced, and its path
-    ("path", "f8"),
-    ("copies", "i8"),  # how many go into the bank
-    ("flies", "i8"),  # 1 where it flies in this round, 0 where it waits for the others
-    ("collides", "i8"),  # 0 where it does not, else one more than the number of its phase function
-    ("look", "i8"),  # the meter here, in one word (layout.py); 0: none
-    ("home", "i8"),  # first row of the meter on the side that is scored
-    ("meter", "i8"),  # index of the meter's row
-    ("bin", "i8"),  # row to score in; 0: none
-    ("high", "i8"),  # the weight to score in units of 2^-32 ...
-    ("low", "i8"),  # ... the rest in units of 2^-63 ...
+    ("arrival", "f8"),  # time at the end of the flight [durations]
+    ("depth", "f8"),  # sampled optical depth of the free path, in scenes with grids
+    ("medium", "i8"),  # row of the current medium (layout.MEDIA)
+    ("mfp", "f8"),  # mean free path there [scene lengths]: of extinction, or of scattering alone ...
+    ("sigma_a", "f8"),  # ... where this absorption coefficient lessens weights along the path
+    ("survival", "f8"),  # probability that a collision scatters rather than absorbs
+    ("cut", "i8"),  # 1 if a flight is cut at a station, or ended there or at a collision
+    ("caught", "f8"),  # weight of the copy whose collision is forced ...
+    ("path", "f8"),  # ... and its path length
+    ("copies", "i8"),  # number of copies that go into the bank
+    ("flies", "i8"),  # 1 if the lane flies in this round, 0 if it waits for the others
+    ("collides", "i8"),  # 0: no collision; else number of the phase function (from 1)
+    ("look", "i8"),  # packed word of the detector at this crossing (layout.py); 0: none
+    ("home", "i8"),  # first row of that detector on the side that is scored
+    ("meter", "i8"),  # index of the detector's row in layout.METER
+    ("bin", "i8"),  # tally row to score into; 0: none
+    ("high", "i8"),  # weight to score in units of 2^-32 ...
+    ("low", "i8"),  # ... its remainder in units of 2^-63 ...
     ("slant", "i8"),  # ... and weight/|mu| in units of 2^-22
-    ("reach", "f8"),  # where on the ray a flight ends: at what is next, or when the clock stops
-    ("lead", "f8"),  # how far it flies before it is in the volume ...
-    ("within", "f8"),  # ... and how far in it
-    ("fade", "f8"),  # by which absorption lessens its weight on the way [1/scene lengths] ...
-    ("keep", "f8"),  # ... and by which it is absorbed in all, by chance as well
-    ("walk_lane", "i8"),  # of a flight through voxels (grids.py): the lane that it is of ...
-    ("walk_state", "i8"),  # ... what it is doing ...
+    ("reach", "f8"),  # ray parameter at the end of a flight: the next hit, or where the clock stops
+    ("lead", "f8"),  # path length before the flight enters the volume detector ...
+    ("within", "f8"),  # ... and inside it
+    ("fade", "f8"),  # absorption coefficient that lessens the weight along the path [1/scene lengths] ...
+    ("keep", "f8"),  # ... and the total one, with absorption at collisions
+    ("walk_lane", "i8"),  # delta tracking through voxels (grids.py): lane of this walk ...
+    ("walk_state", "i8"),  # ... its state ...
     ("walk_history", "i8"),
     ("walk_event", "i8"),
-    ("walk_turns", "i8"),  # ... turns that it has taken ...
-    ("walk_chance", "f8"),  # ... the number that decides about its next tentative collision ...
-    ("walk_draw", "i8"),  # ... random blocks that it has used ...
-    ("walk_t", "f8"),  # ... how far it has come ...
-    ("walk_end", "f8"),  # ... and where a surface ends it, as distances from x ...
-    ("walk_depth", "f8"),  # ... optical depth that is left ...
-    ("walk_top", "f8"),  # ... majorant of the macro cell that it is in ...
-    ("walk_i", "f8"),  # ... which one ...
+    ("walk_turns", "i8"),  # ... number of turns taken ...
+    ("walk_chance", "f8"),  # ... uniform that decides about its next tentative collision ...
+    ("walk_draw", "i8"),  # ... random blocks used ...
+    ("walk_t", "f8"),  # ... its ray parameter ...
+    ("walk_end", "f8"),  # ... and that of the surface that ends it ...
+    ("walk_depth", "f8"),  # ... remaining optical depth ...
+    ("walk_top", "f8"),  # ... majorant of the current macro cell ...
+    ("walk_i", "f8"),  # ... indices of that cell ...
     ("walk_j", "f8"),
     ("walk_m", "f8"),
-    ("walk_px", "f8"),  # ... its origin and direction in macro cells ...
+    ("walk_px", "f8"),  # ... origin in units of macro cells ...
     ("walk_py", "f8"),
     ("walk_pz", "f8"),
-    ("walk_vx", "f8"),
+    ("walk_vx", "f8"),  # ... direction in macro cells per scene length ...
     ("walk_vy", "f8"),
     ("walk_vz", "f8"),
-    ("walk_ix", "f8"),  # ... and one over that
+    ("walk_ix", "f8"),  # ... and its reciprocal ...
     ("walk_iy", "f8"),
     ("walk_iz", "f8"),
-    ("walk_cell", "i8"),  # ... its place in the table of majorants
-    ("voxel", "i8"),  # number of the voxel where a tentative collision is ...
+    ("walk_cell", "i8"),  # ... index of the cell in the table of majorants
+    ("voxel", "i8"),  # number of the voxel of a tentative collision ...
     ("open", "i8"),  # ... the same where its extinction must be looked up, else 0 ...
-    ("sure", "f8"),  # ... the least chance in its macro cell that it is real ...
-    ("level", "i8"),  # ... the chance that it is real, in steps
-    ("sx", "f8"),  # where a shadow ray begins ...
+    ("sure", "f8"),  # ... smallest probability in the macro cell that a collision is real ...
+    ("level", "i8"),  # ... and that probability in the voxel, in steps of 1/LEVELS
+    ("sx", "f8"),  # origin of a shadow ray ...
     ("sy", "f8"),
     ("sz", "f8"),
-    ("vx", "f8"),  # ... its direction ...
+    ("vx", "f8"),  # ... its unit direction ...
     ("vy", "f8"),
     ("vz", "f8"),
-    ("gap", "f8"),  # ... how far it is to the point detector ...
-    ("score", "f8"),  # ... what it brings there if nothing stops it [weight per squared scene length] ...
-    ("bent", "f8"),  # ... the cosine of the angle that it is scattered by ...
-    ("density", "f8"),  # ... and the density with which it is [sr^-1]
-    ("law", "i8"),  # number of the phase function here
-    ("stands", "i8"),  # the sheet that the ray begins on
-    ("tally", "i8"),  # first row of its point detector
+    ("gap", "f8"),  # ... distance to the point detector ...
+    ("score", "f8"),  # ... unoccluded contribution there [weight per squared scene length] ...
+    ("bent", "f8"),  # ... cosine of its scattering angle ...
+    ("density", "f8"),  # ... and pdf of that direction [sr^-1]
+    ("law", "i8"),  # number of the phase function here; 0: none
+    ("stands", "i8"),  # sheet that the ray begins on
+    ("tally", "i8"),  # first row of its detector
     (
         "leg",
         "i8",
-    ),  # one more than the number of that, of a ray that is to be scattered once more on its way; else 0
-    ("onset", "f8"),  # where on a ray to a point of a detector, told from there, it begins ...
-    ("p0", "f8"),  # ... and the numbers that choose the point
+    ),  # point detectors: 1 + number of the point for a ray with a second leg, else 0; else crossings left
+    ("onset", "f8"),  # ray parameter of the origin of a ray whose parameter is 0 at the detector's point
+    ("p0", "f8"),  # uniforms that choose the point on a detector
     ("p1", "f8"),
-    ("kept", "f8"),  # a lane's weight, while a detector counts less of it
-    ("listed", "i8"),  # lanes picked out by a pass
-    ("movers", "i8"),
+    ("kept", "f8"),  # full weight of a lane, while a detector scores an MIS share of it
+    ("listed", "i8"),  # indices of the lanes selected by a pass
+    ("movers", "i8"),  # indices of the lanes that fill gaps
 )
 
 Bundle = np.dtype(
@@ -201,11 +204,11 @@ Bundle = np.dtype(
     + [(name, kind, (PITCH,)) for name, kind in CARRIED + SCRATCH],
     align=True,
 )
-CARRIED_WORDS = HEADER_WORDS  # where the carried fields begin, in words of 8 bytes
+CARRIED_WORDS = HEADER_WORDS  # offset of the carried fields in words of 8 bytes
 
 
 def empty_bundle() -> np.ndarray:
-    """A record of idle lanes that knows its own address, aligned to a cache line."""
+    """Return a record of idle lanes, aligned to a cache line, whose `address` is its own."""
     memory = np.zeros(Bundle.itemsize + 64, np.uint8)
     offset = -memory.ctypes.data % 64
     bundle = memory[offset : offset + Bundle.itemsize].view(Bundle)

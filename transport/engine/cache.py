@@ -1,7 +1,7 @@
-"""Compiled passes are kept on disk in a folder named by a digest of all the sources.
+"""On-disk cache of compiled passes, in a folder named by a digest of all sources.
 
-Numba's own check sees only a kernel's own file; a changed device function in another file would go unnoticed.  Where
-the package's folder is read-only, the user's cache folder serves, and a temporary one where that is read-only too.
+Numba's own check sees only the file of a kernel and would miss a changed device function in another file. If
+the package folder is read-only, the user's cache folder is used; if that is read-only too, a temporary one.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ KERNELS = PACKAGE / "__kernels__"
 
 
 def source_digest() -> str:
-    """Digest of every source from which machine code is made."""
+    """Return the first 16 hex digits of the SHA-256 of every source that is compiled."""
     digest = hashlib.sha256()
     for path in sorted(
         [*PACKAGE.glob("engine/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "compile/layout.py"]
@@ -34,7 +34,7 @@ def source_digest() -> str:
 
 @cache
 def kernel_folder() -> Path:
-    """The folder for this build's machine code, made if need be."""
+    """Return the cache folder of this build, created if necessary."""
     name = f"{source_digest()}-{LANES}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     for root in (KERNELS, home / "transport" / "kernels"):
@@ -42,6 +42,7 @@ def kernel_folder() -> Path:
             folder = root / name
             folder.mkdir(parents=True, exist_ok=True)
             folder.touch()
+            # Test that the folder is writable.
             with tempfile.TemporaryFile(dir=folder):
                 pass
             _forget_others(root, keep=name.split("-")[0])
@@ -50,7 +51,7 @@ def kernel_folder() -> Path:
 
 
 def _forget_others(root: Path, keep: str) -> None:
-    """Remove machine code of other sources that nothing has used for a week."""
+    """Remove machine code of other sources that has not been used for a week."""
     long_ago = time.time() - 7 * 86400
     for folder in root.iterdir():
         with suppress(OSError):
@@ -60,7 +61,7 @@ def _forget_others(root: Path, keep: str) -> None:
 
 @contextmanager
 def cached_kernels():
-    """Within this context Numba keeps machine code in `kernel_folder`; its setting is put back afterwards."""
+    """Context in which Numba caches machine code in `kernel_folder`; restores its setting afterwards."""
     before, config.CACHE_DIR = config.CACHE_DIR, str(kernel_folder())
     try:
         yield

@@ -1,8 +1,7 @@
-"""Shadow rays are cast from births, flights through media and diffuse walls towards a point detector.
+"""Next-event estimation for point detectors: shadow rays from births, flights and diffuse walls.
 
-Each pass computes for every lane where its ray begins, its direction, and what it brings to the point if
-nothing stops it; 0 where there is none.  `list_shadows` picks those that bring anything: the driver has them
-traced before the next pass.
+Each pass computes, for every lane, the origin of its ray, its direction, and its unoccluded contribution (0:
+no ray). `list_shadows` selects rays with a contribution; the driver traces them before the next pass.
 """
 
 import math
@@ -31,13 +30,13 @@ from transport.physics.elementary import exp_negative
 from transport.physics.sight import sample_equiangular
 from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
 
-NUMBER = uint64(24)  # bits of an event, below the number of the point detector
+NUMBER = uint64(24)  # bits of an event below the number of the point detector
 INVERSE_PI = 0.3183098861837907
 
 
 @device
 def towards(x, y, z, px, py, pz):
-    """Unit direction and distance from one place to another; a direction of 0 where they are one."""
+    """Return unit direction and distance from one point to another; direction 0 if they coincide."""
     dx, dy, dz = px - x, py - y, pz - z
     r = math.sqrt(dx * dx + dy * dy + dz * dz)
     s = 1.0 / r if r > 0.0 else 0.0
@@ -46,7 +45,11 @@ def towards(x, y, z, px, py, pz):
 
 @lane_pass(POINT_EMISSION)
 def cast_from_births(b, table, first, live):
-    """What a birth sends: a share of its weight per steradian over the squared distance."""
+    """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
+
+    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`,
+    `score`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
     for k in range(first, live):
@@ -62,7 +65,14 @@ def cast_from_births(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_box(b, table, first, live):
-    """A line through the point, isotropic, and a place of the box on it: so 1/r^2 is drawn, not weighed."""
+    """Cast a shadow ray from a uniformly emitting box.
+
+    Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
+    sampled rather than weighted.
+
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
+    """
     px, py, pz = table.x, table.y, table.z
     hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
@@ -73,6 +83,7 @@ def cast_from_box(b, table, first, live):
         near_x, far_x = slab(ox, ux, hx)
         near_y, far_y = slab(oy, uy, hy)
         near_z, far_z = slab(oz, uz, hz)
+        # Chord of the box on this line, and a place on it.
         near = max(0.0, max(near_x, max(near_y, near_z)))
         far = min(far_x, min(far_y, far_z))
         way = far - near if near < far else 0.0
@@ -86,7 +97,11 @@ def cast_from_box(b, table, first, live):
 
 @lane_pass(POINT_GLOW)
 def cast_from_sphere(b, table, first, live):
-    """The same for a ball; the chord is told from the place nearest its centre."""
+    """The same for a ball; the chord is computed from its point nearest to the centre.
+
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
+    """
     px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
     ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
     seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -110,7 +125,10 @@ def cast_from_sphere(b, table, first, live):
 
 @lane_pass(ROWS)
 def know_phase(b, table, first, live):
-    """The number of the phase function of the medium that a lane flies in."""
+    """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
+
+    Fields: reads `medium`, `flies`; writes `law`.
+    """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
         b.law[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
@@ -119,11 +137,14 @@ def know_phase(b, table, first, live):
 
 @lane_pass(POINT)
 def cast_from_flights(b, table, first, live):
-    """What scattering somewhere on a flight sends, from a place drawn equiangularly on it.
+    """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
 
-    No factor for the way flown as far as that place: that it flies so far is drawn; only absorption along it
-    is weighed.  In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`
-    knows it.
+    No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
+    weighted. In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
+    `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
+    `density`, `stands`, `tally`.
     """
     px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -132,12 +153,14 @@ def cast_from_flights(b, table, first, live):
         w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
         x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = px - x, py - y, pz - z
+        # Foot of the perpendicular from the point on the ray, and its length.
         foot = rx * ux + ry * uy + rz * uz
         qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
         least = math.sqrt(qx * qx + qy * qy + qz * qz)
         start, end, mfp = b.start[k] + SLACK, b.distance[k] - SLACK, b.mfp[k]
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (b.medium[k] != medium)
         flies &= (start < end) & (end < math.inf)
+        # Sample the place; `inverse` is one over (pdf times r^2).
         place, inverse = sample_equiangular(
             least, start - foot, (end if flies else start) - foot, uniform(w0, w1)
         )
@@ -156,7 +179,11 @@ def cast_from_flights(b, table, first, live):
 
 @lane_pass(POINT)
 def cast_from_walls(b, table, first, live):
-    """What a diffuse wall sends of the weight that it has just reflected or let through."""
+    """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
+
+    Fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     for k in range(first, live):
         vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
@@ -172,9 +199,14 @@ def cast_from_walls(b, table, first, live):
 
 @lane_pass(CODE)
 def list_shadows(b, table, first, live):
-    """The lanes whose rays bring anything, and what the rays are to do: code is their `leg`."""
+    """List the lanes whose rays contribute, and set their `leg` to the table's code.
+
+    The score becomes score times pdf.
+
+    Fields: reads `density`; updates `score`; writes `leg`, `cast`, `taken`.
+    """
     cast, leg = 0, table.code
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         score = b.score[k] * b.density[k]
         b.score[k], b.leg[k] = score, leg
         b.listed[cast] = k

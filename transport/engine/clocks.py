@@ -1,7 +1,7 @@
-"""The clock: when a particle is born, when it arrives, and that it stops.  Only for scenes with a duration.
+"""The clock: time of birth, time of arrival, end of the clock. Only in scenes with a duration.
 
-Times are in durations.  A flight lasts from `time` to `arrival`, and the next begins at that very number: so an instant
-belongs to one flight of each history, and what is counted at an instant is counted once.
+Times are in durations. A flight lasts from `time` to `arrival`, and the next begins at that very number, so
+an instant belongs to exactly one flight of each history and each particle is scored once per instant.
 """
 
 from transport.compile.layout import CLOCK, IN_FLIGHT, MEDIA, MEDIA_CLOCK, MOMENT, NO_TABLE
@@ -16,7 +16,10 @@ from transport.physics.velocities import sample_normal_pair
 
 @lane_pass(MOMENT)
 def start_at(b, table, first, live):
-    """All at one instant."""
+    """Set one time of birth for all.
+
+    Fields: writes `time`.
+    """
     start = table.start
     for k in range(first, live):
         b.time[k] = start
@@ -25,7 +28,10 @@ def start_at(b, table, first, live):
 
 @lane_pass(MOMENT)
 def start_within(b, table, first, live):
-    """Uniformly over a span of time: a steady source, or a pulse of constant power."""
+    """Sample a time of birth uniformly in an interval: a steady source, or a pulse of constant power.
+
+    Fields: reads `history`; writes `time`.
+    """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -36,7 +42,10 @@ def start_within(b, table, first, live):
 
 @lane_pass(MOMENT)
 def start_within_and_draw(b, table, first, live):
-    """The same, and from the same random block the number that a speed is made of."""
+    """The same, and keep in u0 the uniform for a speed from the same random block.
+
+    Fields: reads `history`; writes `time`, `u0`.
+    """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -47,7 +56,10 @@ def start_within_and_draw(b, table, first, live):
 
 @lane_pass(MOMENT)
 def start_about(b, table, first, live):
-    """A Gaussian pulse; width: its standard deviation."""
+    """Sample a time of birth from a Gaussian pulse; width: its standard deviation.
+
+    Fields: reads `history`; writes `time`.
+    """
     start, width = table.start, table.width
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
@@ -59,7 +71,10 @@ def start_about(b, table, first, live):
 
 @lane_pass(CLOCK)
 def time_arrival(b, table, first, live):
-    """When it meets what is ahead, where all fly alike; never, where nothing is ahead."""
+    """Set the time at the end of the flight, for one common speed; infinite without a surface ahead.
+
+    Fields: reads `start`, `distance`, `time`; writes `arrival`.
+    """
     slowness = table.slowness
     for k in range(first, live):
         b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) * slowness
@@ -68,7 +83,10 @@ def time_arrival(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def time_arrival_by_speed(b, table, first, live):
-    """The same at its own speed; one at rest never arrives."""
+    """The same with the particle's own speed; infinite at rest.
+
+    Fields: reads `start`, `distance`, `time`, `speed`; writes `arrival`.
+    """
     for k in range(first, live):
         b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) / b.speed[k]
     return live
@@ -76,7 +94,10 @@ def time_arrival_by_speed(b, table, first, live):
 
 @lane_pass(MEDIA_CLOCK)
 def time_arrival_in_media(b, table, first, live):
-    """The same in media, where light is slower by their index; what waits for the others has arrived."""
+    """The same in media, where light slows down by the refractive index; lanes that wait keep their time.
+
+    Fields: reads `start`, `distance`, `time`, `speed`, `medium`, `flies`; writes `arrival`.
+    """
     rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
     for k in range(first, live):
         pace = rows[b.medium[k]].index * slowness
@@ -88,7 +109,10 @@ def time_arrival_in_media(b, table, first, live):
 
 @lane_pass(CLOCK)
 def stop_clock(b, table, first, live):
-    """Particles that are still flying when the clock stops go into the ledger; the others' clocks advance."""
+    """End particles whose flight outlasts the clock, as in flight; advance the time of the others.
+
+    Fields: reads `arrival`; updates `weight`, `hit`; writes `time`.
+    """
     high, low, duration = 0, 0, table.duration
     for k in range(first, live):
         arrival = b.arrival[k]

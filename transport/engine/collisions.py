@@ -1,9 +1,11 @@
-"""What a medium does to a flight: end it at a collision, absorb there by chance or along the way by weight, scatter.
+"""Media along a flight: free path, absorption at collisions or along the path, scattering.
 
-A flight ends at a surface or, before that, at a collision: its free path bounds `distance` before the surfaces are looked
-for.  Lanes that met a surface wait while the others collide and fly on (driver.fly_on); `flies` tells them apart.
+A flight ends at a surface or, before that, at a collision: the free path bounds `distance` before surfaces
+are searched. Lanes at a surface wait while the others collide and fly on (driver._fly_on); `flies`
+distinguishes them.
 
-Collisions keep layout.SLACK clear of what is ahead of them and behind: no rounding carries one through a surface.
+Collisions keep layout.SLACK clear of what lies ahead and behind, so no rounding carries one through a
+surface.
 """
 
 import math
@@ -37,7 +39,10 @@ from transport.physics.scattering import (
 
 @lane_pass(NO_TABLE)
 def set_out(b, table, first, live):
-    """All fly on."""
+    """Mark all lanes as flying: distance 0, no hit.
+
+    Fields: writes `distance`, `hit`.
+    """
     for k in range(first, live):
         b.distance[k] = 0.0
         b.hit[k] = 0
@@ -46,7 +51,10 @@ def set_out(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def fly_straight(b, table, first, live):
-    """Nothing collides: as far as the next surface."""
+    """Set an infinite free path (no collisions): fly to the next surface.
+
+    Fields: writes `distance`, `hit`, `flies`.
+    """
     for k in range(first, live):
         b.distance[k] = math.inf
         b.hit[k] = 0
@@ -56,13 +64,17 @@ def fly_straight(b, table, first, live):
 
 @device
 def takes_off(hit, distance, weight):
-    """Whether a lane flies: it has met no surface yet, does not leave, and lives."""
+    """Return whether a lane flies: no surface hit yet, not leaving, alive."""
     return (hit == 0) & (distance < math.inf) & (weight != 0.0)
 
 
 @lane_pass(NO_TABLE)
 def fly(b, table, first, live):
-    """Draw a free path, and what the collision at its end needs."""
+    """Sample a free path by the exponential law, and the uniforms u0, u1 of the collision at its end.
+
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
+    `flies`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
@@ -75,7 +87,11 @@ def fly(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def collide(b, table, first, live):
-    """To the end of the free path, where no surface came before it."""
+    """Move lanes to the end of the free path where no surface came before it; mark them as colliding.
+
+    Fields: reads `ux, uy, uz`, `weight`, `distance`, `hit`, `flies`; updates `x, y, z`, `sheet`, `start`,
+    `collisions`; writes `collides`, `colliding`.
+    """
     colliding = 0
     for k in range(first, live):
         collides = (b.flies[k] != 0) & (b.hit[k] == 0) & (b.distance[k] < math.inf) & (b.weight[k] != 0.0)
@@ -94,7 +110,12 @@ def collide(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def attenuate(b, table, first, live):
-    """Absorption along the way lessens the weight; what is lost, as a difference of exact sums, is the medium's."""
+    """Absorb along the path: weight times exp(-sigma_a path).
+
+    `high`, `low` receive the absorbed weight as a difference of exact sums.
+
+    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
+    """
     any_thin = 0
     for k in range(first, live):
         any_thin |= 1 if is_thin(b.sigma_a[k] * (b.distance[k] - b.start[k])) else 0
@@ -114,7 +135,10 @@ def attenuate(b, table, first, live):
 
 @device
 def attenuate_thinly(b, first, live):
-    """The same where some ways are so thin that the digits of a weight do not tell what is lost on them."""
+    """The same if some paths are too thin for the digits of a weight (thinning.py).
+
+    Fields: reads `history`, `start`, `distance`, `sigma_a`, `flies`; updates `weight`; writes `high`, `low`.
+    """
     salt = salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way, sigma_a, before = b.distance[k] - b.start[k], b.sigma_a[k], b.weight[k]
@@ -129,7 +153,10 @@ def attenuate_thinly(b, first, live):
 
 @lane_pass(NO_TABLE)
 def absorb_by_chance(b, table, first, live):
-    """At a collision all or nothing is absorbed; the number that decided is as good as new within its range."""
+    """Absorb all or nothing at a collision: survive with probability `survival`; rescales and reuses u0.
+
+    Fields: reads `survival`; updates `weight`, `u0`, `collides`; writes `high`, `low`.
+    """
     for k in range(first, live):
         u, survival, collides = b.u0[k], b.survival[k], b.collides[k] != 0
         dies = collides & (u >= survival)
@@ -144,7 +171,10 @@ def absorb_by_chance(b, table, first, live):
 
 @lane_pass(WEIGHED)
 def account_absorbed_in(b, table, first, live):
-    """Enter what one medium has kept into its row of the ledger."""
+    """Add the absorption in one medium to its row of the ledger.
+
+    Fields: reads `medium`, `high`, `low`.
+    """
     high, low, medium = 0, 0, table.medium
     for k in range(first, live):
         here = b.medium[k] == medium
@@ -156,7 +186,10 @@ def account_absorbed_in(b, table, first, live):
 
 @lane_pass(WEIGHED)
 def account_absorbed_everywhere(b, table, first, live):
-    """The same for media in plenty, from the row of the first one on."""
+    """The same for many media: one addition per lane, from the row of the first medium on.
+
+    Fields: reads `medium`, `high`, `low`.
+    """
     rows = b.ledger + 32 * table.ledger
     for k in range(first, live):
         add_to_row(rows + 32 * b.medium[k], b.high[k], b.low[k], 0, 0)
@@ -165,9 +198,11 @@ def account_absorbed_everywhere(b, table, first, live):
 
 @lane_pass(TWO_ROWS)
 def choose_phase(b, table, first, live):
-    """The phase function of the medium; of a mixture one part, with the chance of its share.
+    """Choose the phase function of the medium; of a mixture, one part with the probability of its share.
 
-    The number that chose is as good as new within the part's share.
+    The uniform u0 is rescaled within the part's share and reused.
+
+    Fields: reads `medium`; updates `u0`, `collides`.
     """
     media, laws = view(table.rows, table.count, MEDIA), view(table.others, table.other_count, PHASE_LAW)
     for k in range(first, live):
@@ -185,7 +220,10 @@ def choose_phase(b, table, first, live):
 
 @lane_pass(PHASE_LAW)
 def scatter_isotropically(b, table, first, live):
-    """Into all directions alike."""
+    """Sample an isotropic direction.
+
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    """
     number = table.number
     for k in range(first, live):
         ux, uy, uz = sample_isotropic(b.u0[k], b.u1[k])
@@ -196,7 +234,10 @@ def scatter_isotropically(b, table, first, live):
 
 @lane_pass(PHASE_LAW)
 def scatter_by_henyey_greenstein(b, table, first, live):
-    """About the old direction by the phase function of Henyey and Greenstein (1941)."""
+    """Sample the scattering angle by the phase function of Henyey and Greenstein (1941).
+
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    """
     number, g = table.number, table.g
     for k in range(first, live):
         mu, sine = sample_henyey_greenstein(g, b.u0[k])
@@ -208,7 +249,10 @@ def scatter_by_henyey_greenstein(b, table, first, live):
 
 @lane_pass(PHASE_LAW)
 def scatter_by_rayleigh(b, table, first, live):
-    """About the old direction by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2)."""
+    """Sample the scattering angle by the phase function of Rayleigh (1871), 3/(16 pi) (1 + mu^2).
+
+    Fields: reads `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    """
     number = table.number
     for k in range(first, live):
         mu, sine = sample_rayleigh(b.u0[k])
@@ -220,7 +264,13 @@ def scatter_by_rayleigh(b, table, first, live):
 
 @lane_pass(PHASE_LAW)
 def choose_segment_of_table(b, table, first, live):
-    """Where in a tabulated phase function.  The gather is a pass of its own: it would hold up the loop that turns."""
+    """Choose a segment of a tabulated phase function (alias method).
+
+    Puts start, width and share of the segment into nx, ny, nz. The gather is a pass of its own because it
+    would slow down the loop that turns directions.
+
+    Fields: reads `collides`; updates `u0`; writes `nx, ny, nz`.
+    """
     number, count, rows = table.number, table.count, view(table.rows, table.count, SEGMENT)
     for k in range(first, live):
         if b.collides[k] == number:
@@ -230,7 +280,10 @@ def choose_segment_of_table(b, table, first, live):
 
 @lane_pass(PHASE_LAW)
 def scatter_by_table(b, table, first, live):
-    """About the old direction by a tabulated phase function: within the segment that was chosen."""
+    """Sample the scattering angle by a tabulated phase function, within the chosen segment.
+
+    Fields: reads `nx, ny, nz`, `u0`, `u1`, `collides`; updates `ux, uy, uz`.
+    """
     number = table.number
     for k in range(first, live):
         here = b.collides[k] == number
@@ -243,7 +296,10 @@ def scatter_by_table(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def count_scatterings(b, table, first, live):
-    """What collides and lives on has been scattered."""
+    """Count the scattering of lanes that collided and survived.
+
+    Fields: reads `collides`; updates `reflections`.
+    """
     for k in range(first, live):
         b.reflections[k] += 1 if b.collides[k] != 0 else 0
     return live

@@ -1,7 +1,7 @@
-"""By how much a medium scatters towards a point: coefficients in voxels, densities of phase functions.
+"""Scattering towards a point: coefficients in voxels, and pdfs of phase functions.
 
-A lane's `law` is the number of its phase function, `bent` the cosine of the angle; the densities of a
-mixture's parts add up.
+`law` is the number of a lane's phase function, `bent` the cosine of its scattering angle; the pdfs of a
+mixture's parts add up in `density`.
 """
 
 import numpy as np
@@ -19,7 +19,12 @@ NEUTRAL = 0.07957747154594767  # 1 / 4 pi
 
 @lane_pass(GRID)
 def weigh_in_grid(b, table, first, live):
-    """The coefficient of scattering in the voxel where a shadow ray begins."""
+    """Multiply the score by the scattering coefficient of the voxel where a shadow ray begins.
+
+    Only scores that still lack it, which are negative.
+
+    Fields: reads `medium`, `sx, sy, sz`; updates `score`.
+    """
     scattering = view(table.scattering, table.scattering_count, np.float64)
     for k in range(first, live):
         if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
@@ -33,7 +38,10 @@ def weigh_in_grid(b, table, first, live):
 
 @lane_pass(POINT_PHASE)
 def weigh_isotropically(b, table, first, live):
-    """Isotropic scattering."""
+    """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
+
+    Fields: reads `law`; updates `density`.
+    """
     number, density = table.number, table.share * NEUTRAL
     for k in range(first, live):
         b.density[k] += density if b.law[k] == number else 0.0
@@ -42,7 +50,10 @@ def weigh_isotropically(b, table, first, live):
 
 @lane_pass(POINT_PHASE)
 def weigh_by_henyey_greenstein(b, table, first, live):
-    """Henyey and Greenstein's phase function."""
+    """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
+
+    Fields: reads `bent`, `law`; updates `density`.
+    """
     number, share, g = table.number, table.share, table.g
     for k in range(first, live):
         density = share * henyey_greenstein_density(g, b.bent[k])
@@ -52,7 +63,10 @@ def weigh_by_henyey_greenstein(b, table, first, live):
 
 @lane_pass(POINT_PHASE)
 def weigh_by_rayleigh(b, table, first, live):
-    """Rayleigh's phase function."""
+    """Add the pdf of Rayleigh's phase function [sr^-1].
+
+    Fields: reads `bent`, `law`; updates `density`.
+    """
     number, share = table.number, table.share
     for k in range(first, live):
         density = share * rayleigh_density(b.bent[k])
@@ -62,7 +76,10 @@ def weigh_by_rayleigh(b, table, first, live):
 
 @lane_pass(POINT_PHASE)
 def weigh_by_table(b, table, first, live):
-    """A tabulated phase function: linear in the cosine between its points."""
+    """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
+
+    Fields: reads `score`, `bent`, `law`; updates `density`.
+    """
     count = table.cells + 1
     cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
     for k in range(first, live):

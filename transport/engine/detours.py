@@ -1,10 +1,12 @@
-"""Rays that are scattered once more on their way to a point detector: so no score has a heavy tail.
+"""Once-more-collided estimator for point detectors (Kalos 1963.
 
-From where light is born, collides or leaves a diffuse wall a ray goes to a place that is drawn with a density
-as 1/(a^2 b^2), a and b its distances from both ends: that cancels both inverse squares, and scores go as 1/r
-only, r from end to end: their variance is finite (Kalos 1963; Steinberg and Kalos 1971).  Where it arrives in
-the medium about the point it is scattered; all else that scatters is told from the flights (casting.py),
-which do not come close to the point.
+Steinberg and Kalos 1971): finite variance.
+
+From a birth, a collision or a diffuse wall, a ray goes to a scattering point sampled with a pdf proportional
+to 1/(a^2 b^2), with a and b its distances from both ends. This cancels both inverse squares, so scores go as
+1/r only, with r from end to end, and their variance is finite. The ray is scattered at that point, in the
+medium around the detector's point; all other scattering is scored from flights (casting.py), which do not
+come close to the point.
 """
 
 import math
@@ -34,7 +36,7 @@ from transport.physics.streams import AGAIN, event_words, short_uniform, uniform
 
 @device
 def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
-    """Direction and length of the first leg of a detour, and one over (its density times a^2 b^2)."""
+    """Return direction and length of the first leg, and one over (its pdf times a^2 b^2)."""
     ex, ey, ez, r = towards(x, y, z, px, py, pz)
     mu, sine, leg = sample_detour(r, uniform(w0, w1), short_uniform(w3))
     vx, vy, vz = turned_by_angle(ex, ey, ez, mu, sine, short_uniform(w2))
@@ -43,7 +45,11 @@ def detour(x, y, z, px, py, pz, w0, w1, w2, w3):
 
 @lane_pass(POINT_EMISSION)
 def detour_from_births(b, table, first, live):
-    """Of what a birth sends, and is scattered once."""
+    """Cast the first leg from a birth: light that is scattered once.
+
+    Fields: reads `x, y, z`, `weight`, `history`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     isotropic, lambertian = table.isotropic, table.lambertian
     seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
@@ -61,7 +67,11 @@ def detour_from_births(b, table, first, live):
 
 @lane_pass(POINT_EMISSION)
 def detour_along_beams(b, table, first, live):
-    """Of a beam, whose direction is given: a place on its line, equiangularly."""
+    """Cast the first leg along a beam: a place on its line, sampled equiangularly.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `sheet`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
@@ -81,7 +91,10 @@ def detour_along_beams(b, table, first, live):
 
 @lane_pass(ROWS)
 def know_phase_at_collisions(b, table, first, live):
-    """The number of the phase function of the medium that a lane collides in."""
+    """Set the number of the phase function of the medium that a lane collides in; 0 without a collision.
+
+    Fields: reads `medium`, `collides`; writes `law`.
+    """
     rows = view(table.rows, table.count, MEDIA)
     for k in range(first, live):
         b.law[k] = rows[b.medium[k]].phase if b.collides[k] != 0 else 0
@@ -90,7 +103,11 @@ def know_phase_at_collisions(b, table, first, live):
 
 @lane_pass(POINT)
 def detour_from_collisions(b, table, first, live):
-    """Of what a collision sends, and is scattered once more."""
+    """Cast the first leg from a collision: light that is scattered once more.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `law`; writes `sx, sy, sz`,
+    `vx, vy, vz`, `gap`, `score`, `bent`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
@@ -107,7 +124,11 @@ def detour_from_collisions(b, table, first, live):
 
 @lane_pass(POINT)
 def detour_from_walls(b, table, first, live):
-    """Of what a diffuse wall sends, and is scattered once."""
+    """Cast the first leg from a diffuse wall: light that is scattered once.
+
+    Fields: reads `x, y, z`, `weight`, `history`, `event`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes
+    `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`, `tally`.
+    """
     px, py, pz, tally = table.x, table.y, table.z, table.first
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
@@ -126,13 +147,18 @@ def detour_from_walls(b, table, first, live):
 
 @lane_pass(TWO_ROWS)
 def turn_to_point(b, table, first, live):
-    """A ray at the end of its first leg, in the medium about its point, turns towards that."""
+    """At the end of the first leg, in the medium around its point, turn a ray towards the point.
+
+    Fields: reads `weight`, `distance`, `hit`, `medium`, `mfp`, `survival`, `leg`; updates `x, y, z`,
+    `ux, uy, uz`; writes `sheet`, `start`, `sx, sy, sz`, `gap`, `score`, `bent`, `density`, `law`.
+    """
     points, media = view(table.rows, table.count, POINT), view(table.others, table.other_count, MEDIA)
     turning = 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.law[k] = 0
         b.listed[turning] = k
         turning += 1 if (b.leg[k] != 0) & (b.hit[k] == 0) & (b.weight[k] != 0.0) else 0
+    # Direction to the point, scattering angle and coefficient; pdfs of phase functions follow.
     for item in range(turning):
         k = b.listed[item]
         point, medium, way, mfp = points[b.leg[k] - 1], b.medium[k], b.distance[k], b.mfp[k]
@@ -152,7 +178,10 @@ def turn_to_point(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def set_off_again(b, table, first, live):
-    """The second leg, with what is scattered into it."""
+    """Start the second leg with the weight that is scattered into it.
+
+    Fields: reads `hit`, `score`, `density`; updates `weight`, `leg`.
+    """
     for k in range(first, live):
         turns = (b.leg[k] != 0) & (b.hit[k] == 0)
         score = b.score[k] * b.density[k]

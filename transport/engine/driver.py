@@ -1,4 +1,4 @@
-"""Runs a program bundle after bundle: fill up with newborn, take every step, until no particle is left.
+"""Run a program bundle by bundle: fill free lanes with newborn particles, take every step, repeat.
 
 `run_batch(machine, seed, batch, histories)` is a pure function and the only unit of work.
 """
@@ -28,41 +28,43 @@ from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
 
-REST = 0.5  # of the cost of a pass in flight, that of one of the rest, which serves a part of the lanes
-MOST_ROUNDS = 64  # of flights from collision to collision, before those that met a surface go on
-MOST_COPIES_EACH = 20_000  # of a history in the mean, and as many for each lane
-MOST_CROSSINGS = 1 << 30  # of a batch: below it no sum can leave its 64 bits (engine/sums.py)
-# Crossings and collisions of a bundle in which some history must end or some weight be lost: else none ever will.  1e6 crossings
-# per lane of a full bundle; fewer than 16 histories are given up before (surfaces.MOST_EVENTS), and counted as lost.
+REST = 0.5  # cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
+MOST_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
+MOST_COPIES_EACH = 20_000  # copies per history on average, and as many per lane
+MOST_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/sums.py)
+# A bundle in which no history ends and no weight is lost for so many crossings or collisions never ends: 1e6
+# crossings per lane of a full bundle. Fewer than 16 histories end before as lost (surfaces.MOST_EVENTS).
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62
-ROUNDING = 2.0**-40  # of an emitter's number of histories: above a whole number by less it is that
-# The golden section: multiples of it fill a circle as evenly as can be (Knuth, The Art of Computer Programming, 6.4).
+ROUNDING = 2.0**-40  # relative: a number of histories this close to an integer is that integer
+# Golden section: its multiples modulo 1 are as evenly spread as possible (Knuth, TAOCP, 6.4).
 GOLDEN = 0.6180339887498949
-LEFT = 0.95  # of the brightest emitter's histories: less is not left to it by the others
-MOST_SCORED = 1 << 60  # the same for volume detectors: units of 2^-32 that they add up, and 2^28 a score
+LEFT = (
+    0.95  # least share of its due histories that the brightest emitter keeps when the others are rounded up
+)
+MOST_SCORED = 1 << 60  # the same for the sums of volume detectors [2^-32], to which each score adds 2^28
 
 
 @dataclass(frozen=True)
 class RawSums:
-    """What a batch counted: integer rows (high, low, count, slant) of the meters and of the ledger."""
+    """Integer sums of one batch: rows (high, low, count, slant) of detectors and of the energy balance."""
 
     histories: int
-    sent: int  # weight [2^-63] with which all were born that no aim weighs
-    meters: np.ndarray  # (rows, 4) int64; phase space behind the meters
+    sent: int  # total birth weight [2^-63] of emitters without an aim
+    meters: np.ndarray  # (rows, 4) int64: detectors, then phase-space detectors
     ledger: np.ndarray  # (rows, 4) int64
-    moments: np.ndarray  # (rows, 4) int64: four limbs of velocity sums
-    sizes: np.ndarray  # (cells,) int64: how often scores of each size came
-    records: np.ndarray  # of layout.RECORD: one history in `stride` at each snapshot
+    moments: np.ndarray  # (rows, 4) int64: velocity sums, four limbs each
+    sizes: np.ndarray  # (cells,) int64: histogram of score sizes
+    records: np.ndarray  # layout.RECORD rows: one in `stride` histories at each snapshot
     stride: int
-    ways: np.ndarray  # of layout.WAY, where a picture asks for them
-    walked: int  # how many there were, written down or not
+    ways: np.ndarray  # layout.WAY rows: flight segments, if tracks were requested
+    walked: int  # number of segments flown, recorded or not
     seed: int
     crossings: int
     collisions: int
 
 
 class Sums:
-    """The memory that a batch counts into."""
+    """Memory for the sums of one batch."""
 
     def __init__(self, plan: Plan, histories: int, batches: int = 1) -> None:
         self.tallies = np.zeros((plan.rows, 4), np.int64)
@@ -76,7 +78,7 @@ class Sums:
         self.records = np.zeros(len(plan.snapshots) * (histories // self.stride + 1), RECORD)
 
     def enter(self, bundle: np.ndarray) -> None:
-        """Tell a bundle where to count."""
+        """Write the addresses and sizes of this memory into a bundle's header."""
         for name in ("tallies", "ledger", "moments", "sizes", "records", "ways", "bank"):
             bundle[name] = getattr(self, name).ctypes.data
         bundle["ledger_words"], bundle["stride"], bundle["recorded"] = self.ledger.size, self.stride, 0
@@ -84,25 +86,28 @@ class Sums:
 
 
 class Stopped(Exception):
-    """The batch was told to stop before it was complete; its sums are void."""
+    """The batch was stopped before it was complete; its sums are void."""
 
 
 def _drive(bundle, handle, flow, births, sight, copies, histories):
-    """Run `histories` to their ends.
+    """Run `histories` histories to their ends.
 
-    flow: entries and tables of the steps, how many of them come before a flight, and how many after these are done again for
-    what collides in a medium;  births: entries and tables of the newborn's steps, where among these each emitter's begin, and
-    the emitters' cumulative shares, and what `_dealt` gives;  sight: of shadow rays the bundle, its handle, entries and tables of
-    their steps;  copies: entries and tables of what takes copies from the bank.
+    flow: entries and tables of the steps, the number of steps before a flight, and the number after these
+    that are repeated for lanes that collide in a medium. births: entries and tables of birth steps, the first
+    of these per emitter, the emitters' cumulative shares of the histories, and the two arrays of `_dealt`.
+    sight: bundle of shadow rays, its handle, entries and tables of its steps. copies: entry and table of the
+    pass that takes copies from the bank.
 
-    Histories are dealt to the emitters in proportion, in one run of numbers each: as `_dealt` says, else by systematic sampling,
-    whose random offset makes every history's chance right.  From batch to batch it goes on by the golden section, so that all batches
-    together have as many of each emitter as they should, but for about one history, and differ from one another where these are not whole.
+    Histories are dealt to emitters in proportion to their power, as one run of numbers each: as `_dealt`
+    gives, else by systematic sampling, whose random offset makes the probability of each history exact. The
+    offset advances by the golden section from batch to batch, so all batches together give each emitter its
+    share to within about one history, and batches differ where shares are not integers.
     """
     entries, tables, ready, inner = flow
     birth_entries, birth_tables, emitters, shares, dealt, worths = births
     withdrawal, withdrawn = copies
     b = bundle[0]
+    # Random offset of systematic sampling, and which histories are recorded in snapshots.
     _, _, w2, w3 = random_words(0, b.batch, 0, SHARES, b.seed_low, b.seed_high)
     o0, o1, _, _ = random_words(0, 0, 0, SHARES, b.seed_low, b.seed_high)
     offset = (uniform(o0, o1) + b.batch * GOLDEN) % 1.0
@@ -112,6 +117,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
     end = dealt[0] if len(dealt) > 0 else _last_of(histories, shares[0], offset, count == 1)
     calm = (int64(0), int64(0), -1.0)
     while True:
+        # Fill free lanes: with copies from the bank first, then with newborn particles.
         before, begun, given_up = live, history + copied, b.given_up
         live = _fill_line(b, live)
         while b.banked > 0 and live < LANES:
@@ -139,6 +145,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
         if live == 0:
             _trace_last(b, handle, sight)
             return
+        # Fly and collide in media until few lanes still do, then run the steps at surfaces.
         b.first = 0
         if inner > 0:
             _fly_on(b, handle, flow, sight, live)
@@ -147,6 +154,7 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
             _trace(b, handle, sight)
             if live == 0:
                 break
+        # Detect endless histories; stop on request or before a sum overflows.
         new = history + copied - begun
         calm = _watch(b, calm, live, before + new - live - (b.given_up - given_up), new)
         if (
@@ -161,11 +169,11 @@ def _drive(bundle, handle, flow, births, sight, copies, histories):
 
 @njit(inline="always")
 def _fly_on(b, handle, flow, sight, live):
-    """Fly and collide, again and again, while the lanes that met a surface wait.
+    """Fly and collide repeatedly while the lanes at a surface wait.
 
-    A round costs the same however many lanes still fly; the rest of the program, which costs as much as `others` rounds,
-    serves those that wait.  Flights are cheapest when the next round would make fewer than the mean for its cost so far
-    (the marginal value theorem of Charnov 1976): then it is time to stop.
+    A round costs the same however many lanes still fly; the rest of the program, which costs as much as
+    `others` rounds, serves the lanes that wait. The cost per flight is least if rounds stop when the next one
+    would make fewer flights than the mean so far per unit of cost (marginal value theorem, Charnov 1976).
     """
     entries, tables, ready, inner = flow
     for p in range(ready):
@@ -184,7 +192,7 @@ def _fly_on(b, handle, flow, sight, live):
 
 @njit(inline="always")
 def _trace(b, handle, sight):
-    """Of the shadow rays that the last pass has cast, trace as many as fill their bundle; the others wait there for more."""
+    """Trace shadow rays of the last pass while they fill their bundle; the rest wait there."""
     _, shadow, entries, tables = sight
     while b.cast > 0:
         if call_pass(entries[0], handle, tables[0], 0, LANES) == LANES:
@@ -194,7 +202,7 @@ def _trace(b, handle, sight):
 
 @njit(inline="always")
 def _trace_last(b, handle, sight):
-    """Trace those that wait, at the end of a batch."""
+    """Trace the waiting shadow rays at the end of a batch."""
     _, shadow, entries, tables = sight
     while len(entries) > 0 and call_pass(entries[0], handle, tables[0], 0, LANES) > 0:
         for p in range(1, len(entries)):
@@ -203,10 +211,10 @@ def _trace_last(b, handle, sight):
 
 @njit(inline="always")
 def _watch(b, calm, live, ended, new):
-    """Tell the bundle where no history ends any more: none has, and no weight was lost, for as long as its patience.
+    """Set `trapped` if no history ended and no weight was lost within the bundle's patience.
 
-    calm: crossings and collisions since which none has ended or begun, and what the lanes carried halfway from there (-1:
-    not yet there);  ended, new: histories of this turn.
+    calm: crossings and collisions at the last end or birth, and the total weight halfway from there (-1: not
+    yet reached). ended, new: histories of this turn. Returns the new value of calm.
     """
     since, since_in_media, weight = calm
     crossed, collided = b.crossings - since, b.collisions - since_in_media
@@ -222,7 +230,7 @@ def _watch(b, calm, live, ended, new):
 
 @njit(inline="always")
 def _weight(b, live):
-    """What the lanes carry, in all."""
+    """Return the total weight of the lanes."""
     total = 0.0
     for k in range(live):
         total += b.weight[k]
@@ -231,7 +239,7 @@ def _weight(b, live):
 
 @njit(inline="always")
 def _fill_line(b, live):
-    """Lanes come in full vectors of eight: the rest of the last one idles at weight 0."""
+    """Pad the live lanes to whole vectors of eight with idle lanes (weight 0); returns their number."""
     full = (live + 7) // 8 * 8
     for k in range(live, full):
         b.weight[k] = 0.0
@@ -240,7 +248,7 @@ def _fill_line(b, live):
 
 @njit(inline="always")
 def _last_of(histories, share, offset, is_last):
-    """One past the last history of an emitter whose shares so far add up to `share`."""
+    """Return one past the last history of an emitter with cumulative share `share` (systematic sampling)."""
     return histories if is_last else min(histories, max(0, int(math.ceil(histories * share - offset))))
 
 
@@ -250,19 +258,22 @@ with cached_kernels():
 
 @dataclass(frozen=True)
 class Machine:
-    """A program made ready to run: entries and tables as `_drive` wants them.  Threads share it."""
+    """A compiled program: entries and tables in the form of `_drive`. Threads share it."""
 
     program: Program
     flow: tuple
     births: tuple
     sight: tuple
     copies: tuple
-    # what each emitter's histories would stand for, if all were born at the largest weight
+    # power of each emitter's histories if all were born at the largest weight
     bounds: np.ndarray
 
 
 def machine_of(program: Program, progress=None) -> Machine:
-    """Compile what is not compiled yet.  `progress(done, of, name)` is called before each pass, and before the driver."""
+    """Compile the passes that are not compiled yet, and return the program ready to run.
+
+    progress: called as progress(done, of, name) before each pass and before the driver.
+    """
     passes = program.passes
     for done, lane_pass in enumerate(passes):
         if progress is not None:
@@ -281,16 +292,18 @@ def machine_of(program: Program, progress=None) -> Machine:
     if not (config.DISABLE_JIT or drive.signatures):
         if progress is not None:
             progress(len(passes), len(passes), drive.__name__)
-        # A first run would count its compilation as its own.
+        # Compile the driver now; otherwise the time of the first run would include it.
         run_batch(machine, seed=0, batch=0, histories=0)
     return machine
 
 
 def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
-    """One past the last history of each emitter, none where chance deals them, and the weights at which histories are born.
+    """Return (one past the last history of each emitter, factors of the birth weights).
 
-    Chance would deal points that know of one another so evenly that all batches might have the same one more or less, of which no error
-    would tell.  So their numbers are fixed, and weights make up for what is rounded; the brightest emitter has what is left.
+    The first array is empty where systematic sampling deals. That would deal the points of a net so evenly
+    that all batches could have the same surplus history, an error that no standard error shows. For
+    quasi-random sampling the numbers are therefore fixed and the birth weights compensate their rounding; the
+    brightest emitter has the remaining histories.
     """
     bounds, count = machine.bounds, len(machine.bounds)
     by_chance = np.empty(0, np.int64), np.ones(count)
@@ -307,7 +320,7 @@ def _dealt(machine: Machine, histories: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -> int:
-    """The weight [2^-63] of so many histories that no aim weighs."""
+    """Return the total birth weight [2^-63] of histories without an aim."""
     if not len(dealt):
         return without_aim << 63
     numbers = np.diff(dealt, prepend=0)
@@ -319,7 +332,7 @@ def _sent(plan: Plan, without_aim: int, dealt: np.ndarray, worths: np.ndarray) -
 
 
 def _wired(steps):
-    """Entries and tables of steps: addresses, or functions and records without compilation."""
+    """Return entries and tables of steps: addresses, or functions and records without compilation."""
     steps = list(steps)
     entries = [lane_pass.entry for lane_pass, _ in steps]
     if config.DISABLE_JIT:
@@ -335,16 +348,18 @@ def run_batch(
     bundle: np.ndarray | None = None,
     batches: int = 1,
 ) -> RawSums:
-    """The sums of one batch: a pure function of the program, the seed, the batch's number and its size.
+    """Return the sums of one batch, a pure function of program, seed, and the batch's number and size.
 
-    bundle: memory to work in; another thread may read its `started` and set its `stop`.  batches: how many of them
-    the run has, among which the sample of a Snapshot is divided.
-    Raises Stopped if it was, and OverrunError before a sum could leave its range and where no history ends.
+    bundle: memory to work in; another thread may read its `started` and set its `stop`. batches: number of
+    batches of the run, over which the sample of a Snapshot is divided.
+
+    Raises Stopped after a stop, and OverrunError before a sum could overflow and if histories never end.
     """
     plan = machine.program.plan
     bundle = empty_bundle() if bundle is None else bundle
     sums = Sums(plan, histories, batches)
     sums.enter(bundle)
+    # Reset the header of the bundle.
     header = {
         "seed_low": seed & 0xFFFFFFFF,
         "seed_high": (seed >> 32) & 0xFFFFFFFF,
@@ -364,6 +379,7 @@ def run_batch(
     for name, value in header.items():
         bundle[name] = value
     lanes, handle = _handled(bundle)
+    # Prepare the bundle of shadow rays; without point or expected detectors the bundle itself stands for it.
     shadows = empty_bundle() if machine.program.sight else bundle
     sums.enter(shadows)
     for name in ("seed_low", "seed_high", "batch"):
@@ -372,6 +388,7 @@ def run_batch(
     sight = (*_handled(shadows), *machine.sight)
     dealt, worths = _dealt(machine, histories)
     drive(lanes, handle, machine.flow, (*machine.births, dealt, worths), sight, machine.copies, histories)
+    # Raise if the batch was stopped, cannot end, or exceeds a limit.
     if bundle["stop"][0]:
         raise Stopped
     counted = ("crossings", "started", "overfull", "trapped", "given_up")
@@ -407,13 +424,16 @@ def run_batch(
 
 
 def _surfaces_met(plan: Plan, bundle: np.ndarray, lanes: int) -> list[int]:
-    """The numbers of the surfaces that lanes met last."""
+    """Return the sorted numbers of the surfaces that the lanes hit last."""
     rows = (bundle["hit"][0][:lanes] >> SURFACE_SHIFT) & SURFACE_MASK
     return sorted({plan.owners[row - 1] for row in rows.tolist() if row > 0})
 
 
 def _handled(bundle: np.ndarray):
-    """A bundle as the driver wants it, and what passes are called with: its address, or its record without compilation."""
+    """Return a bundle in the form of the driver, and its handle for passes.
+
+    The handle is the bundle's address, or its record without compilation.
+    """
     if config.DISABLE_JIT:
         record = PlainRecord(bundle)
         return [record], record

@@ -1,4 +1,4 @@
-"""The steps of expected crossings: rays that events cast to detectors, what befalls them, and what flights still count."""
+"""Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS."""
 
 from transport.compile import layout
 from transport.compile.expected import LAMBERTIAN
@@ -13,7 +13,7 @@ POINTS = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "poi
 
 
 def expected_of_births(plan, emitter):
-    """What each birth of an emitter sends to every detector, and whether that was told."""
+    """Yield the steps that cast rays from births to every detector, and record the pdf for MIS."""
     number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
     rows = [(each, each.births[number]) for each in plan.expectations if each.births[number] is not None]
     if rows and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
@@ -26,7 +26,7 @@ def expected_of_births(plan, emitter):
 
 
 def expected_of_walls(plan):
-    """What diffuse walls send of what they reflect or let through."""
+    """Yield the steps that cast rays from diffuse walls, and record the pdf for MIS."""
     for each in plan.expectations:
         if each.walls is not None:
             yield step(expecting.draw_at_event, each.walls)
@@ -36,7 +36,7 @@ def expected_of_walls(plan):
 
 
 def expected_of_collisions(plan):
-    """What collisions scatter."""
+    """Yield the steps that cast rays from collisions, and record the pdf for MIS."""
     rows = [(each, each.collisions) for each in plan.expectations if each.collisions is not None]
     if not rows:
         return
@@ -48,13 +48,16 @@ def expected_of_collisions(plan):
 
 
 def guards(plan):
-    """Flights that no ray tells of, counted where they pass near a detector: they name the surfaces that bring such light."""
+    """Yield the steps that count flights without a next-event ray near a detector.
+
+    The counts identify the surfaces that send such light.
+    """
     for guard in plan.guards:
         yield step(told.count_in_guard, guard.row)
 
 
 def _connected(plan, each, row, send, densities=()):
-    """A ray from each lane's event to the point that it has drawn, and what it brings."""
+    """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
     shape = plan.scene.shape_of(each.detector)
     if isinstance(shape, Sphere):
         yield step(expecting.connect_to_ball, row)
@@ -67,7 +70,10 @@ def _connected(plan, each, row, send, densities=()):
 
 
 def held_back(plan, layer, passing):
-    """Before a layer's meters count what flights bring: only what no ray has told; nothing where none expects."""
+    """Yield the steps that apply MIS weights before a layer's detectors score flights.
+
+    There are none without next-event estimation.
+    """
     if expects_on(plan, layer):
         yield step(told.keep_weight)
     for each in plan.expectations:
@@ -76,20 +82,20 @@ def held_back(plan, layer, passing):
 
 
 def given_back(plan, layer):
-    """After that."""
+    """Yield the step that restores the full weights afterwards."""
     if expects_on(plan, layer):
         yield step(told.give_back)
 
 
 def expects_on(plan, layer):
-    """Whether a meter of the layer is told what to expect."""
+    """Return whether next-event estimation applies to a detector of the layer."""
     return any(each.layer == layer for each in plan.expectations)
 
 
 def expected_sight(plan, media, members, crossing):
-    """The steps of rays; the first has the handle of the bundle that casts them.
+    """Yield the steps of next-event rays; the first has the handle of the bundle that casts them.
 
-    media, members: as flights';  crossing: those from arriving at a surface to leaving it.
+    media, members: as those of flights. crossing: from arrival at a surface to its other side.
     """
     yield step(shadows.take_shadows, rows_of(_moves(plan)))
     yield step(shadows.look_for_point)
@@ -104,7 +110,7 @@ def expected_sight(plan, media, members, crossing):
 
 
 def _moves(plan):
-    """What a ray takes along, from the lane that casts it into its own."""
+    """Return the moves of fields from the casting lane into the ray's lane."""
     moves = [("onset" if name == "start" else source, name) for source, name in RAY]
     moves += [("leg", "leg"), ("history", "history")]
     moves += [("inside", "inside")] * plan.has_bodies + [("footing", "footing")] * bool(plan.meshes)
@@ -115,4 +121,5 @@ def _moves(plan):
 
 
 def _told(peak):
+    """Return the table with the largest pdf of sampled directions."""
     return layout.row(layout.TOLD, peak=peak)

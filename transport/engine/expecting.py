@@ -1,8 +1,8 @@
-"""Expected crossings: each emission, diffuse reflection and collision tells a detector what it would send there.
+"""Next-event estimation for surface detectors: rays from emissions, diffuse reflections and collisions.
 
-A ray goes from the event to a point drawn on the detector; it brings the density with which the event sends it there, over
-that with which it was drawn (next-event estimation, Kalos 1963; physics/connections.py).  What of it flights still bring
-is in told.py, what befalls rays on their way in expected_rays.py.
+A ray goes from the event to a point sampled on the detector; its contribution is the pdf with which the event
+emits in that direction over the pdf of sampling it (Kalos 1963; physics/connections.py). MIS weights of
+flights are in told.py, tracing of rays in expected_rays.py.
 """
 
 import math
@@ -25,12 +25,17 @@ from transport.physics.elementary import cos_sin_turn
 from transport.physics.emission import cone_about
 from transport.physics.streams import EXPECT, event_words, random_words, uniform
 
-# ---- a point of the detector ----
+# ---- Points on detectors ----
 
 
 @lane_pass(NO_TABLE)
 def draw_first_at_birth(b, table, first, live):
-    """Two numbers for a point of the first detector: those that quasi-random points pair with the birthplace's."""
+    """Draw the uniforms p0, p1 for a point on the first detector.
+
+    Quasi-random points pair these with the birthplace.
+
+    Fields: reads `history`; writes `p0`, `p1`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, EXPECT, seed_low, seed_high)
@@ -40,7 +45,10 @@ def draw_first_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_at_birth(b, table, first, live):
-    """The same for the other detectors."""
+    """The same for further detectors.
+
+    Fields: reads `history`; writes `p0`, `p1`.
+    """
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, number, EXPECT, seed_low, seed_high)
@@ -50,7 +58,10 @@ def draw_at_birth(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def draw_at_event(b, table, first, live):
-    """The same for later events."""
+    """The same for later events.
+
+    Fields: reads `history`, `event`; writes `p0`, `p1`.
+    """
     seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
     for k in range(first, live):
         event = uint64(b.event[k]) | number
@@ -61,7 +72,10 @@ def draw_at_event(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def point_on_rectangle(b, table, first, live):
-    """Uniform over a rectangle."""
+    """Set a point uniform on a rectangle from p0, p1.
+
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    """
     cx, cy, cz, half_u, half_v = table.cx, table.cy, table.cz, table.half_u, table.half_v
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -72,7 +86,10 @@ def point_on_rectangle(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def point_on_disk(b, table, first, live):
-    """Uniform over a disk or annulus."""
+    """Set a point uniform on a disk or annulus from p0, p1.
+
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    """
     cx, cy, cz, inner2, outer2 = table.cx, table.cy, table.cz, table.inner2, table.outer2
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -85,7 +102,10 @@ def point_on_disk(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def point_on_triangle(b, table, first, live):
-    """Uniform over a triangle of a corner c and edges e_u, e_v."""
+    """Set a point uniform on a triangle (corner c, edges e_u, e_v) from p0, p1.
+
+    Fields: reads `p0`, `p1`; writes `sx, sy, sz`.
+    """
     cx, cy, cz = table.cx, table.cy, table.cz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -97,7 +117,12 @@ def point_on_triangle(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def connect_to_flat(b, table, first, live):
-    """The ray to that point, told from there, and what it brings; nothing to a detector in the sheet that it stands on."""
+    """Set the ray to that point, with its parameter 0 there, and its connection factor [sr].
+
+    No contribution to a detector in the sheet that the lane stands on.
+
+    Fields: reads `x, y, z`, `sheet`, `start`, `sx, sy, sz`; writes `vx, vy, vz`, `score`, `onset`.
+    """
     nx, ny, nz, sheet = table.nx, table.ny, table.nz, table.sheet
     area, sharing = table.area, table.sharing
     for k in range(first, live):
@@ -110,7 +135,12 @@ def connect_to_flat(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def connect_to_ball(b, table, first, live):
-    """A ray in a direction uniform over the solid angle of a ball; told from the ray's closest point to its centre, where that is ahead."""
+    """Set a ray uniform in the solid angle of a ball, and its connection factor [sr].
+
+    The ray's parameter is 0 at its closest point to the centre, if that is ahead.
+
+    Fields: reads `x, y, z`, `start`, `p0`, `p1`; writes `sx, sy, sz`, `vx, vy, vz`, `score`, `onset`.
+    """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.half_w
     area, sharing = table.area, table.sharing
     for k in range(first, live):
@@ -124,6 +154,7 @@ def connect_to_ball(b, table, first, live):
         cosine, sine = 1.0 - gap, math.sqrt(gap * (2.0 - gap))
         c, s = cos_sin_turn(b.p1[k])
         ex, ey, ez = turned_by(axis_x, axis_y, axis_z, 0.0, c, s)
+        # Closest point to the centre.
         depth, ahead = d * sine, (cosine > 0.0) & (d2 > radius * radius)
         b.sx[k] = cx + depth * (cosine * ex - sine * axis_x) if ahead else b.x[k]
         b.sy[k] = cy + depth * (cosine * ey - sine * axis_y) if ahead else b.y[k]
@@ -136,12 +167,16 @@ def connect_to_ball(b, table, first, live):
     return live
 
 
-# ---- what an event sends there ----
+# ---- Contributions of events ----
 
 
 @lane_pass(EXPECTATION)
 def expect_from_births(b, table, first, live):
-    """A share of the birth's weight per steradian."""
+    """Set the contribution of a birth: its weight times its pdf [sr^-1] in the ray's direction.
+
+    Fields: reads `weight`, `sheet`, `nx, ny, nz`, `vx, vy, vz`; updates `score`; writes `gap`, `density`,
+    `stands`, `tally`.
+    """
     isotropic, lambertian, scale, tally = table.isotropic, table.lambertian, table.scale, table.first
     for k in range(first, live):
         cosine = b.vx[k] * b.nx[k] + b.vy[k] * b.ny[k] + b.vz[k] * b.nz[k] if lambertian > 0.0 else 0.0
@@ -153,7 +188,11 @@ def expect_from_births(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def expect_from_walls(b, table, first, live):
-    """Of what a diffuse wall has just reflected or let through."""
+    """Set the contribution of a diffuse wall, of weight reflected or transmitted: pdf cosine/pi [sr^-1].
+
+    Fields: reads `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`, `vx, vy, vz`; updates `score`; writes `gap`,
+    `density`, `stands`, `tally`.
+    """
     scale, tally = table.scale, table.first
     for k in range(first, live):
         side = 1.0 if b.mu[k] > 0.0 else -1.0
@@ -167,7 +206,13 @@ def expect_from_walls(b, table, first, live):
 
 @lane_pass(EXPECTATION)
 def expect_from_collisions(b, table, first, live):
-    """Of what a collision scatters; the densities of phase functions are added up next, none where nothing collides."""
+    """Set the contribution of a collision.
+
+    Pdfs of phase functions are added next, none for lanes without collision.
+
+    Fields: reads `ux, uy, uz`, `weight`, `vx, vy, vz`; updates `score`; writes `gap`, `bent`, `density`,
+    `stands`, `tally`.
+    """
     scale, tally = table.scale, table.first
     for k in range(first, live):
         b.bent[k] = b.ux[k] * b.vx[k] + b.uy[k] * b.vy[k] + b.uz[k] * b.vz[k]

@@ -1,7 +1,7 @@
-"""Files of passes are read when a scene first calls for one of theirs: a scene pays for no source that it does not need.
+"""Lazy loading of the modules of passes: a module is executed when a scene first needs one of its passes.
 
-Every file is known by what stands in it, and stands in sys.modules from the start, so that `from transport.engine import
-meters` and an editor's jump work as ever; Python reads it at the first look into it.
+Each module is listed by the passes found in its text and stands in sys.modules from the start, so that `from
+transport.engine import meters` and an editor's jump to a definition work as usual.
 """
 
 import sys
@@ -12,21 +12,21 @@ from types import ModuleType
 
 FOLDER = Path(__file__).parent
 MARK = "\n@lane_pass("
-KNOWN = ("__name__", "__spec__")  # before a module is read: what the import system asks for
+KNOWN = ("__name__", "__spec__")  # attributes that the import system reads before a module is executed
 BEING_READ = []
 READING = RLock()
 
 
 def _passes_in(path: Path) -> list[str]:
-    """Names of the functions that are marked as passes, by the text alone."""
+    """Return the names of the passes of a file, from its text alone."""
     after = path.read_text(encoding="utf-8").split(MARK)[1:]
     return [text.partition("\ndef ")[2].partition("(")[0] for text in after]
 
 
 class Unread(ModuleType):
-    """A module that is run when it is first looked into, by one thread, while others that look wait for its end.
+    """A module that is executed at the first attribute access, by one thread, while other threads wait.
 
-    (importlib's LazyLoader of Python 3.11 lets them see a module that is half read.)
+    (importlib's LazyLoader of Python 3.11 exposes half-executed modules to other threads.)
     """
 
     def __getattribute__(self, name: str) -> object:
@@ -37,12 +37,12 @@ class Unread(ModuleType):
 
     def __setattr__(self, name: str, value: object) -> None:
         with READING:
-            _read(self)  # lest reading it later undo this
+            _read(self)  # so that executing it later does not undo this
         ModuleType.__setattr__(self, name, value)
 
 
 def _read(module: ModuleType) -> None:
-    """Run a module that nothing has run yet; it may look into itself meanwhile."""
+    """Execute a module that has not been executed yet; it may access itself meanwhile."""
     if object.__getattribute__(module, "__class__") is Unread and module.__spec__ not in BEING_READ:
         BEING_READ.append(module.__spec__)
         try:
@@ -53,7 +53,7 @@ def _read(module: ModuleType) -> None:
 
 
 def _unread(path: Path) -> ModuleType:
-    """The module of a file, which is run when an attribute of it is asked for."""
+    """Return the module of a file, executed at the first access of an attribute."""
     name = f"transport.engine.{path.stem}"
     spec = spec_from_file_location(name, path)
     module = sys.modules[name] = module_from_spec(spec)
@@ -62,7 +62,7 @@ def _unread(path: Path) -> ModuleType:
 
 
 def _families() -> tuple[dict[str, ModuleType], dict[str, str]]:
-    """Modules by name of family, and families by name of pass."""
+    """Return {module name: module} and {pass name: module name}."""
     modules, homes = {}, {}
     for path in sorted(FOLDER.glob("*.py")):
         names = _passes_in(path)

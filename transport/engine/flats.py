@@ -1,4 +1,4 @@
-"""Flat shapes that are neither whole rectangles nor disks: planes without end, triangles, rectangles with a hole."""
+"""Flat shapes other than whole rectangles and disks: infinite planes, triangles, rectangles with a hole."""
 
 import math
 
@@ -20,7 +20,7 @@ from transport.physics.rays import plane_crossing
 
 @device
 def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
-    """How far a point of the plane lies outside of the hole; negative within it."""
+    """Return the distance of a point (u, v) of the plane from the hole; negative inside the hole."""
     du, dv = u - hole_u, v - hole_v
     p, q = abs(hole_cos * du + hole_sin * dv), abs(hole_cos * dv - hole_sin * du)
     round_ = math.sqrt(p * p + q * q) - half_p
@@ -31,7 +31,10 @@ def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
 
 @lane_pass(PLANE)
 def meet_plane(b, table, first, live):
-    """Keep this acting plane where it is the nearest surface ahead."""
+    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
@@ -45,7 +48,12 @@ def meet_plane(b, table, first, live):
 
 @lane_pass(PLANE)
 def cover_plane(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a plane; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
     code, sheet = table.code, table.sheet
     for k in range(first, live):
@@ -58,7 +66,10 @@ def cover_plane(b, table, first, live):
 
 @device
 def nearest_plane(t, code, sheet, start, places, distance, hit):
-    """Distance and hit, where a meter's plane at t is nearer, or the same as what was found."""
+    """Return distance and hit after a detector's plane at t.
+
+    A nearer plane replaces them; on the sheet of the nearest hit its bit is added.
+    """
     same = (hit >> SHEET_SHIFT) == sheet
     covers = (t < math.inf) & ahead(t, start, sheet, places)
     nearer = covers & ((t < distance) | same)
@@ -68,7 +79,10 @@ def nearest_plane(t, code, sheet, start, places, distance, hit):
 
 @lane_pass(PLANES)
 def cover_planes(b, table, first, live):
-    """Two parallel ones, as of a Slab: the cosine is divided by once."""
+    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     one, other = table.one, table.other
     nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
     ox, oy, oz = other.sx, other.sy, other.sz
@@ -85,7 +99,10 @@ def cover_planes(b, table, first, live):
 
 @lane_pass(TRIANGLE)
 def meet_triangle(b, table, first, live):
-    """Keep this acting triangle where it is the nearest surface ahead."""
+    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
     reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
@@ -106,7 +123,12 @@ def meet_triangle(b, table, first, live):
 
 @lane_pass(TRIANGLE)
 def cover_triangle(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
@@ -128,7 +150,10 @@ def cover_triangle(b, table, first, live):
 
 @lane_pass(HOLED)
 def meet_holed(b, table, first, live):
-    """Keep this acting rectangle with a hole where it is the nearest surface ahead."""
+    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
@@ -150,7 +175,12 @@ def meet_holed(b, table, first, live):
 
 @lane_pass(HOLED)
 def cover_holed(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a rectangle with a hole; keep it if nearest.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz

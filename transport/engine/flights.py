@@ -1,7 +1,8 @@
-"""From here to the next crossing: find the nearest sheet ahead, move, leave the scene.
+"""Ray tracing to the next crossing: find the nearest sheet ahead, move there, or leave the scene.
 
-An acting surface takes a ray that a rounding error carried past its edge (layout.ROUNDING and the slack of compile/compiler.py bound that rounding), so that
-no ray slips between two walls that share an edge; a meter counts by its exact bounds.
+An acting surface accepts a ray that rounding carried past its edge, so that no ray slips between two walls
+with a common edge; layout.ROUNDING and the slack of compile/compiler.py bound that rounding. A detector uses
+its exact bounds.
 """
 
 import math
@@ -30,7 +31,11 @@ from transport.physics.rays import plane_crossing, sphere_crossing
 
 @device
 def ahead(t, start, sheet, places):
-    """Whether a meter lies further on the ray.  Of meters that meet in a line, the one of the next number does."""
+    """Return whether a detector lies further along the ray.
+
+    Of detectors that meet in a line, the next number is next. places: the lane's `sheet` word; the sheets
+    that the ray began on or passed last do not count.
+    """
     passed = places >> PASSED_SHIFT
     further = (t > start) & (passed != sheet)
     is_next = (t == start) & (passed != 0) & (passed < sheet)
@@ -39,16 +44,19 @@ def ahead(t, start, sheet, places):
 
 @device
 def is_counted(t, start, tie, leaves, places):
-    """Whether the box of this face was entered, or left, by another of its faces at this very point: at its edge.
+    """Return whether another face of this face's box was entered, or left, at this very point (on an edge).
 
-    tie: the number of the box's first sheet.
+    tie: number of the box's first sheet.
     """
     return (t == start) & ((places >> PASSED_SHIFT) >= tie) & (((places & OUT) != 0) == leaves)
 
 
 @lane_pass(NO_TABLE)
 def look_ahead(b, table, first, live):
-    """Nothing hit yet."""
+    """Reset the nearest hit: infinite distance, no sheet.
+
+    Fields: writes `distance`, `hit`.
+    """
     for k in range(first, live):
         b.distance[k] = math.inf
         b.hit[k] = 0
@@ -57,7 +65,12 @@ def look_ahead(b, table, first, live):
 
 @lane_pass(RECTANGLE)
 def meet_rectangle(b, table, first, live):
-    """Keep this acting rectangle where it is the nearest surface ahead."""
+    """Intersect rays with an acting rectangle; keep it if it is the nearest surface ahead.
+
+    Sets bit EDGE of the hit within rounding of the rectangle's edge.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
@@ -76,7 +89,12 @@ def meet_rectangle(b, table, first, live):
 
 @lane_pass(RECTANGLE)
 def cover_rectangle(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a rectangular transparent detector; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz, tie, outward = table.sx, table.sy, table.sz, table.tie, table.outward
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -99,7 +117,12 @@ def cover_rectangle(b, table, first, live):
 
 @lane_pass(RECTANGLE)
 def bound_rectangle(b, table, first, live):
-    """Keep this boundary of a medium where its sheet is the nearest ahead; as what acts, it takes what rounding carried past its edge."""
+    """Intersect rays with a rectangular boundary of a medium; keep it if its sheet is the nearest ahead.
+
+    Like an acting surface, it accepts rays that rounding carried past its edge.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -122,7 +145,10 @@ def bound_rectangle(b, table, first, live):
 
 @lane_pass(DISK)
 def meet_disk(b, table, first, live):
-    """Keep this acting disk or annulus where it is the nearest surface ahead."""
+    """Intersect rays with an acting disk or annulus; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     inner2, outer2, breadth, code, sheet = table.inner2, table.outer2, table.breadth, table.code, table.sheet
     least2, most2 = table.least2, table.most2
@@ -140,7 +166,12 @@ def meet_disk(b, table, first, live):
 
 @lane_pass(DISK)
 def cover_disk(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a disk; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     sx, sy, sz = table.sx, table.sy, table.sz
     inner2, outer2, code, sheet = table.inner2, table.outer2, table.code, table.sheet
@@ -160,12 +191,15 @@ def cover_disk(b, table, first, live):
 
 @lane_pass(SPHERE)
 def meet_sphere(b, table, first, live):
-    """Keep this acting sphere where it is the nearest surface ahead."""
+    """Intersect rays with an acting sphere; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
-        own = start if start < 0.0 else 0.0  # where the ray began
+        own = start if start < 0.0 else 0.0  # ray parameter of the origin
         t = sphere_crossing(ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, False, False)
         nearer = t < b.distance[k]
         b.distance[k] = t if nearer else b.distance[k]
@@ -175,21 +209,26 @@ def meet_sphere(b, table, first, live):
 
 @lane_pass(SPHERE)
 def cover_sphere(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a sphere; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, radius, code, sheet = table.cx, table.cy, table.cz, table.radius, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
         standing = (b.sheet[k] & STANDING) == sheet
         own = start if start < 0.0 else 0.0
-        closed = (last != 0) & (
-            sheet > last
-        )  # of meters that meet in a line, the one of the next number is next
+        # Of detectors that meet in a line, the next number is next.
+        closed = (last != 0) & (sheet > last)
         t = sphere_crossing(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], radius, start, standing, own, closed, last == sheet
         )
         other = -2.0 * (ox * b.ux[k] + oy * b.uy[k] + oz * b.uz[k]) - t
-        is_other = abs(t - b.distance[k]) > abs(other - b.distance[k])  # hit, by a zone of the same sphere
+        # the hit is the other crossing, found by a zone of the same sphere
+        is_other = abs(t - b.distance[k]) > abs(other - b.distance[k])
         same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not is_other)
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
@@ -199,7 +238,13 @@ def cover_sphere(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def leave(b, table, first, live):
-    """What meets nothing ahead escapes; what is no longer a number is lost, and counted as such."""
+    """End lanes without a surface ahead as escaped, and lanes with a non-finite state as lost.
+
+    Both weights go into the ledger. Counts the crossings of the other lanes.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `distance`; updates `weight`, `crossings`.
+    """
+    # Sum up escaped weight and count crossings.
     high, low, hits, any_lost = 0, 0, 0, 0
     for k in range(first, live):
         w = b.weight[k]
@@ -213,6 +258,7 @@ def leave(b, table, first, live):
         b.weight[k] = 0.0 if gone & is_sane else w
     enter(b, ESCAPED, high, low)
     b.crossings += hits
+    # Rarely: end lanes whose state is not finite, as lost.
     if any_lost != 0:
         for k in range(first, live):
             w = b.weight[k]
@@ -225,9 +271,12 @@ def leave(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def move(b, table, first, live):
-    """To the hit."""
+    """Move each lane along its ray to the hit.
+
+    Fields: reads `ux, uy, uz`, `distance`, `hit`; updates `x, y, z`; writes `start`.
+    """
     for k in range(first, live):
-        d = b.distance[k] if b.hit[k] != 0 else 0.0  # idle lanes stay where they are
+        d = b.distance[k] if b.hit[k] != 0 else 0.0  # idle lanes stay in place
         b.x[k] += d * b.ux[k]
         b.y[k] += d * b.uy[k]
         b.z[k] += d * b.uz[k]
@@ -237,20 +286,25 @@ def move(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def remember_ray(b, table, first, live):
-    """Where the ray begins, in scenes with meters that other surfaces may touch."""
+    """Keep the origin of the ray, in scenes with detectors that other surfaces may touch.
+
+    Fields: reads `x, y, z`, `sheet`, `start`; writes `rx, ry, rz`, `stood`.
+    """
     for k in range(first, live):
         b.rx[k], b.ry[k], b.rz[k] = b.x[k], b.y[k], b.z[k]
-        # An aimed ray's origin is its target: once under way it has begun on no sheet.
+        # The x of an aimed ray is its target: such a ray began on no sheet.
         b.stood[k] = b.sheet[k] & STANDING if b.start[k] >= 0.0 else 0
     return live
 
 
 @lane_pass(NO_TABLE)
 def resume_ray(b, table, first, live):
-    """What passed through a meter flies on from its ray's old origin, beyond the meter.
+    """Restore the origin of the ray after a transparent detector; `start` becomes the crossing's distance.
 
-    All crossings of a ray are then told from one origin: a wall that a meter touches lies behind the meter or before it,
-    never at a distance of 0 that rounding takes for passed.
+    All crossings of a ray are thus computed from one origin: a wall that touches a detector lies behind or
+    before it, never at a distance of 0 that rounding takes for passed.
+
+    Fields: reads `distance`, `hit`, `rx, ry, rz`, `stood`; updates `x, y, z`, `sheet`, `start`.
     """
     for k in range(first, live):
         passes = (b.hit[k] != 0) & (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == 0)

@@ -1,7 +1,8 @@
-"""Forced first collisions, for thin media: until it has collided, each flight through a medium makes a copy that collides.
+"""Forced first collisions, for thin media: until its first, each flight makes a copy that collides.
 
-On a flight of optical depth tau, w exp(-tau) goes on to the surface ahead and w (1 - exp(-tau)) flies, as a copy with a birth
-weight of its own, to a collision before it: at depth -ln(1 - u (1 - exp(-tau))).
+On a flight of optical depth tau, weight w exp(-tau) continues uncollided to the surface ahead, and w (1 -
+exp(-tau)) flies as a copy, with its own birth weight, to a collision before it, at depth -ln(1 - u (1 -
+exp(-tau))).
 """
 
 import math
@@ -13,12 +14,15 @@ from transport.engine.passes import lane_pass
 from transport.engine.sums import limbs
 from transport.physics.paths import depth_before, free_flight
 
-FRESH, FREE = -1.0, 0.0  # what is to be forced, and what is not; a positive number: the path of a forced copy
+FRESH, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: path of a forced copy
 
 
 @lane_pass(NO_TABLE)
 def begin_fresh(b, table, first, live):
-    """Nothing has collided yet."""
+    """Mark newborn lanes as not yet collided.
+
+    Fields: writes `ahead`.
+    """
     for k in range(first, live):
         b.ahead[k] = FRESH
     return live
@@ -26,7 +30,13 @@ def begin_fresh(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def fly_or_be_forced(b, table, first, live):
-    """Draw a free path, as collisions.fly; what is fresh looks as far as the surface ahead, a copy has its path."""
+    """Sample a free path like collisions.fly.
+
+    Fresh lanes fly to the surface ahead, forced copies have their path.
+
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `ahead`; writes
+    `u0`, `u1`, `depth`, `flies`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
@@ -43,9 +53,12 @@ def fly_or_be_forced(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def force_collision(b, table, first, live):
-    """Divide what is fresh into what comes through to the surface ahead and what does not.
+    """Divide fresh lanes into the uncollided part and a copy that collides before the surface ahead.
 
-    Where no surface is ahead it collides as it would.
+    Without a surface ahead, the lane collides as sampled.
+
+    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `ahead`; writes `caught`,
+    `path`, `copies`.
     """
     total_high, total_low = 0, 0
     for k in range(first, live):
@@ -54,7 +67,8 @@ def force_collision(b, table, first, live):
         way = b.distance[k] - b.start[k]
         ends = way < math.inf
         tau = way / mfp if fresh & ends else 1.0
-        depth, share = depth_before(tau, b.depth[k])  # the share: less than 0
+        # Depth of the forced collision, and minus the collision probability.
+        depth, share = depth_before(tau, b.depth[k])  # share < 0
         path = depth * mfp
         forced = fresh & ends
         high, low = limbs(w)

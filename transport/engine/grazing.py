@@ -1,7 +1,8 @@
-"""Crossings beyond the grazing cut: whether they come as from a constant radiance, for which each counts its mean.
+"""Crossings below the grazing cut |mu| <= GRAZING_CUT: a test whether they come as from constant radiance.
 
-From one they come in proportion to |mu|: half of them nearer to grazing than cut/sqrt(2).  How many more come nearer than
-farther is counted in the upper bits of a row's number of scores, and costs nothing where none comes: one in 10^6 of even light.
+Constant radiance gives them in proportion to |mu|: half of them below cut/sqrt(2). The excess of those below
+cut/sqrt(2) over those above it is counted in the upper bits of a row's number of scores. This costs nothing
+where none comes: one in 10^6 for isotropic light.
 """
 
 from transport.compile.layout import COUNT_BITS, GRAZING_CUT
@@ -13,13 +14,16 @@ HALFWAY = GRAZING_CUT * 0.5**0.5
 
 @device
 def grazes(here, mu):
-    """1 where a crossing that counts lies beyond the cut, else 0."""
+    """Return 1 for a scored crossing below the cut, else 0."""
     return 1 if here & (abs(mu) <= GRAZING_CUT) else 0
 
 
 @device
 def balance_grazing(b, first, live):
-    """Of the lanes that have just scored, count those beyond the cut, up or down."""
+    """Count lanes that have just scored below the cut: +1 below cut/sqrt(2), -1 above it.
+
+    Fields: reads `mu`, `bin`, `grazes`.
+    """
     if b.grazes != 0:
         for k in range(first, live):
             mu = abs(b.mu[k])

@@ -1,7 +1,8 @@
-"""Flights through voxels: to their first collision by chance, or, where nothing scatters, by their exact optical depth.
+"""Flights through voxels: delta tracking to the first collision; exact optical depths in absorbing grids.
 
-No draw is made on the way from macro cell to macro cell, and none in empty ones: the exponential law has no memory, so a depth
-is spent wherever it is spent.  For the same reason a long flight may be cut and go on as a new one.
+No random number is drawn between macro cells, and none in empty ones: the exponential law has no memory, so
+an optical depth is spent wherever it is spent. For the same reason a long flight may be cut and resumed as a
+new one.
 """
 
 import numpy as np
@@ -41,7 +42,11 @@ from transport.physics.paths import free_flight
 
 @lane_pass(NO_TABLE)
 def fly_in_grids(b, table, first, live):
-    """Draw a free path, as collisions.fly, and keep the optical depth that it is made of: in grids it is spent voxel by voxel."""
+    """Sample a free path like collisions.fly and keep its optical depth, which grids spend voxel by voxel.
+
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`; writes `u0`, `u1`,
+    `depth`, `flies`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
@@ -55,7 +60,10 @@ def fly_in_grids(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def cut_nothing(b, table, first, live):
-    """No flight has been cut."""
+    """Clear the mark of cut flights.
+
+    Fields: writes `cut`.
+    """
     for k in range(first, live):
         b.cut[k] = 0
     return live
@@ -63,7 +71,10 @@ def cut_nothing(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def pause(b, table, first, live):
-    """What was cut on its way through voxels has not collided."""
+    """Revoke the collision of lanes whose flight was cut within voxels.
+
+    Fields: reads `cut`; updates `collides`, `collisions`.
+    """
     paused = 0
     for k in range(first, live):
         pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
@@ -75,10 +86,14 @@ def pause(b, table, first, live):
 
 @lane_pass(GRID)
 def collide_in_grid(b, table, first, live):
-    """The first real collision in one grid, where it comes before the surface that was found.
+    """Find the first real collision in one grid, if it lies before the nearest surface (delta tracking).
 
-    Leaves what `collide` needs, and in `survival` the albedo of the voxel.  All flights walk together, in turns of two kinds: each
-    goes on to the next macro cell; and, once half of them have come to a tentative collision, these are decided.
+    Sets what `collide` needs and, in `survival`, the albedo of the voxel. All flights walk together, in turns
+    of two kinds: each moves to the next macro cell; once half of them have reached a tentative collision,
+    these are decided.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `event`, `start`, `depth`, `medium`, `flies`; updates
+    `distance`, `hit`, `u0`, `voxel`, `open`, `sure`, `level`, all `walk_` fields; writes `survival`, `cut`.
     """
     tops = view(table.tops, table.top_count, np.float64)
     levels = view(table.levels, table.level_count, np.uint8)
@@ -89,6 +104,7 @@ def collide_in_grid(b, table, first, live):
     per_x, per_y, per_z = table.per_x * shrink, table.per_y * shrink, table.per_z * shrink
     medium, cx, cy, cz = table.medium, table.cx, table.cy, table.cz
     mx, my, mz = table.mx, table.my, table.mz
+    # Start a walk for each lane that flies in this grid, in units of macro cells.
     walking = 0
     for k in range(first, live):
         walks, start = (b.flies[k] != 0) & (b.medium[k] == medium), b.start[k]
@@ -108,8 +124,10 @@ def collide_in_grid(b, table, first, live):
         walking += 1 if walks else 0
     last, rejected, is_in_place = live, 0, table.absorbs == 0
     while walking > 0:
+        # Compact the walks when a quarter has ended.
         if walking * 4 < (int64(last) - int64(first)) * 3:
             last, is_in_place = close_ranks(b, words, first, last, walking), False
+        # New depths after rejected collisions; then cross one macro cell.
         if rejected > 0:
             draw_again(b, first, last)
         rejected = 0
@@ -119,6 +137,7 @@ def collide_in_grid(b, table, first, live):
         trying, walking, pausing = cross(b, table, first, last)
         if pausing > 0:
             end_listed(b, list_of(b, PAUSED, first, last), 1)
+        # Decide tentative collisions: by quantised extinctions, then exactly.
         if trying * 2 >= walking:
             look(b, table, first, last)
             for k in range(first, last):
@@ -129,6 +148,7 @@ def collide_in_grid(b, table, first, live):
                 scatters, absorbs = coefficients(table, scattering, absorption, b.voxel[k])
                 real += settle(b, k, (scatters + absorbs) * table.length)
             rejected, walking = rejected + unsure, walking - real
+            # End the flights of real collisions.
             if is_in_place:
                 end_in_place(b, first, last)
             else:
@@ -143,7 +163,13 @@ def collide_in_grid(b, table, first, live):
 
 @lane_pass(GRID)
 def attenuate_in_grid(b, table, first, live):
-    """A grid that only absorbs lessens weights by the exact transmittance; what is lost is entered as a difference of exact sums."""
+    """Absorb along flights through a grid that only absorbs: weight times the exact exp(-optical depth).
+
+    The ledger takes the difference of the exact sums before and after.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`, `start`, `distance`, `medium`, `flies`; updates
+    `weight`.
+    """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     high, low, salt = 0, 0, salt_of(b.seed_low, b.batch)
@@ -167,7 +193,12 @@ def attenuate_in_grid(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def absorb_share(b, table, first, live):
-    """At a collision in a grid the weight is lessened by the voxel's albedo; what is lost, as a difference of exact sums, is the medium's."""
+    """Absorb at collisions in grids by weight: multiply by the voxel's albedo (`survival`).
+
+    `high`, `low` receive the absorbed weight as a difference of exact sums.
+
+    Fields: reads `survival`; updates `weight`, `collides`; writes `high`, `low`.
+    """
     for k in range(first, live):
         collides, before = b.collides[k] != 0, b.weight[k]
         after = before * b.survival[k] if collides else before

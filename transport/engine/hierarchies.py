@@ -1,7 +1,8 @@
-"""Bounding-volume hierarchies: the facets of a mesh in a tree of boxes, cut where the surface area heuristic says.
+"""Bounding volume hierarchies (BVH) of boxes over the facets of a mesh, by the surface area heuristic.
 
-Binned: 16 places along each axis are tried (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").  A node
-holds the boxes of both its children, in single precision about the middle of the mesh and rounded outwards: one cache line.
+Binned: 16 split planes along each axis are tried (Wald 2007, "On fast construction of SAH-based bounding
+volume hierarchies"). A node holds the boxes of both children in one cache line, in single precision relative
+to the middle of the mesh, rounded outwards.
 """
 
 import math
@@ -13,14 +14,16 @@ from transport.compile.layout import NODE
 from transport.engine.cache import cached_kernels
 
 BINS = 16
-LEAF = 4  # facets at most
-DEEP = 40  # beyond this depth facets are halved by number, so that no mesh makes the tree deeper than a lane's stack
-PAD = 2.0**-46  # [scene lengths] about each box: more than a ray's rounding
+LEAF = 4  # largest number of facets in a leaf
+# beyond this depth nodes are halved by number, so that the tree never exceeds a lane's traversal stack
+DEEP = 40
+PAD = 2.0**-46  # [scene lengths] margin about each box, larger than a ray's rounding
 
 
 def _build(vertices, faces, center, nodes, order):
-    """Fill the nodes, and `order` with the facets' numbers in the order of the leaves; the number of nodes used."""
+    """Fill `nodes`, and `order` with the facets' numbers in leaf order; returns the number of nodes."""
     n = faces.shape[0]
+    # Bounding box and middle of each facet.
     low, high, middle = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     for i in range(n):
         for a in range(3):
@@ -34,16 +37,16 @@ def _build(vertices, faces, center, nodes, order):
         order[i] = i
     counts, bin_low, bin_high = np.empty(BINS, np.int64), np.empty((BINS, 3)), np.empty((BINS, 3))
     right = np.empty(BINS)
-    stack = np.empty(
-        (512, 5), np.int64
-    )  # node that the facets hang on, and as which child, first, last, depth
+    # Stack of open nodes: parent, which child, first and last facet, depth.
+    stack = np.empty((512, 5), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4] = 0, 0, 0, n, 0
-    _enter(nodes[0], 1, np.full(3, math.inf), np.full(3, -math.inf), 0, 1)  # nothing
+    _enter(nodes[0], 1, np.full(3, math.inf), np.full(3, -math.inf), 0, 1)  # an empty child
     top, used = 1, 1
     while top > 0:
         top -= 1
         node, child = stack[top, 0], stack[top, 1]
         first, last, depth = stack[top, 2], stack[top, 3], stack[top, 4]
+        # Bounds of the facets and of their middles.
         box_low, box_high = np.full(3, math.inf), np.full(3, -math.inf)
         mid_low, mid_high = np.full(3, math.inf), np.full(3, -math.inf)
         for j in range(first, last):
@@ -55,6 +58,7 @@ def _build(vertices, faces, center, nodes, order):
             _enter(nodes[node], child, box_low, box_high, first, last - first)
             continue
         _enter(nodes[node], child, box_low, box_high, used, 0)
+        # Find the split of least cost (number times half area, on both sides).
         best, axis, cut = math.inf, -1, 0
         if depth < DEEP:
             for a in range(3):
@@ -88,6 +92,7 @@ def _build(vertices, faces, center, nodes, order):
                         cost = number * _half_area(sweep_low, sweep_high) + right[k + 1]
                         if cost < best:
                             best, axis, cut = cost, a, k + 1
+        # Partition the facets at the split; without one, halve them by number.
         half = first + (last - first) // 2
         if axis >= 0:
             scale = BINS / (mid_high[axis] - mid_low[axis])
@@ -111,7 +116,7 @@ def _build(vertices, faces, center, nodes, order):
 
 @njit(inline="always")
 def _enter(node, child, low, high, first, count):
-    """A child of a node: its box, and where it leads."""
+    """Write a child of a node: its box, and its first facet and count, or its node and 0."""
     if child == 0:
         node.low_x0, node.low_y0, node.low_z0 = _below(low[0]), _below(low[1]), _below(low[2])
         node.high_x0, node.high_y0, node.high_z0 = -_below(-high[0]), -_below(-high[1]), -_below(-high[2])
@@ -124,12 +129,13 @@ def _enter(node, child, low, high, first, count):
 
 @njit(inline="always")
 def _below(x):
-    """Below x by more than what rounding to single precision and a ray's rounding may add."""
+    """Return a bound below x by more than the rounding to single precision and that of a ray."""
     return x - PAD - 2.0**-23 * abs(x)
 
 
 @njit(inline="always")
 def _half_area(low, high):
+    """Return half the surface area of a box."""
     x, y, z = high[0] - low[0], high[1] - low[1], high[2] - low[2]
     return x * y + y * z + z * x
 
@@ -139,7 +145,7 @@ with cached_kernels():
 
 
 def complete(table) -> None:
-    """Put a compile.meshes.MeshTable's facets in order, with nodes and shares of area, and tell the rows that point to them."""
+    """Sort the facets of a compile.meshes.MeshTable; build its nodes, area shares and addresses."""
     if table.nodes is None:
         table.nodes, order = build_hierarchy(table.vertices, table.faces, table.center)
         _renumber(table, order)
@@ -151,14 +157,14 @@ def complete(table) -> None:
 def build_hierarchy(
     vertices: np.ndarray, faces: np.ndarray, center: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The nodes (layout.NODE) over facets, and the facets' numbers in the order of the leaves."""
+    """Return the nodes (layout.NODE) over the facets, and the facets' numbers in leaf order."""
     nodes, order = np.zeros(max(1, len(faces)), NODE), np.zeros(len(faces), np.int64)
     used = _compiled(vertices, faces, center, nodes.view(np.recarray), order)
     return np.ascontiguousarray(nodes[:used]), order
 
 
 def _renumber(table, order: np.ndarray) -> None:
-    """Facets in the order of the leaves, and vertices in that of their first facet: what lies close by is close in memory."""
+    """Sort facets by leaf and vertices by their first facet, so that neighbours are close in memory."""
     faces = table.faces[order]
     vertices, first, back = np.unique(faces.ravel(), return_index=True, return_inverse=True)
     rank = np.argsort(first)

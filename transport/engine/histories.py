@@ -1,4 +1,4 @@
-"""What a particle went through before: marks of what it crossed, and detectors that count only certain histories."""
+"""Filters by history: marks of visited objects (`via`) and numbers of reflections (`events`)."""
 
 from transport.compile.layout import LAYER, LAYERS, METER, SHEET_SHIFT
 from transport.engine.addresses import view
@@ -7,7 +7,10 @@ from transport.engine.passes import lane_pass
 
 @lane_pass(LAYERS)
 def mark_visit(b, table, first, live):
-    """Remember that the particle was here, where a detector asks for it."""
+    """Set the visit bit of the object at this crossing, where a detector has it in `via`.
+
+    Fields: reads `hit`; updates `visited`.
+    """
     rows, layer = view(table.rows, table.count, LAYER), table.layer
     for k in range(first, live):
         mark = rows[b.hit[k] >> SHEET_SHIFT].mark
@@ -17,7 +20,10 @@ def mark_visit(b, table, first, live):
 
 @lane_pass(LAYERS)
 def require_visits(b, table, first, live):
-    """Count only what has crossed all that the meter names in `via`."""
+    """Drop the bin of lanes that have not visited all objects in the detector's `via`.
+
+    Fields: reads `visited`, `meter`; updates `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] != 0:
@@ -28,7 +34,10 @@ def require_visits(b, table, first, live):
 
 @lane_pass(LAYERS)
 def require_reflections(b, table, first, live):
-    """Count only what has reflected as often as the meter asks."""
+    """Drop the bin of lanes whose number of reflections lies outside the detector's `events`.
+
+    Fields: reads `reflections`, `meter`; updates `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] != 0:

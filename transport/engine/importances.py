@@ -1,7 +1,8 @@
-"""Splitting and thinning out by importance: where it rises histories become many light ones, where it falls few heavy ones.
+"""Splitting and Russian roulette by importance, for deep penetration.
 
-The weight to have is birth weight over importance; within a factor of two of it nothing is done.  Flights in media are cut
-at stations so short that importance at most doubles: what passes deep without a collision is split on the way.
+The wanted weight is birth weight over importance; within a factor of two of it nothing is done. Flights in
+media are cut at stations so close that importance at most doubles between them: particles that penetrate
+deeply without a collision are split on the way.
 """
 
 import math
@@ -18,27 +19,33 @@ from transport.physics.roulette import survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
 DOUBLE = 0.6931471805599453
-MOST_COPIES = 64.0  # of one splitting; the rest follows at the next
+MOST_COPIES = 64.0  # per splitting; the rest follows at the next
 
 
 @device
 def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
-    """The logarithm of importance at a place: linear along the way from its start to its end, and constant beyond."""
+    """Return the logarithm of importance at a point.
+
+    It is linear along the axis from its start to its end, and constant beyond.
+    """
     return min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
 
 
 @device
 def wanted_at(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
-    """The weight to have at a place: the lighter the more important, never heavier than what is born."""
+    """Return the wanted weight at a point: birth * exp(-rise), at most 1 (the largest birth weight)."""
     return min(birth * exp_negative(-rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
 
 
 @lane_pass(IMPORTANCE)
 def begin_where_important(b, table, first, live):
-    """A history is as heavy as it should be where it is born: what its weight is compared with elsewhere follows from there."""
+    """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
+    """
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
-        start = b.start[k] if b.start[k] < 0.0 else 0.0  # of an aimed one, whose ray is told from its target
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # an aimed particle, whose x is its target
         x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
         rise = rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)
         b.birth[k] = b.weight[k] / exp_negative(-rise)
@@ -47,7 +54,11 @@ def begin_where_important(b, table, first, live):
 
 @lane_pass(IMPORTANCE)
 def cut_flight(b, table, first, live):
-    """A flight in a medium ends at a station where importance has doubled on its way, if nothing ends it before."""
+    """Cut a flight in a medium at the station where importance has doubled, unless it ends before.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `mfp`, `sigma_a`, `flies`; updates `distance`; writes
+    `cut`.
+    """
     has_grids = table.has_grids != 0
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     for k in range(first, live):
@@ -64,11 +75,16 @@ def cut_flight(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def pause_at_station(b, table, first, live):
-    """What came to a station has not collided."""
+    """Revoke the collision of lanes that were cut at a station.
+
+    Mark collisions and stations for weighting.
+
+    Fields: updates `cut`, `collides`, `collisions`.
+    """
     paused = 0
     for k in range(first, live):
         pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
-        b.cut[k] = 1 if pauses | (b.collides[k] != 0) else 0  # ended within a medium: to be weighed
+        b.cut[k] = 1 if pauses | (b.collides[k] != 0) else 0  # ended within a medium: to be weighted
         b.collides[k] = 0 if pauses else b.collides[k]
         paused += 1 if pauses else 0
     b.collisions -= paused
@@ -77,7 +93,12 @@ def pause_at_station(b, table, first, live):
 
 @lane_pass(IMPORTANCE)
 def weigh_by_importance(b, table, first, live):
-    """Too heavy for the place: split; too light: killed or raised.  The ledger takes what was killed less what was gained."""
+    """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
+
+    The ledger takes the weight killed less the weight gained.
+
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `cut`; updates `weight`; writes `copies`.
+    """
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
     total_high, total_low = 0, 0
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch

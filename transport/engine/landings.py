@@ -1,4 +1,4 @@
-"""Arrived at a surface: its sheet and normal, the point put back onto it, the cosine of incidence."""
+"""Landing on a surface: its sheet and normal, the point projected onto it, the cosine of incidence."""
 
 import math
 
@@ -22,13 +22,19 @@ from transport.physics.quadrics import quadric_form
 
 STEEP = 2.0**-12  # cosine below which a ray grazes a surface
 NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
-SHORT = 31.0 / 32.0  # of a flight at most: its origin may stand on a surface, within rounding of either side
-ZONE = 64.0  # reaches about a surface in which a point is kept clear of it
+# largest share of a flight: its origin may stand on a surface, within rounding of either side
+SHORT = 31.0 / 32.0
+ZONE = 64.0  # in units of `reach`: distance from a surface within which a point is kept clear of it
 
 
 @lane_pass(ROWS)
 def stand_on_sheet(b, table, first, live):
-    """Remember the sheet and take its normal.  The gather is a pass of its own: it would hold up a longer loop."""
+    """Set the sheet and its normal.
+
+    The gather is a pass of its own because it would slow down a longer loop.
+
+    Fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
+    """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
         s = b.hit[k] >> SHEET_SHIFT
@@ -40,7 +46,10 @@ def stand_on_sheet(b, table, first, live):
 
 @lane_pass(ROWS)
 def put_back_on_sphere(b, table, first, live):
-    """On a curved sheet the normal follows from the point, and the point is put back to the radius."""
+    """On a sphere: set the normal from the point, and project the point to the radius.
+
+    Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
+    """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
@@ -58,7 +67,10 @@ def put_back_on_sphere(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def take_cosine(b, table, first, live):
-    """mu = u·n: negative where the particle comes towards the side that the normal points to."""
+    """Set mu = u·n: negative where the particle moves against the normal.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
+    """
     for k in range(first, live):
         b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
     return live
@@ -66,7 +78,12 @@ def take_cosine(b, table, first, live):
 
 @lane_pass(ROWS)
 def tell_leaving(b, table, first, live):
-    """Whether a ray leaves a box through this face, where boxes are meters: at an edge it may enter by one, leave by one."""
+    """Mark in `stood` that a ray leaves a box through this face, where boxes are detectors.
+
+    At an edge a ray may enter by one face and leave by another.
+
+    Fields: reads `sheet`, `mu`; updates `stood`.
+    """
     sheets = view(table.rows, table.count, SHEET)
     for k in range(first, live):
         b.stood[k] |= OUT if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
@@ -75,9 +92,14 @@ def tell_leaving(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def remember_origin(b, table, first, live):
-    """Where the flight began, and on which sheet: that tells the side of every surface that it did not cross."""
+    """Keep the origin of the flight and its sheet.
+
+    They give the side of every surface that the flight did not cross.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `left`.
+    """
     for k in range(first, live):
-        start = b.start[k] if b.start[k] < 0.0 else 0.0  # of a ray that has passed meters, where it began
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # the origin of a ray that has passed detectors
         b.ox[k] = b.x[k] + start * b.ux[k]
         b.oy[k] = b.y[k] + start * b.uy[k]
         b.oz[k] = b.z[k] + start * b.uz[k]
@@ -87,7 +109,10 @@ def remember_origin(b, table, first, live):
 
 @device
 def height_over(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
-    """Height over a plane through the origin or a surface of revolution about it, and the unit normal there."""
+    """Return the height of p over a plane or a surface of revolution, and the unit normal there.
+
+    The plane passes through the origin; the surface of revolution is centred on it.
+    """
     value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma)
     g = math.sqrt(gx * gx + gy * gy + gz * gz)
     inverse = 1.0 / g if g > 0.0 else 0.0
@@ -102,12 +127,14 @@ def height_over(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
 
 @lane_pass(CONTACT)
 def keep_to_side(b, table, first, live):
-    """A point on one surface, close to another that cuts or touches it, stays on the side it came from.
+    """Keep a point on one surface, close to another that cuts or touches it, on the side that it came from.
 
-    It goes back along its own ray, not quite to the ray's origin: so it stays on the right side of every surface that the
-    flight did not cross, however many meet there and at whatever angle, and clear of both by more than rounding; a
-    shorter flight, within such a corner, keeps little of its way.  Only a ray that grazes the other surface is moved along that
-    one's normal.
+    The point moves back along its own ray, not quite to the ray's origin. So it stays on the right side of
+    every surface that the flight did not cross, however many meet there and at whatever angle, and clear of
+    both by more than rounding; a shorter flight within such a corner keeps little of its length. Only if the
+    ray grazes the other surface, the point moves along that surface's normal.
+
+    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `left`; updates `x, y, z`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     alpha, beta, gamma = table.alpha, table.beta, table.gamma
@@ -116,19 +143,22 @@ def keep_to_side(b, table, first, live):
         ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
         rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
+        # Heights over the other surface at the point and at the origin, and the side of the origin.
         height, gx, gy, gz = height_over(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
         before, ex, ey, ez = height_over(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
         away = ux * ex + uy * ey + uz * ez
         from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
+        # Length to move back along the ray.
         slope = abs(ux * gx + uy * gy + uz * gz)
         dx, dy, dz = rx - ox, ry - oy, rz - oz
         flight = math.sqrt(dx * dx + dy * dy + dz * dz)
         steepest = min(slope, abs(b.mu[k]))
         back = 2.0 * reach / (steepest if steepest > STEEP else STEEP)
         back = SHORT * flight if back > SHORT * flight else back
+        # Which lanes move, and how.
         near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= ZONE * reach)
         grazes = (slope <= STEEP) & (abs(height) <= reach)
-        narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, and both grazed
+        narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, both grazed
         along = back if near & (slope > STEEP) else 0.0
         along = narrow if near & grazes & (abs(b.mu[k]) <= STEEP) else along
         across = (2.0 * reach if from_front else -2.0 * reach) - height

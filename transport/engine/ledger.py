@@ -1,4 +1,4 @@
-"""Where all power goes: rows of exact sums, and histories that are given up, never silently."""
+"""Energy balance (ledger): rows of exact sums, and lost histories."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from transport.physics.device import device
 
 @device
 def enter(b, row, high, low):
-    """Add a sum to a row of the ledger."""
+    """Add limbs to a row of the ledger."""
     ledger = view(b.ledger, b.ledger_words, np.int64)
     ledger[4 * row] += high
     ledger[4 * row + 1] += low
@@ -18,7 +18,7 @@ def enter(b, row, high, low):
 
 @device
 def lose(b, weight):
-    """Enter one history as lost, with its weight where that is a number."""
+    """Add one lost history to the ledger, with its weight if that is not NaN."""
     high, low = limbs(weight if weight == weight else 0.0)
     enter(b, LOST, high, low)
     view(b.ledger, b.ledger_words, np.int64)[4 * LOST + 2] += 1

@@ -1,4 +1,4 @@
-"""The steps that point detectors call for: where shadow rays are cast, and what befalls them on their way."""
+"""Steps of point detectors: where shadow rays are cast, and how they are traced."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ from transport.engine import births, casting, densities, detours, shadows
 from transport.engine.bundle import Bundle
 from transport.engine.registry import named, rows_of, step
 
-# What a ray takes along, from the lane that casts it into its own; the bodies that it is in and a mesh's
-# facet where there are any.
+# Fields moved from the casting lane into the ray's lane; the set of bodies and the facet of a mesh are added
+# where needed.
 MOVES = (
     ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
     ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
 )  # fmt: skip
-STRAIGHT = 0  # the leg of rays that go straight to their point
+STRAIGHT = 0  # `leg` of rays that go straight to their point
 
 
 def casts_of_births(plan, emitter):
-    """What each birth of an emitter sends to every point, straight and scattered once."""
+    """Yield the steps that cast rays from births to every point: direct, and once more collided."""
     number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
     casts = [(point.births[number], STRAIGHT) for point in plan.points]
     casts += [(point.detours[number], point.leg) for point in plan.points]
@@ -31,7 +31,7 @@ def casts_of_births(plan, emitter):
 
 
 def casts_of_flights(plan):
-    """What scattering on a flight sends, other than in the medium about a point."""
+    """Yield the steps that cast rays from flights: scattering outside the medium around a point."""
     points = [point for point in plan.points if point.by_flights]
     if points:
         yield step(casting.know_phase, rows_of(plan.media))
@@ -44,7 +44,7 @@ def casts_of_flights(plan):
 
 
 def detours_of_collisions(plan):
-    """What a collision sends, and the medium about a point scatters once more."""
+    """Yield the steps that cast once-more-collided rays from collisions."""
     points = [point for point in plan.points if point.row["medium"] >= 0]
     if points:
         yield step(detours.know_phase_at_collisions, rows_of(plan.media))
@@ -55,7 +55,7 @@ def detours_of_collisions(plan):
 
 
 def casts_of_walls(plan):
-    """What diffuse walls send of what they reflect or let through, straight and scattered once."""
+    """Yield the steps that cast rays from diffuse walls: direct, and once more collided."""
     if layout.DIFFUSE not in plan.materials:
         return
     for point in plan.points:
@@ -67,14 +67,15 @@ def casts_of_walls(plan):
 
 
 def _listed(leg):
+    """Return the step that lists contributing rays with this leg."""
     return step(casting.list_shadows, layout.row(layout.CODE, code=leg))
 
 
 def sight_of(plan, media, members, crossing):
-    """The steps of shadow rays: the first has the handle of the bundle that casts them, others their own.
+    """Yield the steps of shadow rays: the first gets the handle of the casting bundle, the others their own.
 
-    media: the steps by which lanes know their medium;  members: those that find what is next;  crossing:
-    those that bring a ray through what lets it pass.
+    media: steps that set each lane's medium. members: steps that find the next surface. crossing: steps of a
+    ray through transparent surfaces.
     """
     yield step(shadows.take_shadows, rows_of(_moves(plan)))
     yield step(shadows.look_for_point)
@@ -91,7 +92,7 @@ def sight_of(plan, media, members, crossing):
 
 
 def _turn(plan):
-    """From the first leg of a detour to the second one."""
+    """Yield the steps from the first leg of a once-more-collided ray to the second."""
     points = np.array([point.row for point in plan.points], layout.POINT)
     plan.kept.append(points)
     both = {"rows": points.ctypes.data, "count": len(points)}
@@ -104,10 +105,12 @@ def _turn(plan):
 
 
 def _has_detours(plan) -> bool:
+    """Return whether any point lies in a scattering medium."""
     return any(point.row["medium"] >= 0 for point in plan.points)
 
 
 def _moves(plan) -> np.ndarray:
+    """Return the moves of fields from the casting lane into the ray's lane."""
     moves = list(MOVES)
     if plan.has_bodies:
         moves.append(("inside", "inside"))
@@ -119,7 +122,10 @@ def _moves(plan) -> np.ndarray:
 
 
 def word_moves(plan, moves) -> np.ndarray:
-    """Rows of layout.WORD, kept alive by the plan: which field of a lane goes into which of a ray; None: 0."""
+    """Return rows of layout.WORD: for each move, source field of a lane (None: 0) and target field of a ray.
+
+    The plan keeps the rows alive.
+    """
     words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
     rows = np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
     plan.kept.append(rows)

@@ -1,10 +1,13 @@
-"""Meshes: a ray through their hierarchy of boxes to the first facet, the facet's normal, births on facets.
+"""Meshes: BVH traversal to the first facet along a ray, normals of facets, births on facets.
 
-The acting mesh.  A ray that begins on a facet lies within rounding of those that join it, on either side of them, and may pass
-beside them by rounding.  So which of them it meets is told by its direction and the fold: at once those that it heads out
-through and that rise on its side of its own facet, else none.  Two facets that a ray crosses in one place, one in and one out,
-are ordered by their fold too.  So rounding where facets join neither leads through a closed mesh nor turns inside into outside.
-The meter.  All crossings of a ray are told from one origin and taken in the order of distance, then of number: each once.
+Acting meshes. A ray that begins on a facet lies within rounding of the adjacent facets, on either side of
+them, and rounding may carry it past them. Which of them it hits is therefore decided by its direction and the
+fold: at once those that it leaves through and that rise on its side of its own facet, else none. Two facets
+that a ray crosses at one place, one inwards and one outwards, are ordered by their fold too. Rounding at the
+joints of facets thus neither leaks through a closed mesh nor swaps inside and outside.
+
+Transparent mesh detectors. All crossings of a ray are computed from one origin and taken in order of
+distance, then of facet number: each once.
 """
 
 import math
@@ -31,20 +34,25 @@ from transport.physics.facets import facet_crossing, lies_beside_edge, plane_dis
 from transport.physics.streams import DEPTH, POSITION, random_words, uniform
 
 NEVER = 1 << 62
-HUGE = 1e300  # one over a direction's component that is 0: times 0 it is 0
-SLACK = 16.0 * ROUNDING  # [scene lengths] about a place on a mesh within which facets join there
-FORGIVEN = 2.0**-48  # relative rounding of a box's crossings
+HUGE = 1e300  # reciprocal of a direction component that is 0: times 0 it gives 0
+# [scene lengths] radius about a point of a mesh within which facets count as joined there
+SLACK = 16.0 * ROUNDING
+FORGIVEN = 2.0**-48  # relative rounding of the crossings of a box
 
 
 @exact_device
 def reciprocal(u):
-    """1/u, finite where u is 0."""
+    """Return 1/u, finite for u = 0."""
     return 1.0 / u if abs(u) > 1.0 / HUGE else math.copysign(HUGE, u)
 
 
 @exact_device
 def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, iz, start, best):
-    """Distance at which a ray enters a box; infinity where it misses it, left it before start or enters it beyond best."""
+    """Return the distance at which a ray enters a box (slab test); infinity for a miss.
+
+    A box that the ray left before `start` or enters beyond `best` is a miss. ix, iy, iz: reciprocal
+    direction.
+    """
     p, q = (low_x - ox) * ix, (high_x - ox) * ix
     near, far = p if p < q else q, q if p < q else p
     p, q = (low_y - oy) * iy, (high_y - oy) * iy
@@ -59,7 +67,8 @@ def box_entry(low_x, low_y, low_z, high_x, high_y, high_z, ox, oy, oz, ix, iy, i
 
 @exact_device
 def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
-    """Whether a facet joins a ray's own at its origin and rises on the ray's side of it."""
+    """Return whether a facet joins the ray's own facet at its origin and rises on the ray's side of it."""
+    # The origin must lie within SLACK of the facet's plane and edges.
     nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
     ax, ay, az = places[a] - ox, places[a + 1] - oy, places[a + 2] - oz
     if abs(ax * nx + ay * ny + az * nz) > SLACK:
@@ -69,6 +78,7 @@ def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
     beside = lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, SLACK)
     beside |= lies_beside_edge(bx, by, bz, cx, cy, cz, nx, ny, nz, SLACK)
     beside |= lies_beside_edge(cx, cy, cz, ax, ay, az, nx, ny, nz, SLACK)
+    # Height of the facet's middle over the plane of the own facet.
     rise = (ax + bx + cx) * normals[3 * own] + (ay + by + cy) * normals[3 * own + 1]
     rise += (az + bz + cz) * normals[3 * own + 2]
     return (not beside) & (side * rise > 0.0)
@@ -76,7 +86,10 @@ def joins_ahead(places, normals, a, b, c, f, own, side, ox, oy, oz):
 
 @exact_device
 def folds_back(places, normals, a, b, c, at, f):
-    """Whether a facet lies behind the plane of facet f, whose first vertex is at `at`: a convex fold where the two join."""
+    """Return whether a facet lies behind the plane of facet f: a convex fold where the two join.
+
+    at: offset of the first vertex of f.
+    """
     nx, ny, nz = normals[3 * f], normals[3 * f + 1], normals[3 * f + 2]
     px = places[a] + places[b] + places[c] - 3.0 * places[at]
     py = places[a + 1] + places[b + 1] + places[c + 1] - 3.0 * places[at + 1]
@@ -106,18 +119,21 @@ def next_facet(
     last,
     furthest,
 ):
-    """The facet that a ray crosses next after (start, last), and where; -1 for none nearer than `furthest`.
+    """Return the next facet that a ray crosses after (start, last), and its distance (BVH traversal).
 
-    own: the facet that it began on (-1: none);  side: +1 where it has just left that one's front, -1 its back, else 0;
-    last: of the facets crossed at `start` those of higher numbers are to come.
+    The facet is -1 if none is nearer than `furthest`. The nearer child is visited first, with a stack in
+    `stack` and `entries`. own: facet that the ray began on (-1: none). side: +1 if it has just left the front
+    of that facet, -1 its back, else 0. last: of facets crossed at `start`, those of higher numbers are still
+    to come.
     """
+    # Frame of the watertight test: the largest component of the direction becomes the z axis.
     along_x, along_y, along_z = abs(ux), abs(uy), abs(uz)
     kz = 0 if (along_x >= along_y) & (along_x >= along_z) else (1 if along_y >= along_z else 2)
     kx = 1 if kz == 0 else (2 if kz == 1 else 0)
     ky = 2 if kz == 0 else (0 if kz == 1 else 1)
     uk = ux if kz == 0 else (uy if kz == 1 else uz)
     if uk < 0.0:
-        kx, ky = ky, kx  # keeps the winding
+        kx, ky = ky, kx  # preserves the winding
     u_x = ux if kx == 0 else (uy if kx == 1 else uz)
     u_y = ux if ky == 0 else (uy if ky == 1 else uz)
     o_x = ox if kx == 0 else (oy if kx == 1 else oz)
@@ -129,6 +145,7 @@ def next_facet(
     best, found, slope, top, here = furthest, -1, 0.0, 0, 0
     while here >= 0:
         n = nodes[here]
+        # Enter the boxes of both children; push the farther one first.
         left = box_entry(
             n.low_x0, n.low_y0, n.low_z0, n.high_x0, n.high_y0, n.high_z0, cx, cy, cz, ix, iy, iz, start, best
         )
@@ -136,13 +153,14 @@ def next_facet(
             n.low_x1, n.low_y1, n.low_z1, n.high_x1, n.high_y1, n.high_z1, cx, cy, cz, ix, iy, iz, start, best
         )
         here = -1
-        for turn in range(2):  # the farther child first, so that the nearer one is on top of the stack
+        for turn in range(2):  # so that the nearer child is on top of the stack
             is_right = (left <= right) == (turn == 0)
             entry = right if is_right else left
             if entry < math.inf:
                 stack[top] = (n.first1 << 3 | n.count1) if is_right else (n.first0 << 3 | n.count0)
                 entries[top] = entry
                 top += 1
+        # Pop until an inner node is found; test the facets of leaves.
         while (here < 0) & (top > 0):
             top -= 1
             if entries[top] > best:
@@ -171,6 +189,7 @@ def next_facet(
                 if f == own:
                     continue
                 cosine = ux * normals[3 * f] + uy * normals[3 * f + 1] + uz * normals[3 * f + 2]
+                # At the origin, a joined facet that the ray leaves through is crossed at once.
                 heads_out = cosine * side < 0.0
                 if (
                     heads_out
@@ -188,6 +207,7 @@ def next_facet(
                 if (side != 0.0) & (abs(height) <= SLACK):  # the ray begins on its plane
                     is_next, t = heads_out, (t if t > start else start)
                 if is_next:
+                    # The nearer crossing wins; at one place, the fold of the two facets decides.
                     comes_first = (t < best) | ((t == best) & (found >= 0) & (f < found))
                     if acts & (found >= 0):
                         same_place = abs(t - best) * min(abs(cosine), abs(slope)) <= SLACK
@@ -201,7 +221,11 @@ def next_facet(
 
 @lane_pass(MESH, EXACT)
 def meet_mesh(b, table, first, live):
-    """Keep this acting mesh where one of its facets is the nearest surface ahead."""
+    """Intersect rays with an acting mesh; keep the facet if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`; updates `distance`; writes
+    `hit`, `facet`.
+    """
     nodes, places = (
         view(table.nodes, table.node_count, NODE),
         view(table.vertices, 3 * table.vertex_count, np.float64),
@@ -216,7 +240,7 @@ def meet_mesh(b, table, first, live):
             if (b.sheet[k] & STANDING) == sheet:
                 own = b.footing[k]
                 at = 3 * own
-                if b.sheet[k] >> PASSED_SHIFT == 0:  # and is still where it began
+                if b.sheet[k] >> PASSED_SHIFT == 0:  # still at its origin
                     side = math.copysign(1.0, ux * normals[at] + uy * normals[at + 1] + uz * normals[at + 2])
             found, t = next_facet(
                 table, nodes, places, faces, normals, b.listed, b.rx, x, y, z, ux, uy, uz,
@@ -229,7 +253,13 @@ def meet_mesh(b, table, first, live):
 
 @lane_pass(MESH, EXACT)
 def cover_mesh(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent mesh detector; keep the facet if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `footing`, `crossed`; updates
+    `distance`, `hit`; writes `facet`.
+    """
     nodes, places = (
         view(table.nodes, table.node_count, NODE),
         view(table.vertices, 3 * table.vertex_count, np.float64),
@@ -241,6 +271,7 @@ def cover_mesh(b, table, first, live):
         if (b.hit[k] >> SHEET_SHIFT) == sheet:  # the same mesh
             b.hit[k] |= code
         elif b.weight[k] != 0.0:
+            # Which facets at the current distance have been crossed already.
             passed = b.sheet[k] >> PASSED_SHIFT
             own = b.footing[k] if (b.sheet[k] & STANDING) == sheet else -1
             last = NEVER
@@ -248,8 +279,8 @@ def cover_mesh(b, table, first, live):
                 last = b.crossed[k] if passed == sheet else -1
             start = b.start[k]
             found, t = next_facet(
-                table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k],
-                own, 0.0, False, start, last, b.distance[k],
+                table, nodes, places, faces, normals, b.listed, b.rx, b.x[k], b.y[k], b.z[k],
+                b.ux[k], b.uy[k], b.uz[k], own, 0.0, False, start, last, b.distance[k],
             )  # fmt: skip
             if (found >= 0) & (t < b.distance[k]):
                 b.distance[k], b.hit[k], b.facet[k] = t, code, found
@@ -258,7 +289,13 @@ def cover_mesh(b, table, first, live):
 
 @lane_pass(ROWS)
 def stand_on_facet(b, table, first, live):
-    """On a mesh the normal is the facet's.  What acts becomes the lane's footing; a meter's facet has been crossed."""
+    """On a mesh: set the facet's normal and move the point onto the facet.
+
+    The facet of an acting mesh becomes the lane's `footing`, that of a transparent detector its `crossed`.
+
+    Fields: reads `weight`, `sheet`, `hit`, `facet`; updates `x, y, z`; writes `footing`, `crossed`,
+    `nx, ny, nz`.
+    """
     sheets = view(table.rows, table.count, MESHED_SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
@@ -283,7 +320,10 @@ def stand_on_facet(b, table, first, live):
 
 @lane_pass(AREAS)
 def born_on_mesh(b, table, first, live):
-    """Uniform over a mesh: a facet by its area, a point uniform on it."""
+    """Sample a point uniformly on a mesh: a facet by its area, then a point uniform on it.
+
+    Fields: reads `history`; writes `x, y, z`, `footing`, `facet`, `nx, ny, nz`.
+    """
     places = view(table.vertices, 3 * table.vertex_count, np.float64)
     faces = view(table.faces, 3 * table.facet_count, np.int32)
     normals = view(table.normals, 3 * table.facet_count, np.float64)
@@ -293,6 +333,7 @@ def born_on_mesh(b, table, first, live):
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
         d0, d1, _, _ = random_words(b.history[k], batch, 0, DEPTH, seed_low, seed_high)
+        # Binary search in the cumulative areas.
         u, found, width = uniform(d0, d1), 0, count
         while width > 1:
             half = width >> 1

@@ -1,7 +1,7 @@
-"""Count crossings: which meter, which bin, and the exact sums.
+"""Scoring at surface detectors: which detector, which bin, and the exact sums.
 
-Layer l of a sheet holds at most one meter; a lane finds it by (sheet, layer).  Bins lie as (u, v, azimuth, cosine),
-the last one fastest, behind one row for what falls outside all of them; departures follow all arrivals.
+Layer l of a sheet holds at most one detector; a lane finds it by (sheet, layer). Bins are ordered (u, v,
+azimuth, cosine), the last fastest, after one row for values outside all bins; departures follow all arrivals.
 """
 
 from numba import float64, int64, uint64
@@ -27,7 +27,10 @@ from transport.physics.device import device
 
 @lane_pass(LAYERS)
 def look_up_meter(b, table, first, live):
-    """The meter of this layer on the sheet that was hit."""
+    """Set the packed word of the detector of this layer on the sheet that was hit.
+
+    Fields: reads `hit`; writes `look`.
+    """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
         b.look[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
@@ -36,21 +39,28 @@ def look_up_meter(b, table, first, live):
 
 @device
 def facing(look, hit, layer, mu):
-    """mu against the side that the meter looks at: negative for arrivals, positive for departures; 0 for no meter."""
+    """Return mu relative to the detector's side: negative for arrivals, positive for departures.
+
+    0 without detector.
+    """
     covered = (look != 0) & (((hit >> layer) & 1) != 0)
     return (-mu if look & LOOK_BACK else mu) if covered else 0.0
 
 
 @device
 def cosine_bin(look, mu):
-    """The row of the cosine bin behind the meter's first row, which is for the outside."""
+    """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
     cells = (look >> LOOK_CELLS_SHIFT) & LOOK_CELLS
     return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
 
 
 @lane_pass(LAYERS)
 def bin_arrivals(b, table, first, live):
-    """The cosine bin of what comes towards the meter's side."""
+    """Find the cosine bin of arrivals at the detector's side, and the integers to score.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
     layer, any_grazes, salt = table.layer, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
@@ -67,7 +77,11 @@ def bin_arrivals(b, table, first, live):
 
 @lane_pass(LAYERS)
 def bin_departures(b, table, first, live):
-    """The cosine bin of what leaves from the meter's side."""
+    """Find the cosine bin of departures from the detector's side, and the integers to score.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
     layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
@@ -84,7 +98,11 @@ def bin_departures(b, table, first, live):
 
 @lane_pass(LAYERS)
 def bin_crossings(b, table, first, live):
-    """Where nothing acts, a crossing is an arrival on one side and a departure from the other."""
+    """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
     layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         look, mu = b.look[k], b.mu[k]
@@ -101,9 +119,12 @@ def bin_crossings(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def score(b, table, first, live):
-    """Add the weight, its count and its slant to the bin's row, for the few lanes that have one."""
+    """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one.
+
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
     n = 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
     for j in range(n):
@@ -115,7 +136,10 @@ def score(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def score_all(b, table, first, live):
-    """The same where nearly every lane has a bin; row 0 takes the others and is nobody's."""
+    """The same where nearly every lane has a bin; row 0 takes the others and is never read.
+
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
     for k in range(first, live):
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
     balance_grazing(b, first, live)
@@ -124,9 +148,12 @@ def score_all(b, table, first, live):
 
 @lane_pass(MOMENTS)
 def score_moments(b, table, first, live):
-    """Momentum along the normal, speed and squared speed that the lanes with a bin carry, in three rows a bin.
+    """Add normal momentum, speed and squared speed of the lanes with a bin to its three moment rows.
 
-    Matter of speed v carries v a unit of mass, light of energy w carries w/v; both in units of the scene's extremes.
+    Matter of speed v has momentum v per unit mass, light of energy w has w/v; both relative to the scene's
+    extreme speeds.
+
+    Fields: reads `weight`, `speed`, `mu`, `bin`.
     """
     n, fastest, slowest, is_light = 0, table.fastest, table.slowest, table.is_light
     for k in range(first, live):

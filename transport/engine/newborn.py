@@ -1,4 +1,4 @@
-"""The steps of the newborn: where, into which direction, when and how fast, and what they have to remember."""
+"""Steps of birth: place, direction, time and speed, and the state that later steps need."""
 
 from transport.compile import layout
 from transport.compile.media import importance_row
@@ -13,7 +13,8 @@ METERS = (1 << layout.METERS_A_SHEET) - 1
 
 
 def newborn_of(plan, emitter):
-    """All steps of what one emitter sends out."""
+    """Yield all steps of a particle born at one emitter."""
+    # Place, direction, time, speed; aim at a target.
     yield step(births.begin, emitter.birth)
     for each in (*emitter.cells, emitter.place):
         yield named(each)
@@ -25,6 +26,7 @@ def newborn_of(plan, emitter):
         for each in emitter.target:
             yield named(each)
         yield step(aims.account_born)
+    # State that other passes need.
     if plan.reflects or plan.scatters:
         yield step(births.begin_events)
     if emitter.inside is not None:
@@ -43,6 +45,7 @@ def newborn_of(plan, emitter):
         yield step(births.begin_visits)
     if plan.counts_reflections:
         yield step(births.begin_reflections)
+    # Next-event estimation, and detectors on the emitting sheet.
     yield from casts_of_births(plan, emitter)
     yield from expected_of_births(plan, emitter)
     sheet = emitter.birth["sheet"]
@@ -54,7 +57,7 @@ def newborn_of(plan, emitter):
 
 
 def _moment_and_speed(plan, emitter):
-    """When and how fast; one random block serves both where it can."""
+    """Yield the steps of time and speed of birth; one random block serves both where possible."""
     moment, steps = emitter.moment, emitter.speed if plan.has_speeds else ()
     draws = steps and steps[0][0] == "draw_speed"
     if plan.has_clock and moment[0] == "start_within" and draws:
@@ -66,6 +69,7 @@ def _moment_and_speed(plan, emitter):
 
 
 def _birth_counted(plan, emitter, metered):
+    """Yield the steps that score a birth as a departure at the detectors of its sheet."""
     if emitter.target is not None:
         yield step(birthplaces.visit_birthplace)
     yield step(birthplaces.stand_at_birth, emitter.birth)

@@ -1,4 +1,4 @@
-"""What light does at a surface beside diffuse and mirror reflection: pass through, refract, reflect glossily, go through a lens."""
+"""Optical surfaces: transmission, refraction, glossy reflection, lenses."""
 
 import numpy as np
 
@@ -32,7 +32,12 @@ NO_LOBE = 2.0
 
 @lane_pass(ROWS)
 def look_up_optics(b, table, first, live):
-    """Indices as seen by what arrives, roughness, the share that passes.  The gather is a pass of its own."""
+    """Set the refractive indices as seen from the side of arrival, roughness and transmitted share.
+
+    The gather is a pass of its own because it would slow down a longer loop.
+
+    Fields: reads `hit`, `mu`; writes `ratio`, `before`, `behind`, `excess`, `roughness`, `through`.
+    """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
         row = rows[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
@@ -48,7 +53,12 @@ def look_up_optics(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def choose_to_pass(b, table, first, live):
-    """Of what goes on, a share passes; the number that decided it is as good as new within its range."""
+    """Sample transmission with probability `through`.
+
+    The uniform u0 is rescaled within its subinterval and reused.
+
+    Fields: updates `through`, `u0`.
+    """
     for k in range(first, live):
         u, share = b.u0[k], b.through[k]
         passes = u < share
@@ -60,7 +70,10 @@ def choose_to_pass(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def let_pass(b, table, first, live):
-    """What passes leaves as the mirror image of what would have been reflected."""
+    """Transmit: mirror the reflected direction at the surface's plane, for lanes whose `through` is 1.
+
+    Fields: reads `nx, ny, nz`, `through`; updates `ux, uy, uz`, `mu`.
+    """
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
         passes = b.through[k] == 1.0
@@ -73,10 +86,14 @@ def let_pass(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def refract(b, table, first, live):
-    """Reflected with the probability that is Fresnel's reflectance, else refracted by Snell's law.
+    """Reflect with probability of Fresnel's reflectance, else refract by Snell's law (material DIELECTRIC).
 
-    At an edge rounding may bring a ray to the wrong side of a surface that ends there: from a medium that it is not in.  It
-    goes straight on then, so that no medium is ever taken for another; elsewhere that is the scene's fault, and counted.
+    At an edge, rounding may bring a ray to the wrong side of a surface that ends there, from a medium that it
+    is not in. It then goes straight on, so that no medium is mistaken for another. Elsewhere such a
+    contradiction is a fault of the scene, and is counted in the ledger.
+
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `ratio`, `before`, `behind`, `excess`, `u0`; updates
+    `ux, uy, uz`, `index`, `mu`.
     """
     astray = 0
     for k in range(first, live):
@@ -86,6 +103,7 @@ def refract(b, table, first, live):
         reflectance, g = fresnel(cosine, ratio, excess)
         vx, vy, vz = refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g)
         wx, wy, wz = mirrored(ux, uy, uz, nx, ny, nz, -cosine)
+        # Choose, and detect lanes that arrive from a medium other than theirs.
         back = b.u0[k] < reflectance
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIELECTRIC
         is_wrong = here & (b.index[k] != 0.0) & (b.index[k] != b.before[k])
@@ -103,11 +121,18 @@ def refract(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reflect_glossily(b, table, first, live):
-    """Off a microfacet that is seen; what the others keep back leaves by a lobe of its own (spread_lobe)."""
+    """Reflect at a sampled visible microfacet (GGX); masked rays are left to the lobe of `spread_lobe`.
+
+    With probability G2/G1 the ray leaves; else `lobe` receives a rescaled uniform.
+
+    Fields: reads `hit`, `nx, ny, nz`, `roughness`, `u0`, `u1`, `u3`; updates `ux, uy, uz`, `mu`; writes
+    `lobe`.
+    """
     for k in range(first, live):
         ux, uy, uz, mu, alpha = b.ux[k], b.uy[k], b.uz[k], b.mu[k], b.roughness[k]
         flip = -1.0 if mu > 0.0 else 1.0
         nx, ny, nz, cosine = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k], abs(mu)
+        # Direction of arrival in the frame of the normal; sample a visible normal; reflect at it.
         px, py, pz = turned_by(nx, ny, nz, 0.0, 1.0, 0.0)
         qx, qy, qz = turned_by(nx, ny, nz, 0.0, 0.0, 1.0)
         x, y = -(ux * px + uy * py + uz * pz), -(ux * qx + uy * qy + uz * qz)
@@ -129,7 +154,10 @@ def reflect_glossily(b, table, first, live):
 
 @lane_pass(ROWS)
 def spread_lobe(b, table, first, live):
-    """What microfacets keep back leaves by the lobe that makes up for it (Kulla and Conty 2017)."""
+    """Sample the direction of masked rays from the lobe of multiple scattering (Kulla and Conty 2017).
+
+    Fields: reads `weight`, `hit`, `nx, ny, nz`, `lobe`, `u4`; updates `mu`; writes `ux, uy, uz`.
+    """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
         turn = b.lobe[k]
@@ -151,7 +179,12 @@ def spread_lobe(b, table, first, live):
 
 @lane_pass(ROWS)
 def bend_by_lens(b, table, first, live):
-    """An ideal thin lens takes x/f from the direction's components along it; what cannot pass goes back along its ray."""
+    """Deflect by an ideal thin lens (material LENS): subtract x/f from the direction's components along it.
+
+    Rays for which no direction remains go back along their path.
+
+    Fields: reads `x, y, z`, `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
+    """
     rows = view(table.rows, table.count, OPTICS)
     for k in range(first, live):
         if ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == LENS:

@@ -1,4 +1,4 @@
-"""The steps of shadow rays where they come to a surface: through what lets them pass, and what they bring on the way."""
+"""Steps of shadow rays at surfaces: passage through transparent ones, and scores along the path."""
 
 from transport.engine import expected_rays, flights, landings, meters
 from transport.engine.arrivals import boundaries, refined, scored, stood, visits
@@ -7,24 +7,24 @@ from transport.engine.registry import layer_of, rows_of, step
 
 
 def through(plan):
-    """Steps of a shadow ray through what lets it pass, to the other side of the same ray."""
+    """Yield the steps of a shadow ray through transparent surfaces, on along the same ray."""
     if _lets_pass(plan):
         yield from _landed(plan, ())
 
 
 def expected_crossing(plan):
-    """Steps of an expected ray from arriving at a surface to leaving it, through what lets it pass."""
+    """Yield the steps of a next-event ray from arrival at a surface to its other side."""
     counted = [each for layer in range(len(plan.layers)) for each in _expected_metering(plan, layer)]
     yield from _landed(plan, [*counted, *visits(plan), step(expected_rays.end_expected)])
 
 
 def _lets_pass(plan):
-    """Whether rays go on beyond anything."""
+    """Return whether the scene has transparent detectors or boundaries of media."""
     return any(name.startswith(("cover", "bound")) for name, *_ in plan.members)
 
 
 def _landed(plan, counted):
-    """To the surface, what is counted there, and on beyond it."""
+    """Yield the steps of a ray at a surface: move there, score, change bodies, resume the ray."""
     passes = _lets_pass(plan)
     if passes:
         yield step(flights.remember_ray)
@@ -39,7 +39,10 @@ def _landed(plan, counted):
 
 
 def _expected_metering(plan, layer):
-    """Count what rays bring to the meters of a layer that they were cast to, on both sides of what lets them pass."""
+    """Yield the steps that score rays at the detectors of a layer that they were cast to.
+
+    A transparent detector is scored on both sides.
+    """
     if not expects_on(plan, layer):
         return
     table = layer_of(plan, layer, plan.expected_layers[layer])

@@ -1,4 +1,4 @@
-"""A program: the list of just the passes that a scene calls for, each with its table.  The order is on one screen."""
+"""A program: the ordered list of the passes that a scene needs, each with its table."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -41,17 +41,21 @@ BEYOND = layout.NOTHING_BEFORE | layout.NOTHING_BEHIND
 
 @dataclass
 class Program:
-    """Steps of every particle, and for each emitter the steps of its newborn; holds the tables that they point to."""
+    """Passes with their tables: one list for all particles, one per emitter for births.
+
+    A program keeps the tables alive that its steps point to.
+    """
 
     plan: Plan
     steps: list[Step] = field(default_factory=list)
-    ready: int = 0  # how many steps come before a flight
-    inner: int = 0  # how many steps after these are done again for what collides in a medium
+    ready: int = 0  # number of steps before a flight
+    inner: int = 0  # number of steps after these that are repeated for lanes that collide in a medium
     births: list[list[Step]] = field(default_factory=list)
-    sight: list[Step] = field(default_factory=list)  # of shadow rays, where there are point detectors
-    withdrawal: list[Step] = field(default_factory=list)  # by which copies that wait take lanes
+    # steps of shadow rays, where point or expected detectors exist
+    sight: list[Step] = field(default_factory=list)
+    withdrawal: list[Step] = field(default_factory=list)  # step by which banked copies take free lanes
     moved: np.ndarray = field(default_factory=lambda: np.zeros((), layout.MOVED))
-    machine: object = None  # driver.machine_of it, once it is made
+    machine: object = None  # the compiled program (driver.machine_of), once made
 
     @property
     def passes(self) -> list[Pass]:
@@ -64,23 +68,25 @@ class Program:
 
     @cached_property
     def carried(self) -> tuple[str, ...]:
-        """The fields that a particle takes along: those that a pass names."""
+        """Names of the fields that move with a particle: those that a pass uses."""
         named = {name for lane_pass in self.passes for name in lane_pass.fields}
         return tuple(name for name, _ in CARRIED if name in named)
 
     @cached_property
     def carried_numbers(self) -> np.ndarray:
-        """Their numbers among CARRIED; the table of `fill_gaps` points here."""
+        """Positions of these fields in CARRIED, padded; the table of `fill_gaps` points here."""
         numbers = [k for k, (name, _) in enumerate(CARRIED) if name in self.carried]
         return np.array(lanes.padded(numbers), np.int64)
 
 
 def program_of(plan: Plan) -> Program:
-    """The program of a scene's plan."""
+    """Return the program of a scene's plan."""
+    # Complete the bounding volume hierarchies of meshes.
     for table in plan.meshes.values():
         hierarchies.complete(table)
     program = Program(plan)
     program.births = [list(newborn_of(plan, emitter)) for emitter in plan.emitters]
+    # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
     ready, rounds = list(ready_to_fly(plan)), list(rounds_of(plan, program.moved))
     program.ready, program.inner = len(ready), len(rounds) if plan.scatters else 0
     program.steps = [
@@ -90,12 +96,14 @@ def program_of(plan: Plan) -> Program:
         *_landing(plan),
         *_crossing(plan, program.moved),
     ]
+    # Steps of shadow rays: to point detectors, or to detectors scored by next-event estimation.
     if plan.points:
         program.sight = list(sight_of(plan, known_media(plan), members_of(plan), through(plan)))
     if plan.expectations:
         crossing = expected_crossing(plan)
         program.sight = list(expected_sight(plan, known_media(plan), members_of(plan), crossing))
     program.withdrawal = [step(bank.withdraw, program.moved)] if plan.splits or plan.forces else []
+    # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         _sample(program, plan.method.sampling)
     numbers = program.carried_numbers
@@ -104,13 +112,14 @@ def program_of(plan: Plan) -> Program:
 
 
 def _sample(program, sampling):
-    """Every draw as a sampling makes it."""
+    """Replace each pass that draws by its twin for this sampling."""
     program.births = [sampled_steps(steps, sampling) for steps in program.births]
     for part in ("steps", "sight", "withdrawal"):
         setattr(program, part, sampled_steps(getattr(program, part), sampling))
 
 
 def _flight(plan, moved):
+    """Yield the steps from the end of a round to the surface: count escapes, compact lanes, move."""
     yield step(flights.leave)
     yield step(lanes.part if plan.scatters else lanes.fill_gaps, moved)
     if plan.contacts:
@@ -121,6 +130,7 @@ def _flight(plan, moved):
 
 
 def _landing(plan):
+    """Yield the steps that place a lane on its sheet: normal, cosine, corrections near edges and contacts."""
     if plan.members:
         yield from stood(plan)
         if plan.passes_meters and (plan.sheets["outward"] != 0).any():
@@ -132,6 +142,8 @@ def _landing(plan):
 
 
 def _crossing(plan, moved):
+    """Yield the steps at a surface: score arrivals, absorb, sample a new direction, score departures."""
+    # Without an acting surface, a crossing is scored once and the lane flies on.
     if not plan.acts:
         yield from metering(plan, meters.bin_crossings)
         yield from visits(plan)
@@ -139,7 +151,9 @@ def _crossing(plan, moved):
         yield from _onwards(plan)
         yield from _end(plan, moved)
         return
+    # Score arrivals at detectors.
     yield from metering(plan, meters.bin_arrivals)
+    # Choose the material, absorb, and sample the new direction.
     if plan.draws_again:
         yield step(surfaces.draw_again)
     if plan.chooses:
@@ -163,12 +177,14 @@ def _crossing(plan, moved):
         yield step(speeds.take_wall_speed, rows_of(plan.surfaces))
     if plan.counts_reflections:
         yield step(surfaces.count_reflections)
+    # Score departures; then visits, bodies beyond, shadow rays and next-event rays.
     yield from metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
     yield from visits(plan)
     yield from boundaries(plan)
     yield from casts_of_walls(plan)
     yield from expected_of_walls(plan)
     yield from _onwards(plan)
+    # Russian roulette, and the limit of events.
     if plan.has_roulette:
         yield step(roulette.play_roulette, roulette_row(plan))
     elif plan.splits and plan.reflects:
@@ -179,7 +195,9 @@ def _crossing(plan, moved):
 
 
 def _onwards(plan):
-    """What passes flies on along its old ray, but for what came to the edges of a box of fog."""
+    """Yield the steps that resume the ray of a lane that passed through, except at the edges of a box of
+    medium.
+    """
     if plan.passes_meters:
         yield step(flights.resume_ray)
         if plan.bounds_bodies:
@@ -188,7 +206,7 @@ def _onwards(plan):
 
 
 def _end(plan, moved):
-    """What left to where nothing is has escaped; the ended lanes are dropped."""
+    """Yield the steps that end lanes that left to empty space, and drop ended lanes."""
     escapes = plan.can_escape_at_once and any(row["code"] & BEYOND for _, row, _ in plan.members)
     if escapes:
         yield step(bodies.escape_at_once)
@@ -197,7 +215,7 @@ def _end(plan, moved):
 
 
 def _new_directions(plan):
-    """What each material does; lanes of the others are left as they are."""
+    """Yield a pass per material; lanes of other materials stay unchanged."""
     if plan.transmits:
         yield step(optics.choose_to_pass)
     if layout.DIFFUSE in plan.materials:

@@ -1,4 +1,4 @@
-"""Cylinders, cones, paraboloids and zones of spheres: met, landed on, emitted from."""
+"""Cylinders, cones, paraboloids and spherical zones: intersection, landing, births."""
 
 import math
 
@@ -23,14 +23,17 @@ from transport.physics.streams import POSITION, random_words, uniform
 
 @lane_pass(QUADRIC)
 def meet_quadric(b, table, first, live):
-    """Keep this acting surface of revolution where it is the nearest ahead."""
+    """Intersect rays with an acting surface of revolution; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
     inner_low, inner_high, code, sheet = table.inner_low, table.inner_high, table.code, table.sheet
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         standing, start = (b.sheet[k] & STANDING) == sheet, b.start[k]
-        own = start if start < 0.0 else 0.0  # where the ray began
+        own = start if start < 0.0 else 0.0  # ray parameter of the origin
         near, far, w, pace, _ = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, True
         )
@@ -48,16 +51,22 @@ def meet_quadric(b, table, first, live):
 
 @lane_pass(QUADRIC)
 def cover_quadric(b, table, first, live):
-    """Keep this transparent meter where its sheet is the nearest ahead, beside others of the same sheet."""
+    """Intersect rays with a transparent detector on a surface of revolution; keep it if nearest.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
     cx, cy, cz, ax, ay, az = table.cx, table.cy, table.cz, table.ax, table.ay, table.az
     alpha, beta, gamma, low, high = table.alpha, table.beta, table.gamma, table.low, table.high
-    code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0  # its apex
+    # on the side of its apex
+    code, sheet, is_below = table.code, table.sheet, beta + gamma * (low + high) < 0.0
     for k in range(first, live):
         ox, oy, oz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
         start, last = b.start[k], b.sheet[k] >> PASSED_SHIFT
         standing = (b.sheet[k] & STANDING) == sheet
         own = start if start < 0.0 else 0.0
-        closed = (last != 0) & (sheet > last)  # of meters that meet in a line, the next number is next
+        closed = (last != 0) & (sheet > last)  # of detectors that meet in a line, the next number is next
         near, far, w, pace, steep = quadric_crossings(
             ox, oy, oz, b.ux[k], b.uy[k], b.uz[k], ax, ay, az, alpha, beta, gamma, standing, own, False
         )
@@ -69,7 +78,7 @@ def cover_quadric(b, table, first, live):
         is_far_in = (at_far >= low) & (at_far <= high)
         t = next_crossing(near, far, is_near_in, is_far_in, start, closed, last == sheet)
         apart, other_apart = abs(t - b.distance[k]), abs(near + far - t - b.distance[k])
-        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # and not its other crossing
+        same = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (not apart > other_apart)  # not its other crossing
         nearer = (t < math.inf) & ((t < b.distance[k]) | same)
         b.distance[k] = t if nearer & (not same) else b.distance[k]
         b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
@@ -78,7 +87,10 @@ def cover_quadric(b, table, first, live):
 
 @lane_pass(ROWS)
 def put_back_on_quadric(b, table, first, live):
-    """The normal follows from the point, and the point is put back onto the surface: one Newton step along the gradient."""
+    """Set the normal from the gradient and project the point onto the surface by one Newton step along it.
+
+    Fields: reads `ux, uy, uz`, `sheet`; updates `x, y, z`; writes `nx, ny, nz`.
+    """
     sheets = view(table.rows, table.count, CURVED_SHEET)
     for k in range(first, live):
         row = sheets[b.sheet[k]]
@@ -89,7 +101,7 @@ def put_back_on_quadric(b, table, first, live):
             g2 = gx * gx + gy * gy + gz * gz
             step = 0.5 * value / g2 if g2 > 0.0 else 0.0
             b.x[k], b.y[k], b.z[k] = b.x[k] - step * gx, b.y[k] - step * gy, b.z[k] - step * gz
-            # Through an apex, within rounding, goes what is steeper than the cone: from one side of it to the other.
+            # Within rounding of its apex, a ray steeper than the cone passes through the apex: take the axis.
             pace, narrows = b.ux[k] * ax + b.uy[k] * ay + b.uz[k] * az, row.narrows
             is_near = (px * px + py * py + pz * pz < SLACK * SLACK) | (w * narrows > 0.0)
             at_apex = (narrows != 0.0) & is_near & ((1.0 + row.gamma) * pace * pace > 1.0)
@@ -103,9 +115,12 @@ def put_back_on_quadric(b, table, first, live):
 
 @lane_pass(BAND)
 def born_on_band(b, table, first, live):
-    """Uniform over a cylinder, cone or zone: the area per height is linear in the height.
+    """Sample a point uniformly on a cylinder, cone or zone, whose area per height is linear in the height.
 
-    The height is the share u of the way where both ends are alike, else that of the root of the linear law, without cancellation.
+    The height is the root of the linear cumulative law in a form without cancellation; for equal ends that is
+    the share u of the height.
+
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
     """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
@@ -114,6 +129,7 @@ def born_on_band(b, table, first, live):
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        # Invert the cumulative area for the height w; then sample the azimuth.
         u = uniform(w0, w1)
         here = math.sqrt(one * one + u * (other - one) * (other + one))
         w = low + (high - low) * (u * (one + other) / (one + here) if u > 0.0 else 0.0)
@@ -134,7 +150,12 @@ def born_on_band(b, table, first, live):
 
 @lane_pass(BAND)
 def born_on_paraboloid(b, table, first, live):
-    """Uniform over a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform; first, last: that at both ends."""
+    """Sample a point uniformly on a paraboloid of focal length f: (1 + w/f)^(3/2) - 1 is uniform.
+
+    first, last of the table: this quantity at both ends.
+
+    Fields: reads `history`; writes `x, y, z`, `nx, ny, nz`.
+    """
     cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     beta, one, other, low, high, side = table.beta, table.first, table.last, table.low, table.high, table.side

@@ -1,7 +1,7 @@
-"""Finer bins for the meters that ask for them: time, speed, azimuth, edges of their own, world frame, cone, position.
+"""Further bin axes of surface detectors: time, speed, azimuth, cosine edges, world frame, cone, position.
 
-Each pass works on the lanes that have a bin already and exists only where a meter has that axis.  A coordinate
-outside its edges goes to the meter's row for the outside.
+Each pass works on lanes that already have a bin, and exists only where a detector has that axis. A coordinate
+outside its edges goes to the detector's outside row.
 """
 
 import math
@@ -26,12 +26,16 @@ from transport.engine.passes import lane_pass
 from transport.physics.device import device
 from transport.physics.elementary import TWO_PI, azimuth_turn
 
-PARALLEL = 1e-12  # squared sine of the angle within which a normal counts as along an axis (vectors.PARALLEL)
+# squared sine of the angle within which a normal counts as parallel to an axis (vectors.PARALLEL)
+PARALLEL = 1e-12
 
 
 @device
 def cell(value, cells, edges):
-    """Which of the cells between the edges at an address holds the value; -1: none."""
+    """Return the number of the cell that holds the value, by binary search in the edges at an address.
+
+    -1: none.
+    """
     found = -1
     bounds = view(edges, cells + 1, np.float64)
     if (value >= bounds[0]) & (value <= bounds[cells]):
@@ -45,27 +49,33 @@ def cell(value, cells, edges):
 
 @device
 def shifted(bin, base, found, stride):
-    """The row after `found` cells of an axis, or the outside's row."""
+    """Return the row `found` cells further along an axis, or the outside row."""
     return bin + found * stride if found >= 0 else base
 
 
 @device
 def sine_squared(ux, uy, uz, ax, ay, az):
-    """Squared sine of the angle between two unit vectors, without cancellation; 2 where it exceeds a right angle."""
+    """Return the squared sine of the angle between two unit vectors, without cancellation.
+
+    2 beyond a right angle.
+    """
     x, y, z = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
     return x * x + y * y + z * z if ux * ax + uy * ay + uz * az > 0.0 else 2.0
 
 
 @device
 def along_surface(ax, ay, az, nx, ny, nz):
-    """The part of a vector across a unit normal."""
+    """Return the part of a vector perpendicular to a unit normal."""
     a = ax * nx + ay * ny + az * nz
     return ax - a * nx, ay - a * ny, az - a * nz
 
 
 @lane_pass(LAYERS)
 def know_meter(b, table, first, live):
-    """Which meter's row a lane needs for its finer bins."""
+    """Set the index of the detector's row, for the bin axes that follow.
+
+    Fields: reads `hit`; writes `meter`.
+    """
     rows = view(table.rows, table.count, LAYER)
     for k in range(first, live):
         b.meter[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
@@ -74,7 +84,12 @@ def know_meter(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_time(b, table, first, live):
-    """When it crosses.  Each bin of time has rows of its own for what falls outside the bins of direction and place."""
+    """Bin by the time of crossing.
+
+    Each bin of time has outside rows of its own for direction and position.
+
+    Fields: reads `time`, `meter`; updates `home`, `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] != 0:
@@ -89,7 +104,10 @@ def refine_by_time(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_speed(b, table, first, live):
-    """How fast it is; laid out like time."""
+    """Bin by speed, with outside rows like those of time.
+
+    Fields: reads `speed`, `meter`; updates `home`, `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:
@@ -104,13 +122,16 @@ def refine_by_speed(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_cosine(b, table, first, live):
-    """Cosine bins with edges, in the world's frame, or one cone."""
+    """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
+
+    Fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:  # not yet outside of another axis
             m = meters[b.meter[k]]
             if m.mu_kind != 0:
-                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by where they come from
+                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
                 value = abs(b.mu[k])
                 if m.mu_kind == WORLD_COSINE:
                     value = toward * b.uz[k]
@@ -125,7 +146,10 @@ def refine_by_cosine(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_azimuth(b, table, first, live):
-    """Azimuth of the direction, from e_u towards e_v, or from the world's x towards y."""
+    """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:
@@ -134,12 +158,11 @@ def refine_by_azimuth(b, table, first, live):
                 toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
                 ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
                 eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
-                if (
-                    m.turn_kind == SPHERE_AZIMUTH
-                ):  # e_v = axis projected; e_u = e_v x n; lengths do not matter
+                # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
+                if m.turn_kind == SPHERE_AZIMUTH:
                     nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
                     evx, evy, evz = along_surface(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
-                    if evx * evx + evy * evy + evz * evz < PARALLEL:  # the face of a mesh across the axis
+                    if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
                         evx, evy, evz = along_surface(m.evx, m.evy, m.evz, nx, ny, nz)
                     eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
                 if m.turn_kind == WORLD_AZIMUTH:
@@ -158,7 +181,12 @@ def refine_by_azimuth(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_place(b, table, first, live):
-    """Position on the shape's own coordinates: width and height; radius and azimuth; polar angle and azimuth."""
+    """Bin by position in the shape's coordinates: width and height.
+
+    Radius and azimuth; polar angle and azimuth.
+
+    Fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
+    """
     meters = view(table.meters, table.meter_count, METER)
     for k in range(first, live):
         if b.bin[k] > b.home[k]:

@@ -1,7 +1,7 @@
-"""A point within rounding of its surface's edge goes to the inner side of that rounding.
+"""Clamp a point within rounding of its surface's edge to the inner side of that rounding.
 
-Where two walls meet at an edge, it is then surely on the inner side of the other wall, which it meets next or not by
-its direction, never by the sign of a rounding error.
+Where two walls share an edge, the point is then surely on the inner side of the other wall, and whether it
+hits that wall next depends on its direction, not on the sign of a rounding error.
 """
 
 import math
@@ -25,7 +25,7 @@ from transport.physics.quadrics import quadric_form
 
 @device
 def out_of_hole(rim, u, v):
-    """A place of the plane, moved out of the hole's margin."""
+    """Return a point (u, v) of the plane, moved out of the hole's margin."""
     du, dv = u - rim.hole_u, v - rim.hole_v
     p, q = rim.hole_cos * du + rim.hole_sin * dv, rim.hole_cos * dv - rim.hole_sin * du
     if rim.half_q == 0.0:
@@ -43,7 +43,7 @@ def out_of_hole(rim, u, v):
 
 @device
 def within_rectangle(rim, u, v):
-    """A place of the plane, moved within a rectangle's sides and out of its hole."""
+    """Return a point (u, v) of the plane, clamped to a rectangle and out of its hole."""
     u = min(max(u, -rim.inner_u), rim.inner_u)
     v = min(max(v, -rim.inner_v), rim.inner_v)
     return out_of_hole(rim, u, v) if rim.half_p > 0.0 else (u, v)
@@ -51,7 +51,7 @@ def within_rectangle(rim, u, v):
 
 @device
 def within_disk(rim, u, v):
-    """A place of the plane, moved between a disk's radii, inner_v and inner_u."""
+    """Return a point (u, v) of the plane, clamped between a disk's radii inner_v and inner_u."""
     r = math.sqrt(u * u + v * v)
     s = min(max(r, rim.inner_v), rim.inner_u) / r if r > 0.0 else 1.0
     return s * u, s * v
@@ -59,7 +59,7 @@ def within_disk(rim, u, v):
 
 @device
 def within_triangle(rim, u, v):
-    """Weights of the second and third vertex, moved to be at least so large, and that of the first."""
+    """Return the barycentric weights of the second and third vertex, clamped away from all three edges."""
     p, q = max(u, rim.least_a), max(v, rim.least_b)
     excess = 0.5 * max(p + q - (1.0 - rim.least_c), 0.0)
     return p - excess, q - excess
@@ -67,18 +67,24 @@ def within_triangle(rim, u, v):
 
 @lane_pass(ROWS)
 def draw_back_from_edge(b, table, first, live):
-    """For the lanes that landed within rounding of an edge."""
+    """Clamp the lanes that landed within rounding of an edge (bit EDGE) to the inner side of it.
+
+    Does nothing if no lane did, the usual case.
+
+    Fields: reads `ux, uy, uz`, `hit`; updates `x, y, z`, `nx, ny, nz`; writes `mu`.
+    """
     any_edge = 0
     for k in range(first, live):
         any_edge |= b.hit[k] & EDGE
     if any_edge == 0:
         return live
-    rims = view(table.rows, table.count, RIM)  # by surface
+    rims = view(table.rows, table.count, RIM)  # one row per surface
     for k in range(first, live):
         if b.hit[k] & EDGE:
             rim = rims[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
             px, py, pz = b.x[k] - rim.cx, b.y[k] - rim.cy, b.z[k] - rim.cz
             if rim.form == QUADRIC_RIM:
+                # Surface of revolution: clamp the height, then project onto the surface and renew its normal.
                 w = px * rim.nx + py * rim.ny + pz * rim.nz
                 qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
                 w = min(max(w, rim.low), rim.high)
@@ -95,7 +101,7 @@ def draw_back_from_edge(b, table, first, live):
                 b.nx[k], b.ny[k], b.nz[k] = gx * inverse, gy * inverse, gz * inverse
                 b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
             else:
-                # Of a triangle a and b give the weights of two vertices, and e_u, e_v are the edges to them.
+                # Flat shapes: clamp (u, v); for a triangle, the weights of two vertices, with edges e_u, e_v.
                 is_triangle = rim.form == TRIANGLE_RIM
                 u = px * rim.eux + py * rim.euy + pz * rim.euz
                 v = px * rim.evx + py * rim.evy + pz * rim.evz

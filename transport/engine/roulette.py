@@ -1,7 +1,7 @@
-"""Russian roulette, at walls and at collisions: light histories are killed or made heavy again, which costs no mean.
+"""Russian roulette at walls and at collisions: light histories are killed or restored to weight, unbiased.
 
-Light is told relative to the weight that a history was born with, or that importance wants at its place, so that the unit of
-power does not matter.  The ledger takes what was killed less what was gained: expectation 0.
+A weight is light relative to the history's birth weight, or to the one wanted by importance, so the unit of
+power does not matter. The ledger takes the weight killed less the weight gained: expectation 0.
 """
 
 from transport.compile.layout import IMPORTANCE, ROULETTE, ROULETTE_LAW
@@ -13,12 +13,15 @@ from transport.physics.device import device
 from transport.physics.roulette import survived
 from transport.physics.streams import WEIGH, event_words, uniform
 
-LIGHT = 0.5  # where importance tells what a weight should be: share of that
+LIGHT = 0.5  # share of the wanted weight, where importance gives one
 
 
 @device
 def played(is_light, weight, wanted, u):
-    """The weight after the game, where it is played, a fresh number in place of u, and what the ledger takes."""
+    """Return (weight, uniform, high limb, low limb) after Russian roulette, played only if is_light.
+
+    The uniform is a fresh one in place of u, the limbs are those of the loss.
+    """
     left, fresh = survived(weight, wanted, u)
     new = left if is_light else weight
     high, low = limbs(weight)
@@ -28,7 +31,12 @@ def played(is_light, weight, wanted, u):
 
 @lane_pass(ROULETTE_LAW)
 def play_roulette(b, table, first, live):
-    """At walls: below a share of its birth weight."""
+    """Play Russian roulette at walls, below a share `threshold` of the birth weight.
+
+    Survivors have share `level`.
+
+    Fields: reads `birth`, `hit`, `u2`; updates `weight`.
+    """
     total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]
@@ -42,7 +50,10 @@ def play_roulette(b, table, first, live):
 
 @lane_pass(IMPORTANCE)
 def play_roulette_by_importance(b, table, first, live):
-    """At walls: below half the weight that its place wants, which a survivor has."""
+    """Play Russian roulette at walls, below half the weight wanted there, which survivors have.
+
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `hit`; updates `weight`.
+    """
     total_high, total_low = 0, 0
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
@@ -59,7 +70,10 @@ def play_roulette_by_importance(b, table, first, live):
 
 @lane_pass(ROULETTE_LAW)
 def play_roulette_in_flight(b, table, first, live):
-    """At collisions: below a share of its birth weight."""
+    """Play Russian roulette at collisions, below a share `threshold` of the birth weight.
+
+    Fields: reads `birth`; updates `weight`, `u0`, `collides`.
+    """
     total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
     for k in range(first, live):
         w, birth = b.weight[k], b.birth[k]

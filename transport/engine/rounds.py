@@ -1,6 +1,6 @@
-"""The steps of a flight: how lanes get ready, what they look for, what a medium and the clock do on the way.
+"""Steps of a flight: prepare lanes, find the next surface, apply the medium and the clock along the path.
 
-In media these are done again and again for what collides, before those that met a surface go on (driver.fly_on).
+In media these steps repeat for lanes that collide, before those at a surface go on (driver._fly_on).
 """
 
 import numpy as np
@@ -28,11 +28,11 @@ from transport.engine.lookouts import casts_of_flights, detours_of_collisions
 from transport.engine.registry import named, rows_of, step
 
 PARALLEL = 1.0 - 2.0**-52  # cosine between the normals of parallel planes
-FEW_MEDIA = 4  # which are told, and whose absorption is summed up, one by one
+FEW_MEDIA = 4  # up to this many media are found, and their absorption summed, by one pass each
 
 
 def ready_to_fly(plan):
-    """What lanes must know before they fly: that nothing is met yet, and the medium that they are in."""
+    """Yield the steps before a flight: reset the hit and find the current medium."""
     if not plan.has_media:
         return
     if plan.scatters:
@@ -41,7 +41,7 @@ def ready_to_fly(plan):
 
 
 def known_media(plan):
-    """The medium that each lane is in."""
+    """Yield the steps that find the medium of each lane."""
     if not plan.has_media:
         return
     if len(plan.media) > FEW_MEDIA:
@@ -53,13 +53,15 @@ def known_media(plan):
 
 
 def _body(plan, medium):
+    """Return the table of one medium."""
     values = {name: plan.media[name][medium] for name in ("mfp", "sigma_a", "survival")}
     return layout.row(layout.BODY, **values, medium=medium, bit=1 << medium >> 1)
 
 
 def rounds_of(plan, moved):
-    """The steps of a flight as far as a surface or a collision."""
+    """Yield the steps of a flight up to a surface or a collision."""
     importance = importance_row(plan) if plan.splits else None
+    # Sample a free path, or fly to the next surface.
     if plan.forces:
         yield step(forcing.fly_or_be_forced)
     elif plan.scatters:
@@ -68,8 +70,10 @@ def rounds_of(plan, moved):
         yield step(collisions.fly_straight if plan.has_media else flights.look_ahead)
     if plan.splits:
         yield step(importances.cut_flight, importance)
+    # Find the nearest surface ahead; end lanes that rounding carried out of a finite body.
     yield from members_of(plan)
     yield from _strays(plan)
+    # Force first collisions; track through voxels.
     if plan.forces:
         yield step(forcing.force_collision)
         yield step(bank.deposit_forced, moved)
@@ -77,16 +81,19 @@ def rounds_of(plan, moved):
         yield step(grids.cut_nothing)
     for row in plan.grids:
         yield step(grids.collide_in_grid, row)
+    # Next-event estimation from flights, volume detectors, and the clock.
     yield from casts_of_flights(plan)
     yield from volume_steps.ways(plan)
     yield from guards(plan)
     if plan.has_clock:
         yield from _clock(plan)
+    # Absorb along the path.
     if plan.attenuates:
         yield step(collisions.attenuate)
         yield from _absorbed(plan)
     yield from _thinned(plan)
     if plan.scatters:
+        # Collide: score, absorb, play roulette, scatter, split.
         yield step(collisions.collide)
         if plan.splits:
             yield step(importances.pause_at_station)
@@ -109,7 +116,10 @@ def rounds_of(plan, moved):
 
 
 def _strays(plan):
-    """Those in a finite body that have no surface ahead: one body by one where they are few."""
+    """Yield the steps that end lanes in a finite body without a surface ahead.
+
+    There is one pass per body if there are few.
+    """
     if not plan.has_bodies:
         return
     rows = bounded_rows(plan)
@@ -123,7 +133,7 @@ def _strays(plan):
 
 
 def members_of(plan):
-    """Look for each surface and meter; parallel planes in pairs."""
+    """Yield the steps that intersect rays with each surface and detector; parallel planes in pairs."""
     waiting = None
     for name, row, _ in plan.members:
         if name != "cover_plane":
@@ -143,6 +153,7 @@ def members_of(plan):
 
 
 def _clock(plan):
+    """Yield the steps of the clock: arrival times, phase-space detectors, snapshots, end of time."""
     clock = layout.row(layout.CLOCK, duration=1.0, slowness=plan.slowness)
     if plan.has_media:
         rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
@@ -158,14 +169,14 @@ def _clock(plan):
 
 
 def _thinned(plan):
-    """Grids that only absorb."""
+    """Yield the steps of grids that only absorb."""
     for row in plan.thinning_grids:
         row["ledger"] = layout.ABSORBED + len(plan.surfaces) + row["medium"]
         yield step(grids.attenuate_in_grid, row)
 
 
 def _absorbed(plan):
-    """Enter what media keep into the ledger: one by one where they are few."""
+    """Yield the steps that add the media's absorption to the ledger: a pass per medium if there are few."""
     first = layout.ABSORBED + len(plan.surfaces)
     if len(plan.absorbing_media) > FEW_MEDIA:
         yield step(collisions.account_absorbed_everywhere, layout.row(layout.WEIGHED, ledger=first))
@@ -176,6 +187,7 @@ def _absorbed(plan):
 
 
 def _scattering(plan):
+    """Yield the steps of scattering: next-event estimation, phase function, new direction."""
     yield from detours_of_collisions(plan)
     if len(plan.phase_laws) > 1:
         laws = np.array([row for _, row in plan.phase_laws], layout.PHASE_LAW)

@@ -1,9 +1,9 @@
-"""Passes that draw from nets instead of random words: the same loops, which call other words by the same names.
+"""Quasi-random twins of passes: the same code with Sobol or stratified words in place of random words.
 
-A pass is a function with globals.  Its twin has the same code and other globals, where `random_words` and `event_words`
-are those of physics/sobol.py, and device functions that call them are twins as well.  So no loop is written twice, none
-asks how it draws, and a program of random numbers holds nothing of this.  A twin's name tells Numba's cache, and a reader,
-which it is; it runs as plain Python too.
+A pass is a function with globals. Its twin has the same code and other globals, in which `random_words` and
+`event_words` are those of physics/sobol.py, and device functions that call them are twins too. So no loop
+exists twice, none tests how it samples, and a pseudo-random program contains nothing of this. The twin's name
+distinguishes it in Numba's cache and for readers; it runs as plain Python too.
 """
 
 import dis
@@ -24,20 +24,20 @@ WORDS = {
 
 
 def sampled_steps(steps: list[Step], sampling: str) -> list[Step]:
-    """The same steps, with draws as a sampling makes them."""
+    """Return the same steps with draws by this sampling."""
     return [(sampled(lane_pass, sampling), table) for lane_pass, table in steps]
 
 
 @cache
 def sampled(lane_pass: Pass, sampling: str) -> Pass:
-    """The twin of a pass; the pass itself where it draws nothing."""
+    """Return the twin of a pass; the pass itself if it draws nothing."""
     drawing = _drawing(lane_pass.function, sampling)
     return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling)) if drawing else lane_pass
 
 
 @cache
 def _twin_of_device(function, sampling: str):
-    """What a loop calls instead of this; None where it may stay."""
+    """Return the function that a twin calls instead of this one; None if it needs no replacement."""
     if function in WORDS[sampling]:
         return WORDS[sampling][function]
     python = getattr(function, "py_func", function)
@@ -48,7 +48,7 @@ def _twin_of_device(function, sampling: str):
 
 
 def _drawing(function: FunctionType, sampling: str) -> dict[str, object]:
-    """Of the globals that a function's code loads, those that draw, with what they shall be."""
+    """Return {name: replacement} of the globals of a function's code that draw."""
     names = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
     known = {name: function.__globals__.get(name) for name in sorted(names)}
     twins = {name: _twin_of_device(value, sampling) for name, value in known.items() if callable(value)}
@@ -56,7 +56,7 @@ def _drawing(function: FunctionType, sampling: str) -> dict[str, object]:
 
 
 def _twin(function: FunctionType, drawing: dict[str, object], sampling: str) -> FunctionType:
-    """The function among other globals, under a name of its own."""
+    """Return the function with other globals, under its own name."""
     twin = FunctionType(
         function.__code__, function.__globals__ | drawing, f"{function.__name__} by {sampling}"
     )

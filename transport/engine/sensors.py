@@ -1,7 +1,7 @@
-"""Histories that start at a detector, as many in each of its cells, and what they bring to sources, cell by cell.
+"""Backward (adjoint) runs: histories start in the cells of a detector and score at sources, by cell.
 
-A cell is a bin of position and direction; with numbers u, v, turn and mu, the last one fastest.  Bins of a camera's pixels
-are its rows (turn) and columns (mu).
+A cell is a bin of position and direction, numbered by u, v, turn and mu, the last fastest. The bins of a
+camera's pixels are its rows (turn) and columns (mu). Each cell gets equally many histories.
 """
 
 import math
@@ -21,12 +21,15 @@ from transport.physics.directions import either, turned_by
 from transport.physics.elementary import cos_sin_turn, exp_negative
 from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
 
-SLANT_UNITS = 1 << 22  # that make a slant of 1
+SLANT_UNITS = 1 << 22  # units of a slant of 1
 
 
 @lane_pass(SENSOR)
 def draw_cell(b, table, first, live):
-    """One cell after the other, from a random one on: of a batch each gets the same number of histories, or one more."""
+    """Assign cells in turn, from a random one on: per batch each has equally many histories, or one more.
+
+    Fields: reads `history`; writes `cell`.
+    """
     w0, w1, _, _ = random_words(table.part, b.batch, 1, SHARES, b.seed_low, b.seed_high)
     cells = uint64(table.cells)
     offset = ((w0 << uint64(32)) | w1) % cells
@@ -39,7 +42,10 @@ def draw_cell(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def draw_place(b, table, first, live):
-    """Two numbers for a place in a cell."""
+    """Draw the uniforms u0, u1 for a position in a cell.
+
+    Fields: reads `history`; writes `u0`, `u1`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
@@ -49,7 +55,10 @@ def draw_place(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def draw_direction(b, table, first, live):
-    """Two numbers for a direction in a cell."""
+    """Draw the uniforms u2, u3 for a direction in a cell.
+
+    Fields: reads `history`; writes `u2`, `u3`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
@@ -59,14 +68,17 @@ def draw_direction(b, table, first, live):
 
 @device
 def between(edges, cells, number, u):
-    """The place at the share u of a bin."""
+    """Return the coordinate at share u of a bin."""
     bounds = view(edges, cells + 1, np.float64)
     return bounds[number] + u * (bounds[number + 1] - bounds[number])
 
 
 @lane_pass(SENSOR)
 def find_place(b, table, first, live):
-    """What is even over the shape's area, within the cell's bin of position."""
+    """Set the two coordinates, uniform in area, within the cell's bin of position.
+
+    Fields: reads `cell`; updates `u0`, `u1`.
+    """
     for k in range(first, live):
         number = (b.cell[k] - table.first) // (table.mu_cells * table.turn_cells)
         b.u0[k] = between(table.u_edges, table.u_cells, number // table.v_cells, b.u0[k])
@@ -76,7 +88,10 @@ def find_place(b, table, first, live):
 
 @lane_pass(SENSOR)
 def find_direction(b, table, first, live):
-    """What directions are even in, within the cell's bin of them."""
+    """Set the two coordinates, uniform in their measure, within the cell's bin of direction.
+
+    Fields: reads `cell`; updates `u2`, `u3`.
+    """
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
         b.u2[k] = between(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])
@@ -86,7 +101,12 @@ def find_direction(b, table, first, live):
 
 @lane_pass(SENSOR)
 def find_hemisphere_direction(b, table, first, live):
-    """The same of the squared cosine to a normal; and the squared sine, which near the normal keeps its digits."""
+    """Set squared cosine, squared sine and turn within the cell's bin.
+
+    The sine is computed apart because it keeps its digits near the normal.
+
+    Fields: reads `cell`; updates `u2`, `u3`; writes `u4`.
+    """
     for k in range(first, live):
         number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
         column, u = number % table.mu_cells, b.u2[k]
@@ -98,13 +118,16 @@ def find_hemisphere_direction(b, table, first, live):
 
 @device
 def wrapped(turn):
-    """A turn between -1 and 1 as one between 0 and 1."""
+    """Return a turn in [-1, 1) as one in [0, 1)."""
     return turn + 1.0 if turn < 0.0 else turn
 
 
 @lane_pass(SENSOR)
 def start_on_rectangle(b, table, first, live):
-    """On a rectangle, at its own lengths."""
+    """Set the position on a rectangle from its lengths u0, u1.
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -115,7 +138,10 @@ def start_on_rectangle(b, table, first, live):
 
 @lane_pass(SENSOR)
 def start_on_disk(b, table, first, live):
-    """On a disk, at a squared radius and an azimuth."""
+    """Set the position on a disk from squared radius u0 and azimuth u1.
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz = table.evx, table.evy, table.evz
     for k in range(first, live):
@@ -128,7 +154,10 @@ def start_on_disk(b, table, first, live):
 
 @lane_pass(SENSOR)
 def start_on_sphere(b, table, first, live):
-    """On a sphere, at a cosine to its axis and an azimuth (Archimedes)."""
+    """Set position and normal on a sphere from the cosine to its axis u0 and the azimuth u1 (Archimedes).
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`, `nx, ny, nz`.
+    """
     cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
     evx, evy, evz, ax, ay, az = table.evx, table.evy, table.evz, table.nx, table.ny, table.nz
     radius, side = table.radius, table.side
@@ -145,7 +174,10 @@ def start_on_sphere(b, table, first, live):
 
 @lane_pass(SENSOR)
 def look_from_plane(b, table, first, live):
-    """By the cosine law within the cell's bin of direction, where all have one normal."""
+    """Set a direction by the cosine law within the cell's bin, for one common normal.
+
+    Fields: reads `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    """
     side, handed = table.side, table.handed
     nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
     eux, euy, euz = handed * table.eux, handed * table.euy, handed * table.euz
@@ -162,7 +194,10 @@ def look_from_plane(b, table, first, live):
 
 @lane_pass(SENSOR)
 def look_from_surface(b, table, first, live):
-    """The same about the normal of each place: azimuths from e_u, e_v the part of the shape's axis across it."""
+    """Set a direction by the cosine law about the local normal; e_v is the projected axis of the shape.
+
+    Fields: reads `nx, ny, nz`, `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    """
     ax, ay, az, ox, oy, oz = table.nx, table.ny, table.nz, table.evx, table.evy, table.evz
     for k in range(first, live):
         mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
@@ -184,7 +219,10 @@ def look_from_surface(b, table, first, live):
 
 @lane_pass(SENSOR)
 def look_evenly(b, table, first, live):
-    """At a cosine to +z and an azimuth about it: even over solid angle."""
+    """Set a direction from its cosine to +z and azimuth: uniform in solid angle.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
     for k in range(first, live):
         mu = b.u2[k]
         c, s = cos_sin_turn(wrapped(b.u3[k]))
@@ -195,7 +233,10 @@ def look_evenly(b, table, first, live):
 
 @lane_pass(SENSOR)
 def look_into_cone(b, table, first, live):
-    """Evenly over the solid angle of a cone: 1 - cos is uniform up to `spread`."""
+    """Set a direction uniform in the solid angle of a cone: 1 - cos uniform up to `spread`.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
     ax, ay, az, spread = table.axis_x, table.axis_y, table.axis_z, table.spread
     for k in range(first, live):
         less = spread * b.u2[k]
@@ -207,7 +248,10 @@ def look_into_cone(b, table, first, live):
 
 @lane_pass(SENSOR)
 def look_through_pixel(b, table, first, live):
-    """Through a place on the image's plane, at distance 1."""
+    """Set the direction through a point of the image plane at distance 1.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz = table.nx, table.ny, table.nz
     for k in range(first, live):
@@ -222,7 +266,10 @@ def look_through_pixel(b, table, first, live):
 
 @lane_pass(SENSOR)
 def weigh_pixel(b, table, first, live):
-    """The solid angle per area of the image's plane, cos^3: so the mean is one over the solid angle."""
+    """Weight by solid angle per area of the image plane, cos^3: the mean is per solid angle.
+
+    Fields: reads `ux, uy, uz`; updates `weight`.
+    """
     nx, ny, nz = table.nx, table.ny, table.nz
     for k in range(first, live):
         mu = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz
@@ -232,7 +279,10 @@ def weigh_pixel(b, table, first, live):
 
 @lane_pass(SENSOR)
 def weigh_by_plane(b, table, first, live):
-    """Even directions by their cosine to the side looked at; nothing below its horizon."""
+    """Weight uniform directions by their cosine to the side; 0 below its horizon.
+
+    Fields: reads `ux, uy, uz`; updates `weight`.
+    """
     nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
     for k in range(first, live):
         mu = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz
@@ -242,7 +292,10 @@ def weigh_by_plane(b, table, first, live):
 
 @lane_pass(SENSOR)
 def weigh_by_surface(b, table, first, live):
-    """The same about the normal of each place."""
+    """The same about the local normal.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; updates `weight`.
+    """
     for k in range(first, live):
         mu = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
         b.weight[k] *= mu if mu > 0.0 else 0.0
@@ -251,9 +304,13 @@ def weigh_by_surface(b, table, first, live):
 
 @lane_pass(LAYERS)
 def refine_by_cell(b, table, first, live):
-    """What arrives at a source, or rays bring it, counts in the row of the cell of birth; what leaves, nowhere.
+    """Score arrivals at a source, by flights or next-event rays, in the row of the cell of birth.
 
-    No reading asks these rows for weight/|mu|: there they count the rays that are among the strongest.
+    No departures.
+
+    No reading needs weight/|mu| of these rows: their slant counts the rays that are among the strongest.
+
+    Fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
     """
     meters, half = view(table.meters, table.meter_count, METER), table.half
     for k in range(first, live):
@@ -267,13 +324,16 @@ def refine_by_cell(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_way_by_cell(b, table, first, live):
-    """Weight times way in a source that fills a volume."""
+    """Score weight times path length in a source that fills a volume, by cell of birth.
+
+    Fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
+    """
     total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way = b.within[k]
         if way > 0.0:
             high, low = fair_limbs(b.weight[k] * way * scale, chance_of(bits_of(way), salt + b.history[k]))
-            seen = 1 if way > SLACK else 0  # not what only rounding has left there
+            seen = 1 if way > SLACK else 0  # paths left by rounding alone do not count
             add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
             total += high
     b.scored += total + A_SCORE * int64(live - first)
@@ -282,7 +342,10 @@ def score_way_by_cell(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_way_by_cell_in_media(b, table, first, live):
-    """The same where media absorb: the mean weight on the way."""
+    """The same where media absorb: mean weight along the path times its length.
+
+    Fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
+    """
     total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way, fade = b.within[k], b.fade[k]

@@ -1,7 +1,7 @@
-"""Shadow rays on their way, in a bundle of their own: dimmed by media, stopped by what acts, scored.
+"""Tracing of shadow rays, in a bundle of their own: attenuated by media, stopped by acting surfaces, scored.
 
-They see all shapes and media by the very passes that flights see them by.  Rays wait until the bundle is
-full, so its passes work on full vectors; in which order they come does not matter, for sums are of integers.
+They use the passes of flights for all shapes and media. Rays wait until the bundle is full, so its passes
+work on full vectors; their order does not matter, because sums are of integers.
 """
 
 import numpy as np
@@ -26,14 +26,19 @@ from transport.physics.elementary import exp_negative
 
 WORDS = Bundle.itemsize // 8
 WEIGHT = Bundle.fields["weight"][1] // 8
-LARGEST = 2.0**250  # score; more than that comes of a beam through the very point
-# towards driver.MOST_SCORED: each adds as much to a row at most as one of 2^28 volume scores does
+LARGEST = 2.0**250  # bound of a score; only a beam through the very point exceeds it
+# Contribution to driver.MOST_SCORED: bounds what one score adds to a row, like 2^28 for a volume score.
 A_SCORE = 1 << 30
 
 
 @lane_pass(ROWS)
 def take_shadows(b, table, first, live):
-    """Rays that were cast take the places of those that have ended.  Returns how many are under way."""
+    """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
+
+    Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
+
+    Fields: updates `cast`, `taken`.
+    """
     moves = view(table.rows, table.count, WORD)
     here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
     taken, cast, flying = b.taken, b.cast, 0
@@ -54,7 +59,10 @@ def take_shadows(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def look_for_point(b, table, first, live):
-    """As far as the point, nothing hit yet; where no ray is there is nothing nearer either."""
+    """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
+
+    Fields: reads `weight`, `gap`; writes `distance`, `hit`.
+    """
     for k in range(first, live):
         b.distance[k] = b.gap[k] if b.weight[k] != 0.0 else 0.0
         b.hit[k] = 0
@@ -63,7 +71,10 @@ def look_for_point(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def dim(b, table, first, live):
-    """By all that the medium takes out of the straight way."""
+    """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
+
+    Fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
+    """
     for k in range(first, live):
         depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])
         b.weight[k] *= exp_negative(-depth)
@@ -72,7 +83,10 @@ def dim(b, table, first, live):
 
 @lane_pass(GRID)
 def dim_in_grid(b, table, first, live):
-    """The same in voxels."""
+    """The same in voxels, with the exact optical depth.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
+    """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     for k in range(first, live):
@@ -86,9 +100,14 @@ def dim_in_grid(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def arrive(b, table, first, live):
-    """Score what has met nothing before the point; what acts stops a ray."""
+    """Score rays that reached their point unoccluded, and end them; acting surfaces end rays too.
+
+    Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
+
+    Fields: reads `hit`, `tally`, `leg`; updates `weight`, `scored`.
+    """
     arrived = 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.listed[arrived] = k
         arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) & (b.leg[k] == 0) else 0
     for item in range(arrived):

@@ -1,6 +1,7 @@
-"""Score, and count how often scores of each size come, where they differ: a few heavy ones may carry a mean.
+"""Score, and count scores by size where they differ: a few heavy scores may dominate a mean.
 
-Sizes are told in quarters of an octave, from the bits of the weight; so the count is exact, and the same in any order.
+Sizes are binned by quarters of an octave, from the bits of the weight, so counts are exact and independent of
+order.
 """
 
 import numpy as np
@@ -13,22 +14,27 @@ from transport.engine.passes import lane_pass
 from transport.physics.bits import bits_of
 from transport.physics.device import device
 
-SHIFT = 50  # bits of a float64 below those that tell its octave, and which quarter of it
+SHIFT = 50  # bits of a float64 below those of its octave and quarter
 LOWEST = (1023 + SIZE_OCTAVE) * SIZE_PARTS  # those bits of the least size that has a cell of its own
 
 
 @device
 def cell_of_size(weight):
-    """Which of a side's cells counts a score; the first and the last take all that is beyond them."""
+    """Return the size cell of a score; the first and last cells take all beyond them."""
     return min(max((bits_of(weight) >> SHIFT) - LOWEST, 0), SIZE_CELLS - 1)
 
 
 @lane_pass(SIZES)
 def score_and_size(b, table, first, live):
-    """As meters.score; and one score more of its size on this side of the detector, unless the batch counts none."""
+    """Score like meters.score, and count the score's size on this side of the detector.
+
+    A batch whose number has a bit of `resting` counts none.
+
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     n, one = 0, 1 if b.batch & table.resting == 0 else 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.listed[n] = k
         n += 1 if b.bin[k] != 0 else 0
     for j in range(n):
@@ -41,7 +47,12 @@ def score_and_size(b, table, first, live):
 
 @lane_pass(SIZES)
 def score_all_and_size(b, table, first, live):
-    """The same where nearly every lane has a bin; row 0 and the first cells take the others and are nobody's."""
+    """The same where nearly every lane has a bin.
+
+    Row 0 and the first cells take the others and are never read.
+
+    Fields: reads `weight`, `mu`, `home`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
     numbers, sizes = view(table.numbers, table.count, np.int64), view(b.sizes, table.cells, np.int64)
     if b.batch & table.resting != 0:
         for k in range(first, live):
@@ -51,7 +62,7 @@ def score_all_and_size(b, table, first, live):
     for k in range(first, live):
         cell = numbers[uint64(b.home[k])] + cell_of_size(b.weight[k])
         b.listed[k] = cell if b.bin[k] != 0 else 0
-    for k in range(first, live):  # one loop for both, which wait for memory side by side
+    for k in range(first, live):  # one loop for both, whose memory accesses overlap
         add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
         sizes[uint64(b.listed[k])] += 1
     balance_grazing(b, first, live)

@@ -1,7 +1,7 @@
-"""What is in phase space at an instant: counted in bins, or a sample of it written down.
+"""Phase space at an instant: binned (PhaseSpace), or recorded for a sample of particles (Snapshot).
 
-A flight from `time` to `arrival` holds the instant where time <= instant < arrival: exactly one of a history's flights
-does, from its birth to its end, so that every particle alive is counted once.
+A flight from `time` to `arrival` holds the instant if time <= instant < arrival: true for exactly one flight
+of each history alive, so every particle is counted once.
 """
 
 from transport.compile.layout import PHASE, RECORD, SNAPSHOT
@@ -17,7 +17,7 @@ RECORD_BYTES = RECORD.itemsize
 
 @device
 def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
-    """One of layout.COORDINATES, by its number."""
+    """Return one of layout.COORDINATES by its number."""
     value = x
     value = y if kind == 2 else value
     value = z if kind == 3 else value
@@ -30,13 +30,17 @@ def coordinate(kind, x, y, z, vx, vy, vz, speed, mu):
 
 @lane_pass(PHASE)
 def count_phase_space(b, table, first, live):
-    """Add each particle alive at the instant to its bin, or to the row for the outside."""
+    """Add each particle alive at the instant to its phase-space bin, or to the outside row.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`, `time`, `speed`, `arrival`.
+    """
     n, instant = 0, table.time
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.listed[n] = k
         n += 1 if (b.time[k] <= instant) & (instant < b.arrival[k]) & (b.weight[k] != 0.0) else 0
     for j in range(n):
         k = b.listed[j]
+        # Position and velocity at the instant; its bin by one or two coordinates.
         speed, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
         way = b.start[k] + (instant - b.time[k]) * speed
         x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)
@@ -51,6 +55,7 @@ def count_phase_space(b, table, first, live):
             row = row + found * table.b_stride if found >= 0 else 0
         high, low = limbs(b.weight[k])
         add_to_row(b.tallies + 32 * (table.first + row), high, low, 1, 0)
+        # Velocity sums, relative to the table's mean velocity and fastest speed.
         if table.moments >= 0:
             inverse, weight = 1.0 / table.fastest, b.weight[k]
             vx, vy, vz = (vx - table.vx) * inverse, (vy - table.vy) * inverse, (vz - table.vz) * inverse
@@ -68,14 +73,18 @@ def count_phase_space(b, table, first, live):
 
 @device
 def add_velocity(address, value):
-    """Add to a row of four limbs."""
+    """Add a value to a row of four limbs."""
     high, middle, low, rest = long_limbs(value)
     add_to_row(address, high, middle, low, rest)
 
 
 @lane_pass(SNAPSHOT)
 def record_snapshot(b, table, first, live):
-    """Write down one in `stride` of the histories that are alive at the instant."""
+    """Record the state of one in `stride` histories alive at the instant.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `time`, `speed`, `arrival`; updates
+    `recorded`.
+    """
     n, instant = 0, table.time
     for k in range(first, live):
         b.listed[n] = k

@@ -1,4 +1,7 @@
-"""Speeds: drawn at birth, shifted by a drift, drawn anew at thermal walls.  Only where speeds differ or are looked at."""
+"""Speeds: sampled at birth, shifted by a drift, resampled at thermal walls.
+
+Only where speeds differ or are scored.
+"""
 
 import numpy as np
 
@@ -24,7 +27,7 @@ from transport.physics.velocities import sample_normal_pair, speed_and_direction
 
 @device
 def cell_of(octaves, u):
-    """Where the coefficients of a probability's cell begin, and its place in the cell."""
+    """Return the offset of the coefficients of a probability's cell, and the coordinate in the cell."""
     octave, mantissa = octave_of(u)
     cells = octaves[octave].cells
     cell, t = cell_place(mantissa, cells >> 32)
@@ -33,7 +36,7 @@ def cell_of(octaves, u):
 
 @device
 def quantile(octaves, cells, u):
-    """The speed below which the share u of the distribution lies."""
+    """Return the speed at cumulative probability u (inverse CDF)."""
     k, t = cell_of(octaves, u)
     c0, c1, c2, c3, c4, c5 = cells[k], cells[k + 1], cells[k + 2], cells[k + 3], cells[k + 4], cells[k + 5]
     return cell_value(c0, c1, c2, c3, c4, c5, cells[k + 6], t)
@@ -41,7 +44,10 @@ def quantile(octaves, cells, u):
 
 @lane_pass(VELOCITY)
 def take_speed(b, table, first, live):
-    """One speed for all of this emitter."""
+    """Set one speed for all particles of this emitter.
+
+    Fields: writes `speed`.
+    """
     speed = table.vx
     for k in range(first, live):
         b.speed[k] = speed
@@ -50,7 +56,10 @@ def take_speed(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def draw_speed(b, table, first, live):
-    """The uniform number that a speed is made of."""
+    """Draw the uniform (u0) from which a speed is computed.
+
+    Fields: reads `history`; writes `u0`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
@@ -60,7 +69,10 @@ def draw_speed(b, table, first, live):
 
 @lane_pass(QUANTILES)
 def take_quantile(b, table, first, live):
-    """The speed of that quantile, of a distribution without jumps and kinks."""
+    """Set the speed at cumulative probability u0, for a smooth distribution.
+
+    Fields: reads `u0`; writes `speed`.
+    """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
     for k in range(first, live):
@@ -79,7 +91,10 @@ def take_quantile(b, table, first, live):
 
 @lane_pass(QUANTILES)
 def take_stepped_quantile(b, table, first, live):
-    """The speed of that quantile, of any distribution."""
+    """Set the speed at cumulative probability u0, for any distribution.
+
+    Fields: reads `u0`; writes `speed`.
+    """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
     for k in range(first, live):
@@ -89,7 +104,10 @@ def take_stepped_quantile(b, table, first, live):
 
 @lane_pass(VELOCITY)
 def add_drift(b, table, first, live):
-    """Velocity by components, the drift added; a negative speed turns round.  At rest the direction stays as it is."""
+    """Add a drift to the velocity; a negative speed reverses the direction, a particle at rest keeps it.
+
+    Fields: updates `ux, uy, uz`, `speed`.
+    """
     dx, dy, dz = table.vx, table.vy, table.vz
     for k in range(first, live):
         v, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
@@ -100,7 +118,12 @@ def add_drift(b, table, first, live):
 
 @lane_pass(DRIFTING)
 def emit_from_drifting_gas(b, table, first, live):
-    """Effusion from a Maxwellian that drifts: the normal component by its quantile, the others normal about the drift."""
+    """Sample the velocity of effusion from a drifting Maxwellian.
+
+    The normal component is sampled by its inverse CDF, the tangential ones are Gaussian about the drift.
+
+    Fields: reads `history`; writes `ux, uy, uz`, `speed`.
+    """
     octaves = view(table.octaves, table.octave_count, OCTAVE)
     cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
     side, sigma, drift_u, drift_v = table.side, table.sigma, table.drift_u, table.drift_v
@@ -123,7 +146,10 @@ def emit_from_drifting_gas(b, table, first, live):
 
 @lane_pass(ROWS)
 def take_wall_speed(b, table, first, live):
-    """What a thermal wall gives off leaves at a speed of the wall's own."""
+    """Set a speed sampled from the thermal wall that reflected the particle.
+
+    Fields: reads `weight`, `hit`, `u4`; writes `speed`.
+    """
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
         at = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].quantiles

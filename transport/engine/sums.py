@@ -1,4 +1,4 @@
-"""Exact sums: a weight becomes two integers, and integers add up to the same total in any order."""
+"""Exact sums: a weight becomes two integers, whose total does not depend on the order."""
 
 import math
 
@@ -10,12 +10,12 @@ from transport.physics.device import device
 HASH = int64(-7046029254386353131)  # 2^64 over the golden ratio
 SALT = int64(-4417276706812531889)  # 2^64 / 1.32, odd
 MANTISSA = (1 << 52) - 1
-FAINT = 2.0**-33  # below it limbs keep less than nine digits
+FAINT = 2.0**-33  # below it limbs keep fewer than nine digits
 
 
 @device
 def limbs(weight):
-    """The weight in units of 2^-32, and what is left in units of 2^-63."""
+    """Return the weight in units of 2^-32 and its remainder in units of 2^-63."""
     scaled = weight * 4294967296.0
     high = int64(scaled)
     return high, int64((scaled - float64(high)) * 2147483648.0)
@@ -23,9 +23,9 @@ def limbs(weight):
 
 @device
 def fair_limbs(weight, chance):
-    """The same, but what is fainter than FAINT, of which limbs would keep few digits or none, is right in the mean.
+    """The same, but a weight below FAINT, of which limbs would keep few digits or none, is unbiased.
 
-    It is rounded up with the chance of its remainder; chance: uniform from 0 to 1.  Nothing is still nothing.
+    It is rounded up with the probability of its remainder. chance: uniform in [0, 1). Zero stays zero.
     """
     scaled = weight * 4294967296.0
     high = int64(scaled)
@@ -35,13 +35,13 @@ def fair_limbs(weight, chance):
 
 @device
 def chance_of(bits, salt):
-    """A number from 0 to 1 by Fibonacci hashing of what is scored, with a salt that tells whose score it is."""
+    """Return a pseudo-random number in [0, 1): Fibonacci hash of the score's bits, salted by history."""
     return float64(((bits ^ salt) * HASH >> 12) & MANTISSA) * 2.0**-52
 
 
 @device
 def long_limbs(value):
-    """A value of size 1 at most in units of 2^-32, and what each leaves in units of 2^-63, 2^-94 and 2^-125."""
+    """Return a value of size at most 1 in units of 2^-32, and remainders in units of 2^-63, 2^-94, 2^-125."""
     scaled = value * 4294967296.0
     high = int64(scaled)
     rest = (scaled - float64(high)) * 2147483648.0
@@ -53,9 +53,10 @@ def long_limbs(value):
 
 @device
 def slant(weight, mu, chance):
-    """weight/|mu| in units of 2^-22, for the fluence rate; below the cut its mean under constant radiance, 2/cut.
+    """Return weight/|mu| in units of 2^-22, for the fluence rate; below GRAZING_CUT weight * 2/cut.
 
-    Rounded up with the chance of its remainder, so that weights below the unit count rightly in the mean.  A score is at most 2^33 units.
+    2/cut is the mean of 1/|mu| there under constant radiance. The result is rounded up with the probability
+    of its remainder, so weights below the unit are unbiased. A score is at most 2^33 units.
     """
     m = abs(mu)
     inverse = 1.0 / m if m > GRAZING_CUT else 2.0 / GRAZING_CUT
@@ -64,5 +65,5 @@ def slant(weight, mu, chance):
 
 @device
 def salt_of(seed_low, batch):
-    """What tells the runs and batches apart in `chance_of`; histories are added to it."""
+    """Return the salt of `chance_of` for a run and batch; history numbers are added to it."""
     return (seed_low * SALT ^ batch) * SALT

@@ -1,4 +1,4 @@
-"""What an acting surface does: absorb, reflect, play roulette with what is left."""
+"""Acting surfaces: absorb, choose the part of a mixture, reflect; limit of events."""
 
 from numba import uint64
 
@@ -25,13 +25,17 @@ from transport.physics.directions import either, sample_cosine_law
 from transport.physics.interfaces import mirrored
 from transport.physics.streams import EVENT, WALL, event_words, short_uniform, uniform
 
-MOST_EVENTS = 1 << 24  # after which a history is given up
-WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)  # bits of a hit
+MOST_EVENTS = 1 << 24  # after which a history ends as lost
+# bits of a hit: surface and material
+WHAT_ACTS = (SURFACE_MASK << SURFACE_SHIFT) | (MATERIAL_MASK << MATERIAL_SHIFT)
 
 
 @lane_pass(ROWS)
 def look_up_surface(b, table, first, live):
-    """The albedo of the surface that acts; row 0 lets everything through."""
+    """Set the albedo of the acting surface; row 0 transmits everything.
+
+    Fields: reads `hit`; writes `albedo`.
+    """
     surfaces = view(table.rows, table.count, SURFACE)
     for k in range(first, live):
         b.albedo[k] = surfaces[uint64((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK)].albedo
@@ -40,7 +44,10 @@ def look_up_surface(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def draw_again(b, table, first, live):
-    """A second random block, where mixtures choose or thermal walls give speeds."""
+    """Draw a second random block (u3, u4), for mixtures and thermal walls.
+
+    Fields: reads `history`, `event`; writes `u3`, `u4`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], WALL, seed_low, seed_high)
@@ -50,9 +57,13 @@ def draw_again(b, table, first, live):
 
 @lane_pass(TWO_ROWS)
 def choose_part(b, table, first, live):
-    """The material of the side that was met; of a mixture one part, with the chance of its share: the hit becomes that one's.
+    """Choose the material of the side that was hit.
 
-    The number that chose is as good as new within the part's share.
+    Of a mixture, one part with the probability of its share.
+
+    The hit becomes that of the chosen row. The uniform u3 is rescaled within the part's share and reused.
+
+    Fields: reads `mu`; updates `hit`, `u3`.
     """
     surfaces, optics = view(table.rows, table.count, SURFACE), view(table.others, table.other_count, OPTICS)
     for k in range(first, live):
@@ -73,7 +84,12 @@ def choose_part(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def absorb(b, table, first, live):
-    """The albedo's share goes on; the rest, as a difference of exact sums, is what the surface keeps."""
+    """Multiply the weight by the albedo.
+
+    `high`, `low` receive the absorbed weight as a difference of exact sums.
+
+    Fields: reads `albedo`; updates `weight`; writes `high`, `low`.
+    """
     for k in range(first, live):
         before = b.weight[k]
         after = before * b.albedo[k]
@@ -86,7 +102,10 @@ def absorb(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def account_absorbed(b, table, first, live):
-    """Enter what each surface kept into its row of the ledger."""
+    """Add the absorbed weight to the ledger row of each surface.
+
+    Fields: reads `hit`, `high`, `low`.
+    """
     rows = b.ledger + 32 * ABSORBED
     for k in range(first, live):
         surface = (b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK
@@ -96,7 +115,10 @@ def account_absorbed(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def draw(b, table, first, live):
-    """One random block serves every draw of this event."""
+    """Draw one random block (u0, u1, u2) for all samples of this event.
+
+    Fields: reads `history`, `hit`; updates `event`; writes `u0`, `u1`, `u2`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, live):
         w0, w1, w2, w3 = event_words(b.history[k], batch, b.event[k], EVENT, seed_low, seed_high)
@@ -107,7 +129,10 @@ def draw(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reflect_diffusely(b, table, first, live):
-    """Cosine law about the normal on the side that the particle came from."""
+    """Sample a direction by the cosine law about the normal on the side of arrival (material DIFFUSE).
+
+    Fields: reads `hit`, `nx, ny, nz`, `u0`, `u1`; updates `ux, uy, uz`, `mu`.
+    """
     for k in range(first, live):
         flip = -1.0 if b.mu[k] > 0.0 else 1.0
         nx, ny, nz = flip * b.nx[k], flip * b.ny[k], flip * b.nz[k]
@@ -120,7 +145,10 @@ def reflect_diffusely(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reflect_specularly(b, table, first, live):
-    """Angle of reflection equals angle of incidence."""
+    """Reflect the direction at the normal (material MIRROR).
+
+    Fields: reads `hit`, `nx, ny, nz`; updates `ux, uy, uz`, `event`, `mu`.
+    """
     for k in range(first, live):
         ux, uy, uz = mirrored(b.ux[k], b.uy[k], b.uz[k], b.nx[k], b.ny[k], b.nz[k], b.mu[k])
         here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == MIRROR
@@ -132,7 +160,10 @@ def reflect_specularly(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def count_reflections(b, table, first, live):
-    """What acts and does not swallow has reflected."""
+    """Count the reflection of lanes at an acting surface.
+
+    Fields: reads `hit`; updates `reflections`.
+    """
     for k in range(first, live):
         acts = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) != TRANSPARENT
         b.reflections[k] += 1 if acts else 0
@@ -141,7 +172,10 @@ def count_reflections(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def give_up(b, table, first, live):
-    """A history of MOST_EVENTS events is lost, and counted as such: its scene keeps light and absorbs none."""
+    """End a history of MOST_EVENTS events as lost: the scene confines light and absorbs none.
+
+    Fields: reads `event`; updates `weight`, `given_up`.
+    """
     any_endless = 0
     for k in range(first, live):
         any_endless |= 1 if (b.event[k] >= MOST_EVENTS) & (b.weight[k] != 0.0) else 0

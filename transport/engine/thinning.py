@@ -1,29 +1,30 @@
-"""Absorption too weak for the digits of a weight: right in the mean, to the last unit of the ledger.
+"""Absorption too weak for the digits of a weight: unbiased to the last unit of the ledger.
 
-before * exp(-depth), rounded, is off by half a unit in its last place, 1e-16 / depth of what is absorbed, and always alike
-where all go the same way; below 1e-16 nothing is absorbed at all.  What is absorbed, before * (1 - exp(-depth)), is known to all
-its digits; so the weight that is left is rounded up or down with the chance that gives it that mean.
+before * exp(-depth), rounded, is off by half a unit in its last place: 1e-16 / depth of the absorbed weight,
+with the same sign where all paths are equal; below 1e-16 nothing is absorbed at all. The absorbed weight
+before * (1 - exp(-depth)) is known to all digits, so the remaining weight is rounded up or down at random
+with the right mean.
 """
 
 from transport.engine.sums import chance_of
 from transport.physics.bits import bits_of, float_of
 from transport.physics.device import device
 
-# optical depth below which this is done: above it rounding takes 1e-10 of what is absorbed at most
+# optical depth below which this is done: above it rounding errs by at most 1e-10 of the absorbed weight
 THIN = 2.0**-20
 
 
 @device
 def is_thin(depth):
-    """Whether a way absorbs so little."""
+    """Return whether a path absorbs so little."""
     return (depth > 0.0) & (depth < THIN)
 
 
 @device
 def thinned(before, depth, salt):
-    """before * exp(-depth) for a depth below THIN, in the mean over salts."""
+    """Return before * exp(-depth) for depth < THIN, rounded at random to be exact in the mean over salts."""
     kept = before * (depth - depth * depth * (0.5 - depth / 6.0))
     after = before - kept
-    excess = (before - after) - kept  # by which rounding has taken too much
+    excess = (before - after) - kept  # by which rounding has absorbed too much
     other = float_of(bits_of(after) + (1 if excess > 0.0 else -1))
     return other if chance_of(bits_of(depth), salt) * abs(other - after) < abs(excess) else after

@@ -1,4 +1,8 @@
-"""What of flights' crossings rays have told detectors already: a flight knows where it took its direction, and how."""
+"""Multiple importance sampling: weights of flights where next-event rays score too (Veach 1997).
+
+A lane keeps the point and the largest pdf of its last sampled direction. A crossing that a next-event ray
+could also have produced is scored with the complementary weight.
+"""
 
 import math
 
@@ -26,7 +30,12 @@ from transport.physics.directions import either
 
 @lane_pass(TOLD)
 def tell_births(b, table, first, live):
-    """Where a flight took its direction, and the greatest density of that; 0 for what no ray has told of."""
+    """Record the point and the largest pdf of the direction sampled at birth.
+
+    0 if no next-event ray was cast.
+
+    Fields: reads `x, y, z`; writes `told`, `ex, ey, ez`.
+    """
     peak = table.peak
     for k in range(first, live):
         b.told[k], b.ex[k], b.ey[k], b.ez[k] = peak, b.x[k], b.y[k], b.z[k]
@@ -35,7 +44,12 @@ def tell_births(b, table, first, live):
 
 @lane_pass(TOLD)
 def tell_walls(b, table, first, live):
-    """The same where something acts; mirrors, glass and lenses send into directions that no ray could tell of."""
+    """Record the same at acting surfaces.
+
+    0 at mirrors, glass and lenses, whose directions no ray can sample.
+
+    Fields: reads `x, y, z`, `hit`; updates `told`, `ex, ey, ez`.
+    """
     peak = table.peak
     for k in range(first, live):
         acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
@@ -48,7 +62,10 @@ def tell_walls(b, table, first, live):
 
 @lane_pass(TOLD)
 def tell_collisions(b, table, first, live):
-    """The same at collisions."""
+    """Record the same at collisions.
+
+    Fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
+    """
     peak = table.peak
     for k in range(first, live):
         here, before = b.collides[k] != 0, b.told[k]
@@ -59,7 +76,10 @@ def tell_collisions(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def keep_weight(b, table, first, live):
-    """Remembered while meters count less of it."""
+    """Save the full weight.
+
+    Fields: reads `weight`; writes `kept`.
+    """
     for k in range(first, live):
         b.kept[k] = b.weight[k]
     return live
@@ -67,7 +87,10 @@ def keep_weight(b, table, first, live):
 
 @lane_pass(HELD)
 def hold_back(b, table, first, live):
-    """Of what one meter is about to count, only the share that no ray has told."""
+    """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
+
+    Fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
+    """
     cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
     is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
     for k in range(first, live):
@@ -82,7 +105,10 @@ def hold_back(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def give_back(b, table, first, live):
-    """The whole weight flies on."""
+    """Restore the full weight.
+
+    Fields: reads `kept`; writes `weight`.
+    """
     for k in range(first, live):
         b.weight[k] = b.kept[k]
     return live
@@ -90,17 +116,22 @@ def give_back(b, table, first, live):
 
 @lane_pass(GUARD)
 def count_in_guard(b, table, first, live):
-    """Count flights that no ray tells of and that pass through a ball about a detector, by the sheet that they come from."""
+    """Count flights through a ball around a detector that have no next-event ray, by sheet of origin.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `told`; updates `score`.
+    """
     cx, cy, cz, radius2, begin = table.cx, table.cy, table.cz, table.radius2, table.first
     counts, n = view(b.sizes, table.cells, np.int64), 0
     for k in range(first, live):
         rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        # Closest point of the flight to the centre.
         along = rx * b.ux[k] + ry * b.uy[k] + rz * b.uz[k]
         along = b.start[k] if along < b.start[k] else along
         along = b.distance[k] if along > b.distance[k] else along
         dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
         is_told = (b.told[k] != 0.0) | (b.weight[k] == 0.0)
         b.score[k] = math.inf if is_told else dx * dx + dy * dy + dz * dz
+    # List the flights within the ball, and count them by sheet.
     for k in range(first, live):
         b.listed[n] = k
         n += 1 if b.score[k] <= radius2 else 0

@@ -1,4 +1,4 @@
-"""The ways of particles as a picture shows them: each flight is written down by the engine that flies it."""
+"""Tracks for pictures: each flight is recorded by the engine that flies it."""
 
 from transport.compile.layout import NO_TABLE, SURFACE_MASK, SURFACE_SHIFT, WAY
 from transport.engine.addresses import view
@@ -9,7 +9,11 @@ WAY_BYTES = WAY.itemsize
 
 @lane_pass(NO_TABLE)
 def write_ways(b, table, first, live):
-    """Write down each flight of this round, after volumes.reach_next; what has no room is counted only."""
+    """Record each flight of this round, after volumes.reach_next; without room it is only counted.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `distance`, `hit`, `reach`; updates
+    `walked`.
+    """
     for k in range(first, live):
         if b.weight[k] != 0.0 and b.reach[k] > b.start[k]:
             if b.walked < b.ways_room:

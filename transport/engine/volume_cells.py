@@ -1,7 +1,8 @@
-"""Volume detectors with cells: flights are walked through cell by cell, from boundary to boundary; collisions in cells.
+"""Volume detectors with cells: flights are walked cell by cell; collisions are scored in their cell.
 
-The parts of a way add up to the whole: each begins where the last one ended, and a boundary that rounding has put behind
-that place is passed at once.  Every step leaves a cell for the next one on the way, so the walk ends.
+The parts of a path add up to the whole: each begins where the last one ended, and a boundary that rounding
+has put behind that place is passed at once. Every step leaves a cell for the next one on the way, so the walk
+ends.
 """
 
 import math
@@ -20,12 +21,16 @@ from transport.physics.bits import bits_of
 from transport.physics.device import ARITHMETIC, device
 from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
 
-called = njit(**ARITHMETIC)  # a function by itself, where inlining would only make passes long to compile
+# compiled as a separate function: inlining would only make passes slow to compile
+called = njit(**ARITHMETIC)
 
 
 @lane_pass(VOLUME)
 def find_even_bins(b, table, first, live):
-    """Which of a cell's rows each lane's direction counts in, where bins of equal width hold all directions."""
+    """Set the direction bin of each lane, where bins of equal width cover all directions.
+
+    Fields: reads `ux, uy, uz`; writes `bin`.
+    """
     eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
     nx, ny, nz, cosines, turns = (
         table.nx,
@@ -47,7 +52,10 @@ def find_even_bins(b, table, first, live):
 
 @called
 def direction_bin(b, table, k):
-    """The same for any directions: 0 without bins of them, and outside of these."""
+    """Return the direction bin of lane k for any edges: 0 without bins of direction, and outside of them.
+
+    Fields: reads `ux, uy, uz`, `bin`.
+    """
     if table.is_even != 0:
         return b.bin[k]
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -70,7 +78,12 @@ def direction_bin(b, table, k):
 
 @device
 def score_in_cell(b, table, k, number, bin, track, keep, count):
-    """Add weight times way, in scene lengths, to a cell's rows; count: 1, or 0 for what only rounding has left there."""
+    """Add weight times path [scene lengths] to a cell's row, and the absorbed weight to another.
+
+    count: 1, or 0 for a path left by rounding alone.
+
+    Fields: reads `history`; updates `scored`.
+    """
     chance = chance_of(bits_of(track) ^ number, salt_of(b.seed_low, b.batch) + b.history[k])
     high, low = fair_limbs(track * table.scale, chance)
     add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
@@ -83,7 +96,10 @@ def score_in_cell(b, table, k, number, bin, track, keep, count):
 
 @called
 def score_part(b, table, k, number, bin, way, weight, fade, keep):
-    """Score the way through one cell; returns the weight that is left behind it."""
+    """Score the path through one cell; returns the weight behind it.
+
+    Fields: reads `history`; updates `scored`.
+    """
     mean, left = 1.0, weight
     if table.kept != 0:
         mean, less = mean_of_fading(fade * way)
@@ -94,14 +110,17 @@ def score_part(b, table, k, number, bin, way, weight, fade, keep):
 
 @device
 def number_along(place, per_length, count):
-    """The cell along one axis that holds a place, from the lower face."""
+    """Return the cell along one axis that holds a coordinate measured from the lower face, clamped."""
     number = int64(math.floor(place * per_length))
     return 0 if number < 0 else (count - 1 if number >= count else number)
 
 
 @device
 def next_face(place, number, u, inverse, width, count):
-    """Where the ray leaves the cells of this number along one axis; never, beyond the last ones."""
+    """Return the distance at which the ray leaves cells of this number along one axis.
+
+    Infinity beyond the last ones.
+    """
     if u > 0.0:
         return (width * (number + 1) - place) * inverse if number + 1 < count else math.inf
     return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
@@ -109,13 +128,17 @@ def next_face(place, number, u, inverse, width, count):
 
 @called
 def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
-    """From face to face of the voxels that a flight comes through from t to end (Amanatides and Woo 1987).
+    """Walk a flight through the voxels from distance t to `end` (Amanatides and Woo 1987).
 
-    Each face's distance comes anew from its number: no rounding adds up.  Returns the weight that is left.
+    Returns the weight left. The distance of each face is computed from its number, so rounding does not
+    accumulate.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
     """
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
     ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
     px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
+    # First voxel, and the distances of the next face along each axis.
     i = number_along(px + t * ux, table.per_x, table.cells_x)
     j = number_along(py + t * uy, table.per_y, table.cells_y)
     m = number_along(pz + t * uz, table.per_z, table.cells_z)
@@ -127,10 +150,11 @@ def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
         face = min(t_x, min(t_y, t_z))
         going = face < end
         way = (face if going else end) - t
-        if way > 0.0:  # there is none to a face that rounding has put behind
+        if way > 0.0:  # none to a face that rounding has put behind
             number = (i * table.cells_y + j) * table.cells_z + m
             weight = score_part(b, table, k, number, bin, way, weight, fade, keep)
             t = face
+        # Step across the nearest face.
         if going:
             if face == t_x:
                 i += 1 if ux > 0.0 else -1
@@ -146,7 +170,10 @@ def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
 
 @device
 def shell_at(radius, count, radii):
-    """The shell that holds a place at this distance of the centre; -1 within the first radius, the last one beyond all."""
+    """Return the shell at this distance from the centre.
+
+    -1 within the first radius, the last shell beyond all.
+    """
     bounds = view(radii, count + 1, np.float64)
     found = cell(radius, count, radii)
     return (-1 if radius < bounds[0] else count - 1) if found < 0 else found
@@ -154,14 +181,19 @@ def shell_at(radius, count, radii):
 
 @device
 def half_chord(radius, q):
-    """Half the chord of a sphere at the distance q of its centre."""
+    """Return half the chord of a sphere at distance q from its centre."""
     d = (radius - q) * (radius + q)
     return math.sqrt(d if d > 0.0 else 0.0)
 
 
 @called
 def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
-    """Inwards from sphere to sphere as far as the ray meets them, then outwards.  Returns the weight that is left."""
+    """Walk a flight through spherical shells: inwards as far as the ray hits them, then outwards.
+
+    Returns the weight left.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
     count = table.cells_x
     radii = view(table.radii, count + 1, np.float64)
     ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
@@ -169,10 +201,11 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
     h = ox * ux + oy * uy + oz * uz
     qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
     q = math.sqrt(qx * qx + qy * qy + qz * qz)
-    t, end = start + h, last + h  # from the place nearest the centre
+    t, end = start + h, last + h  # measured from the point nearest to the centre
     shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
     going = True
     while going:
+        # Next sphere: inwards until the ray's closest point, then outwards.
         inwards = (t < 0.0) & (shell >= 0)
         if inwards:
             inwards = radii[shell] > q
@@ -195,7 +228,10 @@ def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
 
 @device
 def walk(b, table, k, bin, t, end, weight, fade, keep):
-    """Through the cells of a volume, from the distance t on a flight to `end`; returns the weight that is left."""
+    """Walk through the cells of a volume from distance t on a flight to `end`; returns the weight left.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
     if table.is_one != 0:
         return score_part(b, table, k, 0, bin, end - t, weight, fade, keep)
     if table.radii != 0:
@@ -205,9 +241,13 @@ def walk(b, table, k, bin, t, end, weight, fade, keep):
 
 @lane_pass(VOLUME)
 def walk_through_cells(b, table, first, live):
-    """Count in each cell the way through it."""
+    """Score the path through each cell of a volume detector.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `lead`, `within`, `fade`,
+    `keep`; updates `scored`.
+    """
     n = 0
-    for k in range(first, live):  # no branch, so nothing to mispredict
+    for k in range(first, live):  # no branch, so no misprediction
         b.listed[n] = k
         n += 1 if b.within[k] > 0.0 else 0
     for item in range(n):
@@ -224,7 +264,13 @@ def walk_through_cells(b, table, first, live):
 
 @lane_pass(VOLUME_IN_GRID)
 def walk_through_grid(b, table, first, live):
-    """The same for what flies in a grid that absorbs, voxel by voxel of the grid; the passes behind pass these lanes over."""
+    """Score flights in an absorbing grid, voxel by voxel of the grid.
+
+    Later passes skip these lanes (`within` = 0).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `lead`; updates
+    `within`, `scored`.
+    """
     n, grid, volume = 0, table.grid, table.volume
     for k in range(first, live):
         b.listed[n] = k
@@ -239,6 +285,7 @@ def walk_through_grid(b, table, first, live):
         vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
         px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
         pz = (b.z[k] - grid.cz) * grid.per_z
+        # Start in the voxel at `start`.
         i, step_x, face_x, ix = axis_of(px, vx, t, 1.0, grid.nx, float64(grid.nx))
         j, step_y, face_y, iy = axis_of(py, vy, t, 1.0, grid.ny, float64(grid.ny))
         m, step_z, face_z, iz = axis_of(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
@@ -250,6 +297,7 @@ def walk_through_grid(b, table, first, live):
             here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
             keep = absorption[here] * grid.length
             fade = keep if table.fades != 0 else 0.0
+            # Attenuate up to the volume; then score the part of this voxel in the volume.
             before = (entry if entry < last else last) - t
             if before > 0.0:
                 weight *= exp_negative(-fade * before)
@@ -258,6 +306,7 @@ def walk_through_grid(b, table, first, live):
                 weight = walk(b, volume, k, bin, t, last, weight, fade, keep)
                 t = last
             going = leaves < end
+            # Step to the next voxel.
             if leaves == t_x:
                 i, face_x = i + step_x, face_x + step_x
                 t_x = (face_x - px) * ix
@@ -273,7 +322,10 @@ def walk_through_grid(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def know_collisions(b, table, first, live):
-    """The mean free path where it collides, and by what is absorbed there."""
+    """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
+
+    Fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
+    """
     for k in range(first, live):
         b.within[k] = b.mfp[k]
         b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
@@ -282,7 +334,10 @@ def know_collisions(b, table, first, live):
 
 @lane_pass(GRID)
 def know_collisions_in_grid(b, table, first, live):
-    """The same in a grid: in the voxel where it collides."""
+    """The same in a grid, from the voxel of the collision.
+
+    Fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.
+    """
     absorption = view(table.absorption, table.absorption_count, np.float64)
     scattering = view(table.scattering, table.scattering_count, np.float64)
     for k in range(first, live):
@@ -301,7 +356,11 @@ def know_collisions_in_grid(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_collisions_in_box(b, table, first, live):
-    """Weight times mean free path at each collision."""
+    """Score weight times mean free path at each collision in a box (collision estimator).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
+    """
     n, hx, hy, hz = 0, table.hx, table.hy, table.hz
     for k in range(first, live):
         dx, dy, dz = abs(b.x[k] - table.cx), abs(b.y[k] - table.cy), abs(b.z[k] - table.cz)
@@ -320,7 +379,11 @@ def score_collisions_in_box(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_collisions_in_ball(b, table, first, live):
-    """The same in the shells of a ball."""
+    """The same in the shells of a ball.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
+    """
     n, radius = 0, table.hx
     for k in range(first, live):
         dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz

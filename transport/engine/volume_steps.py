@@ -1,4 +1,7 @@
-"""The steps of volume detectors and of pictures' tracks, in a flight: ways before absorption on them, collisions before what they do."""
+"""Steps of volume detectors and tracks in a flight.
+
+Paths are scored before their absorption, collisions before their effects.
+"""
 
 from transport.compile import layout
 from transport.engine import sensors, tracks, volume_cells, volumes
@@ -6,7 +9,7 @@ from transport.engine.registry import step
 
 
 def ways(plan):
-    """Count how far each flight goes in volumes, before its end at the end of the clock and its lost weight are told."""
+    """Yield the steps that score path lengths in volumes, before the clock and absorption act."""
     counting = [volume for volume in plan.volumes if not volume.counts_collisions]
     if not (counting or plan.ways_room):
         return
@@ -30,6 +33,7 @@ def ways(plan):
 
 
 def _end_of_clock(plan):
+    """Return the step that limits a flight to the end of the clock."""
     if plan.has_media:
         rows = {"rows": plan.media.ctypes.data, "count": len(plan.media)}
         law = layout.row(layout.MEDIA_CLOCK, slowness=plan.slowness, has_speeds=plan.has_speeds, **rows)
@@ -40,12 +44,13 @@ def _end_of_clock(plan):
 
 
 def _directions(volume):
+    """Yield the step that bins directions, where all bins are of equal width."""
     if volume.row["is_even"]:
         yield step(volume_cells.find_even_bins, volume.row)
 
 
 def collided(plan):
-    """Count what collides in volumes."""
+    """Yield the steps that score collisions in volumes."""
     counting = [volume for volume in plan.volumes if volume.counts_collisions]
     if not counting:
         return

@@ -1,9 +1,9 @@
-"""Volume detectors: how far each flight goes within a box or a ball, and what that counts in a volume of one cell.
+"""Volume detectors (track-length estimator): path length of each flight in a box or ball.
 
-A flight lasts from `start` to `reach`: to what it meets or collides with next, or to the end of the clock.  `clip_...` finds
-the part of it in the volume; what has cells or directions is walked through then (volume_cells.py).
-
-Ways are counted in lengths of the volume, so that a score is 1 at most; what absorption keeps on the way, in weights.
+A flight lasts from `start` to `reach`: to the next hit or collision, or to the end of the clock. `clip_...`
+finds its part in the volume; a volume of one cell is scored here, volumes with cells or directions are walked
+through (volume_cells.py). Path lengths are in lengths of the volume, so that a score is at most 1; absorption
+along the path is in weights.
 """
 
 import math
@@ -18,12 +18,15 @@ from transport.physics.bits import bits_of
 from transport.physics.device import device
 from transport.physics.elementary import exp_negative, expm1_negative
 
-A_SCORE = 1 << 28  # towards driver.MOST_SCORED, so that the low limbs stay in range as well
+A_SCORE = 1 << 28  # contribution to driver.MOST_SCORED, so that the low limbs stay in range as well
 
 
 @lane_pass(NO_TABLE)
 def reach_next(b, table, first, live):
-    """As far as what is met next; what has ended goes nowhere."""
+    """Set the end of the flight to the next hit; ended lanes have none (-inf).
+
+    Fields: reads `weight`, `distance`; writes `reach`.
+    """
     for k in range(first, live):
         b.reach[k] = b.distance[k] if b.weight[k] != 0.0 else -math.inf
     return live
@@ -31,7 +34,12 @@ def reach_next(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reach_next_in_media(b, table, first, live):
-    """The same in media, where some wait for the others; and what lessens weights there, and what is absorbed in all."""
+    """The same in media, for lanes that fly.
+
+    Also the absorption coefficient along the path, and the total one.
+
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `reach`, `fade`, `keep`.
+    """
     for k in range(first, live):
         flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
         b.reach[k] = b.distance[k] if flies else -math.inf
@@ -42,7 +50,10 @@ def reach_next_in_media(b, table, first, live):
 
 @lane_pass(CLOCK)
 def reach_until_end(b, table, first, live):
-    """No farther than until the clock stops, where all fly alike."""
+    """Limit the flight to the end of the clock, for one common speed.
+
+    Fields: reads `start`, `time`; updates `reach`.
+    """
     slowness = table.slowness
     for k in range(first, live):
         last = b.start[k] + (1.0 - b.time[k]) / slowness
@@ -52,7 +63,10 @@ def reach_until_end(b, table, first, live):
 
 @lane_pass(NO_TABLE)
 def reach_until_end_by_speed(b, table, first, live):
-    """The same at its own speed."""
+    """The same with the particle's own speed.
+
+    Fields: reads `start`, `time`, `speed`; updates `reach`.
+    """
     for k in range(first, live):
         last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]
         b.reach[k] = last if last < b.reach[k] else b.reach[k]
@@ -61,7 +75,10 @@ def reach_until_end_by_speed(b, table, first, live):
 
 @lane_pass(MEDIA_CLOCK)
 def reach_until_end_in_media(b, table, first, live):
-    """The same in media, where light is slower by their index."""
+    """The same in media, where light slows down by the refractive index.
+
+    Fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
+    """
     rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
     for k in range(first, live):
         pace = rows[b.medium[k]].index * slowness
@@ -73,7 +90,10 @@ def reach_until_end_in_media(b, table, first, live):
 
 @device
 def slab(o, u, half):
-    """Where a ray enters and leaves the slab |x| <= half; along a face, or between them, it is always inside."""
+    """Return where a ray enters and leaves the slab |x| <= half.
+
+    A ray along a face or parallel to it counts as inside.
+    """
     side, inverse = math.copysign(half, u), 1.0 / u
     near, far = (-side - o) * inverse, (side - o) * inverse
     return near if near == near else -math.inf, far if far == far else math.inf
@@ -81,7 +101,10 @@ def slab(o, u, half):
 
 @lane_pass(VOLUME)
 def clip_to_box(b, table, first, live):
-    """How far it flies before it is in the box, and how far within.  Slabs: Kay and Kajiya (1986)."""
+    """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    """
     cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
     for k in range(first, live):
         near_x, far_x = slab(b.x[k] - cx, b.ux[k], hx)
@@ -102,7 +125,10 @@ def clip_to_box(b, table, first, live):
 
 @lane_pass(VOLUME)
 def clip_to_ball(b, table, first, live):
-    """The same for a ball, told from the place nearest its centre, where a chord's halves are alike."""
+    """The same for a ball, from the ray's point nearest to the centre, where the chord is symmetric.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    """
     cx, cy, cz, radius = table.cx, table.cy, table.cz, table.hx
     for k in range(first, live):
         ox, oy, oz, ux, uy, uz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz, b.ux[k], b.uy[k], b.uz[k]
@@ -122,7 +148,10 @@ def clip_to_ball(b, table, first, live):
 
 @lane_pass(VOLUME)
 def score_way(b, table, first, live):
-    """Weight times way in a volume of one cell."""
+    """Score weight times path length in a volume of one cell (track-length estimator).
+
+    Fields: reads `weight`, `history`, `within`; updates `scored`.
+    """
     total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, salt_of(b.seed_low, b.batch)
     for k in range(first, live):
         way = b.within[k]
@@ -131,7 +160,7 @@ def score_way(b, table, first, live):
         high, low = fair_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
         total_high += high
         total_low += low
-        count += 1 if way > SLACK else 0  # not what only rounding has left there
+        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     b.scored += total_high + A_SCORE * int64(live - first)
     return live
@@ -139,14 +168,20 @@ def score_way(b, table, first, live):
 
 @device
 def mean_of_fading(depth):
-    """The mean of exp(-s) over s from 0 to an optical depth, and exp(-depth) - 1, with all their digits near 0."""
+    """Return the mean of exp(-s) for s from 0 to an optical depth, and exp(-depth) - 1.
+
+    Both keep their digits near 0.
+    """
     less = expm1_negative(-depth)
     return -less / depth if depth > 0.0 else 1.0, less
 
 
 @lane_pass(VOLUME)
 def score_way_in_media(b, table, first, live):
-    """The same where media absorb: the mean weight on the way counts, and apart what is absorbed on it."""
+    """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
+
+    Fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
+    """
     total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
     salt = salt_of(b.seed_low, b.batch)
     for k in range(first, live):
@@ -161,7 +196,7 @@ def score_way_in_media(b, table, first, live):
         high, low = fair_limbs(track * b.keep[k] if inside else 0.0, chance)
         kept_high += high
         kept_low += low
-        count += 1 if way > SLACK else 0  # not what only rounding has left there
+        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
     add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
     add_to_row(b.tallies + 32 * table.kept, kept_high, kept_low, count, 0)
     b.scored += total_high + kept_high + A_SCORE * int64(live - first)

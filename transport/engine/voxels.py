@@ -1,4 +1,4 @@
-"""Where a ray is among voxels: cells along each axis, the coefficients of one, the exact optical depth through all."""
+"""Rays through voxels: cells along each axis, coefficients of a voxel, exact optical depth."""
 
 import math
 
@@ -6,19 +6,23 @@ from numba import float64, int64
 
 from transport.physics.device import device
 
-SLOWEST, NEVER = 1e-280, 1e300  # direction along an axis that never leads out of a cell, and one over it
+# a direction component below SLOWEST never leaves a cell; NEVER is its reciprocal
+SLOWEST, NEVER = 1e-280, 1e300
 
 
 @device
 def pace(v):
-    """Direction along an axis in cells per scene length, 0 where it never leaves one that way, and one over it."""
+    """Return a direction component in cells per scene length and its reciprocal.
+
+    The component is 0, and the reciprocal NEVER, if the ray never leaves a cell along this axis.
+    """
     moves = abs(v) > SLOWEST
     return v if moves else 0.0, 1.0 / v if moves else NEVER
 
 
 @device
 def cell_at(place, count):
-    """The cell along an axis at a place, kept within the grid."""
+    """Return the cell that holds a coordinate, clamped to the grid."""
     cell = math.floor(place)
     highest = count - 1.0
     cell = cell if cell > 0.0 else 0.0
@@ -27,7 +31,7 @@ def cell_at(place, count):
 
 @device
 def axis_of(p, v, start, block, cells, count):
-    """Along one axis, for a ray p + v t in voxels: the cell at `start`, the step to the next one, the face between them, and 1/v."""
+    """Return for one axis of a ray p + v t in voxels: cell at `start`, its step, the face ahead, 1/v."""
     v, inverse = pace(v)
     step = 1 if v >= 0.0 else -1
     cell = int64(cell_at((p + start * v) / block, cells))
@@ -37,7 +41,10 @@ def axis_of(p, v, start, block, cells, count):
 
 @device
 def voxel_along(place, cell, block, count):
-    """The voxel at a place along an axis, kept within its macro cell: so its extinction is never above the majorant."""
+    """Return the voxel at a coordinate, clamped to its macro cell.
+
+    So its extinction never exceeds the majorant.
+    """
     low, high = cell * block, cell * block + (block - 1.0)
     high = high if high < count else count - 1.0
     voxel = math.floor(place * block)
@@ -47,7 +54,7 @@ def voxel_along(place, cell, block, count):
 
 @device
 def coefficients(table, scattering, absorption, voxel):
-    """Scattering and absorption [m^-1] of a voxel by its number."""
+    """Return scattering and absorption coefficient [m^-1] of a voxel by its number."""
     column, z = voxel // table.nz, voxel % table.nz
     x, y = column // table.ny, column % table.ny
     scatters = scattering[x * table.scattering_x + y * table.scattering_y + z * table.scattering_z]
@@ -56,9 +63,10 @@ def coefficients(table, scattering, absorption, voxel):
 
 @device
 def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
-    """Optical depth along a ray from the distance `start` to `end`: exact, voxel by voxel (Amanatides, Woo 1987).
+    """Return the optical depth along a ray from `start` to `end`, voxel by voxel (Amanatides, Woo 1987).
 
-    What a shadow ray needs is exp(-depth): without the variance of ratio tracking (Novak et al. 2014), and in voxels cheaper.
+    A shadow ray needs exp(-depth). The exact depth has no variance, unlike ratio tracking (Novak et al.
+    2014), and is cheaper in voxels.
     """
     per_x, per_y, per_z = table.per_x, table.per_y, table.per_z
     px, py, pz = (x - table.cx) * per_x, (y - table.cy) * per_y, (z - table.cz) * per_z
@@ -75,6 +83,7 @@ def grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end):
         1.0 if vy >= 0.0 else 0.0,
         1.0 if vz >= 0.0 else 0.0,
     )
+    # Add extinction times length in each voxel, then step across the nearest face.
     t, depth, going = start, 0.0, True
     while going:
         t_x, t_y, t_z = (i + up_x - px) * ix, (j + up_y - py) * iy, (m + up_z - pz) * iz

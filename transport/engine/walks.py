@@ -1,9 +1,9 @@
-"""Walks through voxels: the flights of one grid, kept together in rows of their own, and what each turn does to all of them.
+"""Delta tracking through voxels (Woodcock 1965): walks of one grid, compacted in rows of their own.
 
-A walk has an optical depth to spend.  In each macro cell it spends it at the rate of the largest extinction there; where it
-is spent, a tentative collision is real with the chance of the voxel's extinction over that majorant (Woodcock 1965), else
-the walk goes on with a new depth.  Macro cells are left by counting up or down, never by comparing places, so every turn
-makes progress.  These are loops over walks, for `grids.collide_in_grid`.
+A walk spends an optical depth. In each macro cell it spends it at the rate of the majorant, the largest
+extinction there; where it is spent, a tentative collision is real with probability extinction of the voxel
+over majorant, else the walk continues with a new depth. Macro cells are left by incrementing indices, never
+by comparing positions, so every turn makes progress. These are loops over walks for `grids.collide_in_grid`.
 """
 
 from numba import int64, uint64
@@ -15,30 +15,41 @@ from transport.physics.device import device
 from transport.physics.elementary import log_positive
 from transport.physics.streams import VOXELS, event_words, uniform
 
-FLIES, TRIES, UNSURE, REJECTED, ENDED, COLLIDED, PAUSED = range(7)  # what a walk is doing
+FLIES, TRIES, UNSURE, REJECTED, ENDED, COLLIDED, PAUSED = range(7)  # states of a walk
 WALK = [name for name, _ in SCRATCH if name.startswith("walk_")]
 WALK_FIELDS = len(WALK)
 WALK_WORDS = CARRIED_WORDS + PITCH * [name for name, _ in CARRIED + SCRATCH].index(WALK[0])
 DRAW = uint64(8)  # bits of a purpose below the number of the draw
-MOST_TURNS = 8  # of a walk, before it pauses: the others shall not wait for long
+MOST_TURNS = 8  # turns before a walk pauses, so that the others do not wait for long
 BELOW_ONE = 1.0 - 2.0**-53
 
 
 @device
 def place_of(i, j, m, my, mz):
-    """Where in the table of majorants, two numbers each, a macro cell is: there is one more on every side."""
+    """Return the index of a macro cell in the table of majorants.
+
+    The table has two numbers per cell, and one more cell on every side.
+    """
     return int64(2.0 * (((i + 1.0) * (my + 2.0) + (j + 1.0)) * (mz + 2.0) + (m + 1.0)))
 
 
 @device
 def cross(b, table, first, last):
-    """Each walk to the end of its macro cell, to its tentative collision or to its end; how many try, go on, and pause."""
+    """Move each walk to the end of its macro cell, to its tentative collision or to its end.
+
+    Returns the numbers of walks that try a collision, that go on (or try), and that pause.
+
+    Fields: reads `walk_end`, `walk_top`, `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`,
+    `walk_ix, walk_iy, walk_iz`; updates `walk_state`, `walk_turns`, `walk_t`, `walk_depth`,
+    `walk_i, walk_j, walk_m`; writes `walk_cell`.
+    """
     trying, walking, pausing = 0, 0, 0
     my, mz = table.my, table.mz
     for k in range(first, last):
         i, j, m, t, end = b.walk_i[k], b.walk_j[k], b.walk_m[k], b.walk_t[k], b.walk_end[k]
         state, top, depth, turns = b.walk_state[k], b.walk_top[k], b.walk_depth[k], b.walk_turns[k]
         up_x, up_y, up_z = b.walk_vx[k] >= 0.0, b.walk_vy[k] >= 0.0, b.walk_vz[k] >= 0.0
+        # Distance at which the walk leaves its macro cell.
         t_x = (i + (1.0 if up_x else 0.0) - b.walk_px[k]) * b.walk_ix[k]
         t_y = (j + (1.0 if up_y else 0.0) - b.walk_py[k]) * b.walk_iy[k]
         t_z = (m + (1.0 if up_z else 0.0) - b.walk_pz[k]) * b.walk_iz[k]
@@ -47,6 +58,7 @@ def cross(b, table, first, last):
         stop = leaves if leaves < end else end
         stop = stop if stop > t else t
         spent = top * (stop - t)
+        # Tentative collision, end, pause, or on to the next macro cell.
         pauses = (state == FLIES) & (turns >= MOST_TURNS)
         flies, tries = (state == FLIES) & (not pauses), depth < spent
         ends = (not tries) & ((leaves >= end) | (top < 0.0))  # top < 0: beyond the grid
@@ -73,7 +85,14 @@ def cross(b, table, first, last):
 
 @device
 def look(b, table, first, last):
-    """The voxels of tentative collisions, and which must be looked up: few, where the extinction hardly changes in a macro cell."""
+    """Find the voxels of tentative collisions, and those whose extinction byte must be read.
+
+    Few need it where extinction hardly varies within a macro cell: below `sure` a collision is real in any
+    case.
+
+    Fields: reads `walk_state`, `walk_chance`, `walk_t`, `walk_i, walk_j, walk_m`,
+    `walk_px, walk_py, walk_pz`, `walk_vx, walk_vy, walk_vz`, `sure`; writes `voxel`, `open`.
+    """
     block = table.block * 1.0
     nx, ny, nz = table.nx * 1.0, table.ny * 1.0, table.nz * 1.0
     for k in range(first, last):
@@ -89,9 +108,12 @@ def look(b, table, first, last):
 
 @device
 def decide(b, first, last):
-    """Which tentative collisions are real, as far as the levels of their chances tell: how many are, are not, are not told.
+    """Accept or reject tentative collisions as far as the quantised extinction of voxels decides.
 
-    The number that decided is as good as new within the range that it fell into.
+    Returns the numbers of real, rejected and undecided collisions. The uniform is rescaled within its
+    subinterval and reused.
+
+    Fields: reads `sure`, `level`; updates `walk_state`, `walk_chance`.
     """
     real, rejected, unsure = 0, 0, 0
     for k in range(first, last):
@@ -112,7 +134,10 @@ def decide(b, first, last):
 
 @device
 def settle(b, k, extinction):
-    """The rest of the tentative collisions, by the extinction itself [1/scene lengths]; 1 where it is real."""
+    """Decide an undecided collision by the extinction itself [1/scene lengths]; returns 1 if it is real.
+
+    Fields: reads `walk_top`, `sure`, `level`; updates `walk_chance`; writes `walk_state`.
+    """
     chance, share = b.walk_chance[k], extinction / b.walk_top[k]
     low = b.level[k] * (1.0 / LEVELS)
     low = low if low > b.sure[k] else b.sure[k]
@@ -126,7 +151,11 @@ def settle(b, k, extinction):
 
 @device
 def draw_again(b, first, last):
-    """A new depth for those that have not collided after all, and the chance of what is at its end."""
+    """Sample a new optical depth and a new uniform for walks whose collision was rejected.
+
+    Fields: reads `walk_history`, `walk_event`; updates `walk_state`, `walk_chance`, `walk_draw`,
+    `walk_depth`.
+    """
     seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
     for k in range(first, last):
         again, drawn = b.walk_state[k] == REJECTED, b.walk_draw[k]
@@ -141,7 +170,10 @@ def draw_again(b, first, last):
 
 @device
 def end_in_place(b, first, last):
-    """The flights of walks that collided end there, while each walk still is in the place of its lane."""
+    """End the flights of walks that collided, while each walk is still in the row of its lane.
+
+    Fields: reads `walk_chance`, `walk_t`; updates `distance`, `hit`, `u0`, `walk_state`.
+    """
     for k in range(first, last):
         collided = b.walk_state[k] == COLLIDED
         b.distance[k] = b.walk_t[k] + 2.0 * SLACK if collided else b.distance[k]
@@ -152,9 +184,12 @@ def end_in_place(b, first, last):
 
 @device
 def list_of(b, state, first, last):
-    """List the walks in a state; how many."""
+    """List the walks in a state; returns their number.
+
+    Fields: reads `walk_state`.
+    """
     count = 0
-    for k in range(first, last):  # no branch, so nothing to mispredict
+    for k in range(first, last):  # no branch, so no misprediction
         b.listed[count] = k
         count += 1 if b.walk_state[k] == state else 0
     return count
@@ -162,7 +197,10 @@ def list_of(b, state, first, last):
 
 @device
 def end_listed(b, count, cuts):
-    """The flights of listed walks end where these have come to: with a collision, or cut."""
+    """End the flights of listed walks at their current distance: by a collision (cuts 0) or cut (cuts 1).
+
+    Fields: reads `walk_lane`, `walk_chance`, `walk_t`; writes `distance`, `hit`, `u0`, `cut`, `walk_state`.
+    """
     for g in range(count):
         k = b.listed[g]
         lane = b.walk_lane[k]
@@ -173,7 +211,10 @@ def end_listed(b, count, cuts):
 
 @device
 def close_ranks(b, words, first, last, walking):
-    """The last walks move into the gaps that ended ones left; how far they reach then, in full vectors."""
+    """Compact walks: move the last ones into the gaps of ended ones; returns the new end, in full vectors.
+
+    Fields: updates `walk_state`.
+    """
     reach = int64(first) + walking
     gaps, movers = 0, 0
     for k in range(first, uint64(reach)):

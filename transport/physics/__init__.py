@@ -1,1 +1,1 @@
-"""Physical laws as device functions of scalars, one process a file; loops over particles live in engine/."""
+"""Physical laws as device functions of scalars, one process per file; loops over particles are in engine/."""

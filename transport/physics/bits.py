@@ -1,4 +1,4 @@
-"""Bit casts between float64 and int64, and bits in reverse order, with plain twins for NUMBA_DISABLE_JIT=1."""
+"""Bit casts between float64 and int64, and bit reversal, with plain Python twins for NUMBA_DISABLE_JIT=1."""
 
 import numpy as np
 from llvmlite import ir
@@ -7,19 +7,24 @@ from numba.extending import intrinsic
 
 
 def _bits_of_plain(x):
+    """Twin of `_bits_of` in plain Python."""
     return int(np.float64(x).view(np.int64))
 
 
 def _float_of_plain(bits):
+    """Twin of `_float_of` in plain Python."""
     return float(np.int64(bits).view(np.float64))
 
 
 def _reversed_plain(word):
+    """Twin of `_reversed` in plain Python."""
     return np.uint64(int(f"{int(word):064b}"[::-1], 2))
 
 
 @intrinsic
 def _bits_of(typing_context, x):
+    """Return the bits of a float64 as int64."""
+
     def codegen(context, builder, signature, args):
         return builder.bitcast(args[0], ir.IntType(64))
 
@@ -28,6 +33,8 @@ def _bits_of(typing_context, x):
 
 @intrinsic
 def _float_of(typing_context, bits):
+    """Return the float64 with these bits (int64)."""
+
     def codegen(context, builder, signature, args):
         return builder.bitcast(args[0], ir.DoubleType())
 
@@ -36,7 +43,10 @@ def _float_of(typing_context, bits):
 
 @intrinsic
 def _reversed(typing_context, word):
-    """A shuffle of bytes where the CPU has one: it vectorises."""
+    """Return a uint64 with its bits in reverse order.
+
+    A byte shuffle where the CPU has one, so it vectorises.
+    """
 
     def codegen(context, builder, signature, args):
         return builder.bitreverse(args[0])

@@ -1,4 +1,4 @@
-"""Directions on the unit sphere: sampled about an axis, turned into the frame of a normal."""
+"""Directions on the unit sphere: sampling about an axis, rotation into the frame of a normal."""
 
 import math
 
@@ -8,9 +8,10 @@ from transport.physics.elementary import cos_sin_turn
 
 @device
 def turned(nx, ny, nz, mu, turn):
-    """Unit direction at cosine mu and azimuth 2 pi turn about the unit vector n.
+    """Return the unit direction at cosine mu and azimuth 2 pi turn about the unit vector n.
 
-    Orthonormal frame without a branch or a singularity: Duff et al. (2017), "Building an orthonormal basis, revisited".
+    Orthonormal frame without a branch or a singularity: Duff et al. (2017), "Building an orthonormal basis,
+    revisited".
     """
     s2 = 1.0 - mu * mu
     s = math.sqrt(s2 if s2 > 0.0 else 0.0)
@@ -20,7 +21,7 @@ def turned(nx, ny, nz, mu, turn):
 
 @device
 def turned_by(nx, ny, nz, mu, sine_cos, sine_sin):
-    """Unit direction with components (sine_cos, sine_sin, mu) in the frame of Duff et al. about n."""
+    """Return the unit direction with components (sine_cos, sine_sin, mu) in the frame of Duff et al. at n."""
     sign = 1.0 if nz >= 0.0 else -1.0
     a = -1.0 / (sign + nz)
     b = nx * ny * a
@@ -33,7 +34,7 @@ def turned_by(nx, ny, nz, mu, sine_cos, sine_sin):
 
 @device
 def sample_isotropic(u, turn):
-    """Unit direction uniform over the sphere: dω / 4π, from two uniforms."""
+    """Return a unit direction uniform over the sphere: dω / 4π, from two uniforms."""
     mu = 2.0 * u - 1.0
     s = 2.0 * math.sqrt(u * (1.0 - u))
     c, d = cos_sin_turn(turn)
@@ -42,7 +43,7 @@ def sample_isotropic(u, turn):
 
 @device
 def sample_cosine_law(nx, ny, nz, u, turn):
-    """Unit direction about n with density cosθ/π (Lambert), and its cosine; never exactly grazing."""
+    """Return a unit direction about n with pdf cosθ/π (Lambert), and its cosine; never exactly grazing."""
     mu = math.sqrt(1.0 - u)
     s = math.sqrt(u)
     c, d = cos_sin_turn(turn)
@@ -52,5 +53,5 @@ def sample_cosine_law(nx, ny, nz, u, turn):
 
 @device
 def either(this, ax, ay, az, bx, by, bz):
-    """The first of two directions, or the second."""
+    """Return the first direction if `this`, else the second."""
     return ax if this else bx, ay if this else by, az if this else bz

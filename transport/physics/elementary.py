@@ -1,7 +1,7 @@
-"""log, exp, sin and cos as own polynomials: libm calls would keep a lane loop from being vectorised.
+"""log, exp, sin and cos as own polynomials: calls of libm would keep a lane loop from being vectorised.
 
-Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the exponential and the sine: fitted by Remez's
-algorithm in 50 digits.  Errors against mpmath are measured in tests/test_elementary.py.
+Coefficients of the logarithm and the arc tangent: Cephes (Moshier 1989); of the exponential and the sine:
+fitted by Remez's algorithm in 50 digits. Errors against mpmath are measured in tests/test_elementary.py.
 """
 
 from numba import float64
@@ -11,18 +11,20 @@ from transport.physics.device import device
 
 TWO_PI = 6.283185307179586
 MANTISSA, HALF_EXPONENT = 0x000FFFFFFFFFFFFF, 0x3FE0000000000000
-SHIFT = 6755399441055744.0  # 1.5 x 2^52: what is added to it is rounded to an integer, in the last bits
-EXP_LEAST = -708.3964185322641  # ln 2^-1022, where the normal numbers end
+SHIFT = 6755399441055744.0  # 1.5 x 2^52: adding it rounds to an integer, in the last bits
+EXP_LEAST = -708.3964185322641  # ln 2^-1022, the logarithm of the least normal number
 
 
 @device
 def log_positive(x):
-    """Natural logarithm of a positive normal number."""
+    """Return the natural logarithm of a positive normal number."""
+    # Split x into 2^e and a mantissa in [sqrt(1/2), sqrt(2)).
     bits = bits_of(x)
     m = float_of((bits & MANTISSA) | HALF_EXPONENT)
     low = m < 0.7071067811865476
     m = m + m if low else m
     e = float64((bits >> 52) - 1022) - (1.0 if low else 0.0)
+    # Rational approximation of the logarithm of the mantissa.
     y = m - 1.0
     z = y * y
     p = 1.01875663804580931796e-4 * y + 4.97494994976747001425e-1
@@ -36,7 +38,7 @@ def log_positive(x):
 
 @device
 def exp_parts(x):
-    """2^n and exp(r) - 1 of x = n ln 2 + r, |r| <= ln 2 / 2, for x in [EXP_LEAST, 709]."""
+    """Return 2^n and exp(r) - 1, where x = n ln 2 + r and |r| <= ln 2 / 2, for x in [EXP_LEAST, 709]."""
     t = x * 1.4426950408889634 + SHIFT
     n = t - SHIFT
     r = (x - n * 0.693145751953125) - n * 1.42860682030941723212e-6
@@ -48,28 +50,34 @@ def exp_parts(x):
 
 @device
 def exp_negative(x):
-    """exp(x) for x <= 0 (indeed <= 709); below -708.396, where the normal numbers end, 0."""
+    """Return exp(x) for x <= 0 (valid up to 709).
+
+    0 below -708.396, the logarithm of the least normal number.
+    """
     scale, e = exp_parts(EXP_LEAST if x < EXP_LEAST else x)
     return 0.0 if x < EXP_LEAST else scale + scale * e
 
 
 @device
 def expm1_negative(x):
-    """exp(x) - 1 for x <= 0 (indeed <= 709), with all its digits near 0."""
+    """Return exp(x) - 1 for x <= 0 (valid up to 709), without cancellation near 0."""
     scale, e = exp_parts(-64.0 if x < -64.0 else x)
     return scale * e + (scale - 1.0)
 
 
 @device
 def log1p(x):
-    """ln(1 + x) for x > -1, with all its digits near 0."""
+    """Return ln(1 + x) for x > -1, without cancellation near 0."""
     w = 1.0 + x
     return log_positive(w) + (x - (w - 1.0)) / w
 
 
 @device
 def sin_quarter(turn):
-    """sin(2 pi turn) for turn in [-1/4, 1/4]: odd polynomial of least relative error (Remez), 3e-19 before rounding."""
+    """Return sin(2 pi turn) for turn in [-1/4, 1/4].
+
+    Odd polynomial of least relative error (Remez), 3e-19 before rounding.
+    """
     z = turn * turn
     p = 3.8199270504789338 + z * (-0.71772358015544982 + z * 0.10085633077354056)
     p = 81.605249276073406 + z * (
@@ -80,7 +88,7 @@ def sin_quarter(turn):
 
 @device
 def cos_sin_turn(turn):
-    """cos and sin of 2 pi turn, for turn in [0, 1)."""
+    """Return cos and sin of 2 pi turn, for turn in [0, 1)."""
     c = -sin_quarter(0.25 - abs(turn - 0.5))
     v = turn - 0.25 if turn >= 0.25 else turn + 0.75
     return c, -sin_quarter(0.25 - abs(v - 0.5))
@@ -88,7 +96,10 @@ def cos_sin_turn(turn):
 
 @device
 def atan_unit(x):
-    """atan(x) for x in [0, 1]; reduced to |x| <= tan(pi/8), rational approximation of Cephes atan.c."""
+    """Return atan(x) for x in [0, 1].
+
+    Reduced to |x| <= tan(pi/8), rational approximation of Cephes atan.c.
+    """
     far = x > 0.4142135623730950488
     y = (x - 1.0) / (x + 1.0) if far else x
     z = y * y
@@ -102,7 +113,7 @@ def atan_unit(x):
 
 @device
 def azimuth_turn(x, y):
-    """The angle of (x, y) from the x axis as a fraction of a turn, in [0, 1); 0 for (0, 0)."""
+    """Return the angle of (x, y) from the x axis as a fraction of a turn, in [0, 1); 0 for (0, 0)."""
     ax, ay = abs(x), abs(y)
     large, small = max(ax, ay), min(ax, ay)
     a = atan_unit(small / large if large > 0.0 else 0.0)

@@ -1,10 +1,11 @@
-"""Whether a ray crosses a triangle of a mesh: exactly once at edges and vertices that triangles share.
+"""Ray-triangle intersection for meshes: exactly one crossing at edges and vertices that triangles share.
 
-Woop, Benthin and Wald (2013), "Watertight ray/triangle intersection": vertices are sheared into the ray's frame, in which the
-signs of three edge functions decide.  A vertex gives the same numbers for all its triangles, and a rounded difference of
-two rounded products never has the wrong sign: it is 0 where it cannot tell.  There the products are taken exactly, and a ray
-through an edge itself is moved aside by an infinitesimal (e, e^2) that is the same for all triangles.  No fused operations
-here: they would make the two sides of an edge differ.
+Woop, Benthin and Wald (2013), "Watertight ray/triangle intersection": vertices are sheared into the ray's
+frame, in which the signs of three edge functions decide. A vertex gives the same numbers for all its
+triangles, and a rounded difference of two rounded products never has the wrong sign: it is 0 where it is
+undecided. There the products are computed exactly, and a ray through the edge itself is displaced by an
+infinitesimal (e, e^2) that is the same for all triangles. No fused operations here: they would make the two
+sides of an edge differ.
 """
 
 import math
@@ -16,7 +17,7 @@ SPLITTER = 134217729.0  # 2^27 + 1
 
 @exact_device
 def product_error(a, b, product):
-    """a b less its rounded product, exactly (Veltkamp 1968, Dekker 1971)."""
+    """Return a b minus its rounded product, exactly (Veltkamp 1968, Dekker 1971)."""
     p, q = SPLITTER * a, SPLITTER * b
     a_high, b_high = p - (p - a), q - (q - b)
     a_low, b_low = a - a_high, b - b_high
@@ -25,9 +26,10 @@ def product_error(a, b, product):
 
 @exact_device
 def edge_function(px, py, qx, qy):
-    """px qy - py qx with the right sign, never 0 but for points that coincide."""
+    """Return px qy - py qx with the right sign; 0 only for coincident points."""
     left, right = px * qy, py * qx
     value = left - right
+    # Undecided: compare the rounding errors, then displace the ray by (e, e^2).
     if value == 0.0:
         value = product_error(px, qy, left) - product_error(py, qx, right)
         if value == 0.0:
@@ -40,8 +42,10 @@ def edge_function(px, py, qx, qy):
 
 @exact_device
 def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
-    """Distance along a ray at which it crosses a triangle of sheared vertices, and twice its sheared area with the sign of
-    its orientation; NaN and 0 where it does not cross.  x, y: across the ray, z: along it, all from its origin."""
+    """Return the distance along a ray to a triangle of sheared vertices, and twice its sheared signed area.
+
+    NaN and 0 for a miss. x, y: across the ray, z: along it, all from its origin.
+    """
     u = edge_function(cx, cy, bx, by)
     v = edge_function(ax, ay, cx, cy)
     w = edge_function(bx, by, ax, ay)
@@ -52,10 +56,11 @@ def facet_crossing(ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @exact_device
 def plane_distance(t, az, bz, cz, height, cosine):
-    """Distance at which a ray meets the plane of a facet that it crosses, no nearer and no farther than the facet's vertices.
+    """Return the distance to the plane of a facet that a ray crosses, within the range of its vertices.
 
-    t: the distance as the vertices' weighted mean, which for slivers is off the plane by as much as their narrowness magnifies
-    rounding; taken where the ray lies in the plane.  height: of the facet's plane over the ray's origin, along its normal.
+    t: the distance as the vertices' weighted mean, used if the ray lies in the plane; for slivers it is off
+    the plane, since their narrowness magnifies rounding. height: of the facet's plane over the ray's origin,
+    along its normal.
     """
     nearest, farthest = min(az, min(bz, cz)), max(az, max(bz, cz))
     t = height / cosine if cosine != 0.0 else t
@@ -64,7 +69,7 @@ def plane_distance(t, az, bz, cz, height, cosine):
 
 @exact_device
 def lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, reach):
-    """Whether the origin lies farther than `reach` outside the edge from a to b of a facet with the normal n."""
+    """Return whether the origin is farther than `reach` outside edge a b of a facet with normal n."""
     ex, ey, ez = bx - ax, by - ay, bz - az
     inward = ax * (ny * ez - nz * ey) + ay * (nz * ex - nx * ez) + az * (nx * ey - ny * ex)
     return inward > reach * math.sqrt(ex * ex + ey * ey + ez * ez)
@@ -72,9 +77,13 @@ def lies_beside_edge(ax, ay, az, bx, by, bz, nx, ny, nz, reach):
 
 @exact_device
 def within_facet(x, y, z, ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz):
-    """A place on a facet's plane; one beside the facet, by the rounding of a grazing ray, goes to the facet's edge."""
+    """Return a point of a facet's plane, clamped to the facet.
+
+    Only the rounding of a grazing ray puts it beside.
+    """
     ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
     px, py, pz = x - ax, y - ay, z - az
+    # Barycentric weights of the second and third vertex.
     twice = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
     p = (nx * (py * vz - pz * vy) + ny * (pz * vx - px * vz) + nz * (px * vy - py * vx)) / twice
     q = (nx * (uy * pz - uz * py) + ny * (uz * px - ux * pz) + nz * (ux * py - uy * px)) / twice

@@ -1,4 +1,7 @@
-"""What a smooth surface does to a direction: mirror reflection, refraction (diffuse reflection is `sample_cosine_law`)."""
+"""Smooth surfaces: mirror reflection, Fresnel reflectance, refraction, thin lens.
+
+Diffuse reflection is `directions.sample_cosine_law`.
+"""
 
 import math
 
@@ -7,24 +10,28 @@ from transport.physics.device import device
 
 @device
 def renewed(vx, vy, vz):
-    """A direction of unit length to rounding, made unit to the last digit: one Newton step keeps long chains unit."""
+    """Return a direction renormalised to unit length by one Newton step.
+
+    Its length is 1 to rounding; the step keeps long chains of events unit to the last digit.
+    """
     s = 1.5 - 0.5 * (vx * vx + vy * vy + vz * vz)
     return vx * s, vy * s, vz * s
 
 
 @device
 def mirrored(ux, uy, uz, nx, ny, nz, mu):
-    """Direction after specular reflection at normal n, mu = u·n."""
+    """Return the direction after specular reflection at normal n; mu = u·n."""
     return renewed(ux - 2.0 * mu * nx, uy - 2.0 * mu * ny, uz - 2.0 * mu * nz)
 
 
 @device
 def fresnel(cosine, ratio, excess):
-    """Reflectance for unpolarised light, and ratio times the cosine of refraction (0 under total reflection).
+    """Return the reflectance for unpolarised light, and ratio * cosine of refraction.
 
-    cosine > 0: of incidence;  ratio: index behind over index before;  excess: (ratio - 1)(ratio + 1), from indices, lest it
-    cancel.  The differences of Fresnel's formulas (Born and Wolf 1999, 1.5.2) are written as products with `excess`, so that
-    nothing cancels for indices that are nearly alike.
+    The latter is 0 under total internal reflection. cosine > 0: of incidence. ratio: index behind over index
+    before. excess: (ratio - 1)(ratio + 1), computed from the indices without cancellation. The differences in
+    Fresnel's formulas (Born and Wolf 1999, 1.5.2) are written as products with `excess`, so nothing cancels
+    for nearly equal indices.
     """
     g2 = excess + cosine * cosine
     g = math.sqrt(g2 if g2 > 0.0 else 0.0)
@@ -36,7 +43,10 @@ def fresnel(cosine, ratio, excess):
 
 @device
 def refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g):
-    """Direction behind the surface by Snell's law; n points against u, u·n = -cosine; g as of `fresnel`."""
+    """Return the direction behind the surface by Snell's law.
+
+    N opposes u, u·n = -cosine; g from `fresnel`.
+    """
     along = -excess / (cosine + g)  # cosine - g
     inverse = 1.0 / ratio
     return renewed((ux + along * nx) * inverse, (uy + along * ny) * inverse, (uz + along * nz) * inverse)
@@ -44,10 +54,11 @@ def refracted(ux, uy, uz, nx, ny, nz, cosine, ratio, excess, g):
 
 @device
 def bent_by_lens(ux, uy, uz, nx, ny, nz, mu, kx, ky, kz):
-    """Direction behind an ideal thin lens, and its cosine: the components along the lens change by -k; where there is
-    none, back along the ray.
+    """Return the direction behind an ideal thin lens, and its cosine.
 
-    k = x/f lies in the plane of the lens.  The Jacobian of the change of direction cosines is 1: étendue is conserved.
+    The components along the lens change by -k, where k = x/f lies in the plane of the lens; if no such
+    direction exists, the ray goes back along its path. The Jacobian of the change of direction cosines is 1:
+    étendue is conserved.
     """
     px, py, pz = ux - mu * nx - kx, uy - mu * ny - ky, uz - mu * nz - kz
     left = 1.0 - (px * px + py * py + pz * pz)

@@ -1,7 +1,7 @@
-"""Rough reflection by microfacets: GGX normals, Smith's height-correlated shadowing, sampled by visible normals.
+"""Rough reflection by microfacets: GGX normals, Smith's height-correlated shadowing.
 
-Walter et al. (2007), "Microfacet models for refraction through rough surfaces"; Heitz (2014), "Understanding the masking-
-shadowing function"; visible normals as a spherical cap: Dupuy and Benyoub (2023).
+Walter et al. (2007), "Microfacet models for refraction through rough surfaces"; Heitz (2014), "Understanding
+the masking-shadowing function"; sampling of visible normals as a spherical cap: Dupuy and Benyoub (2023).
 """
 
 import math
@@ -12,7 +12,10 @@ from transport.physics.elementary import TWO_PI, cos_sin_turn
 
 @device
 def sample_visible_normal(x, y, z, alpha, u, turn):
-    """A microfacet's normal as seen from (x, y, z), z > 0 the cosine, in the frame of the surface."""
+    """Return a microfacet normal sampled as seen from (x, y, z) in the frame of the surface.
+
+    Z > 0 is the cosine.
+    """
     sx, sy = alpha * x, alpha * y
     inverse = 1.0 / math.sqrt(sx * sx + sy * sy + z * z)
     sx, sy, sz = sx * inverse, sy * inverse, z * inverse
@@ -27,7 +30,10 @@ def sample_visible_normal(x, y, z, alpha, u, turn):
 
 @device
 def unshadowed_share(mu_in, mu_out, alpha):
-    """G2/G1: the share of what a microfacet reflects that leaves the surface; 0 for mu_out <= 0."""
+    """Return G2/G1, the share of rays reflected by visible microfacets that leave the surface.
+
+    It is 0 for mu_out <= 0.
+    """
     a2 = alpha * alpha
     s_in = math.sqrt(mu_in * mu_in + a2 * (1.0 - mu_in) * (1.0 + mu_in))
     s_out = math.sqrt(mu_out * mu_out + a2 * (1.0 - mu_out) * (1.0 + mu_out))
@@ -37,7 +43,11 @@ def unshadowed_share(mu_in, mu_out, alpha):
 
 @device
 def visible_normal_pdf(mu, cosine, height, alpha):
-    """Density per solid angle of visible normals: seen under mu, at `cosine` to that direction and `height` to the surface."""
+    """Return the pdf of visible normals per solid angle.
+
+    mu: cosine of the view direction; cosine: of the normal to that direction; height: of the normal to the
+    surface.
+    """
     a2 = alpha * alpha
     s = math.sqrt(mu * mu + a2 * (1.0 - mu) * (1.0 + mu))
     k = (1.0 - height) * (1.0 + height) + a2 * height * height

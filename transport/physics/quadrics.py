@@ -1,20 +1,21 @@
-"""Surfaces of revolution of the second order: rho^2 = alpha + beta w + gamma w^2, w along the axis, rho from it.
+"""Surfaces of revolution of second order: rho^2 = alpha + beta w + gamma w^2, w along the axis, rho from it.
 
-Cylinder, cone, paraboloid and sphere differ in the three coefficients only.  Rays are followed from their point nearest
-to the origin of w, where all terms are of the surface's size: so far rays keep their digits.
+Cylinder, cone, paraboloid and sphere differ only in the three coefficients. Rays are followed from their
+point nearest to the origin of w, where all terms are of the surface's size, so distant rays keep their
+digits.
 """
 
 import math
 
 from transport.physics.device import device
 
-# relative rounding of the discriminant: a ray that misses by less touches, as through a cone's apex
+# Relative rounding of the discriminant: a ray that misses by less is tangent, or passes a cone's apex.
 GRAZING = 2.0**-50
 
 
 @device
 def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
-    """The surface's function rho^2 - alpha - beta w - gamma w^2 at p, half its gradient, and w: negative inside."""
+    """Return rho^2 - alpha - beta w - gamma w^2 at p (negative inside), half its gradient, and w."""
     w = px * ax + py * ay + pz * az
     qx, qy, qz = px - w * ax, py - w * ay, pz - w * az
     slope = 0.5 * beta + gamma * w
@@ -24,13 +25,15 @@ def quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma):
 
 @device
 def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, standing, own, touching):
-    """The two distances along u at which a ray from o crosses the surface, the nearer first, NaN or infinity where there
-    is no crossing; its height w at the origin of distances and its change along the ray; whether it is steeper than a cone.
+    """Return (near, far, w, pace, steep) for a ray from o along u: distances of both crossings, and heights.
 
-    standing: one of them is known, at the distance `own`; the other follows from the sum of both, without cancellation.
-    touching: a ray that comes no nearer than rounding meets the surface.  Where it is not, such a ray stays on its side;
-    but one steeper than a cone goes through its apex, where both distances are the same.
+    near, far: NaN or infinity where there is no crossing. w, pace: height at distance 0 and its change per
+    distance. steep: the ray is steeper than the cone. standing: one crossing is known, at distance `own`; the
+    other follows from the sum of both, without cancellation. touching: a tangent ray (within rounding) hits
+    the surface; otherwise it stays on its side, but a ray steeper than a cone passes through its apex, where
+    both distances coincide.
     """
+    # Coefficients of a t^2 + 2 b t + c = 0, with t from the ray's point nearest to the origin of w.
     w, pace = ox * ax + oy * ay + oz * az, ux * ax + uy * ay + uz * az
     qx, qy, qz = ux - pace * ax, uy - pace * ay, uz - pace * az
     a = qx * qx + qy * qy + qz * qz - gamma * pace * pace
@@ -40,20 +43,23 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
     rx, ry, rz = px - v * ax, py - v * ay, pz - v * az
     b = rx * qx + ry * qy + rz * qz - (0.5 * beta + gamma * v) * pace
     c = rx * rx + ry * ry + rz * rz - (alpha + v * (beta + gamma * v))
-    # b² - a c by Lagrange's identity: for a flat cone the two are far larger than their difference.
+    # b² - a c by Lagrange's identity: for a flat cone both terms are far larger than their difference.
     kx, ky, kz = pace * rx - v * qx, pace * ry - v * qy, pace * rz - v * qz
     m = ax * (ry * qz - rz * qy) + ay * (rz * qx - rx * qz) + az * (rx * qy - ry * qx)
     bent, tilted = gamma * (kx * kx + ky * ky + kz * kz), beta * (qx * kx + qy * ky + qz * kz)
     half_beta = 0.5 * beta * pace
     d = bent - m * m - tilted + half_beta * half_beta + alpha * a
     rounding = GRAZING * (abs(bent) + m * m + abs(tilted) + half_beta * half_beta + abs(alpha * a))
+    # Stable roots: the larger one first, the other from the product of both.
     steep, touches = a < 0.0, abs(d) <= rounding
     s = math.sqrt(d if d > 0.0 else 0.0) if (d > 0.0) | touches else math.nan
     s = math.nan if touches & (not touching) else s
-    s = (0.0 if touches | (d < 0.0) else s) if steep else s  # it always meets the cone or its mirror image
+    # A ray steeper than the cone always hits it or its mirror image.
+    s = (0.0 if touches | (d < 0.0) else s) if steep else s
     q = -b - s if b > 0.0 else -b + s
     first = q / a - h
     second = first if s == 0.0 else c / q - h
+    # The other crossing of a ray that begins on the surface.
     ex, ey, ez = ox - w * ax, oy - w * ay, oz - w * az
     half = ex * qx + ey * qy + ez * qz - (0.5 * beta + gamma * w) * pace
     other = -2.0 * half / a - own
@@ -65,9 +71,12 @@ def quadric_crossings(ox, oy, oz, ux, uy, uz, ax, ay, az, alpha, beta, gamma, st
 
 @device
 def on_one_nappe(at_near, at_far, slack, pace, is_below, standing):
-    """For a ray steeper than a cone, heights over the apex of its two crossings: NaN for that of the mirror image beyond it.
+    """Return the heights over the apex of both crossings of a ray steeper than a cone.
 
-    Within rounding of the apex, which of both it is follows from the ray's direction, and the height is 0.
+    NaN on the mirror image.
+
+    Within rounding of the apex the ray's direction decides which crossing is on the cone, and its height is
+    0.
     """
     at_near = 0.0 if abs(at_near) <= slack else at_near
     at_far = 0.0 if abs(at_far) <= slack else at_far
@@ -77,9 +86,10 @@ def on_one_nappe(at_near, at_far, slack, pace, is_below, standing):
 
 @device
 def next_crossing(near, far, is_near_in, is_far_in, start, closed, passed):
-    """Of two crossings the first within the surface's bounds beyond `start` (or at it, where `closed`); infinity for none.
+    """Return the first of two crossings within the surface's bounds beyond `start`; infinity for none.
 
-    passed: the crossing at `start` has been taken; it is the one that lies closest to it.
+    closed: a crossing at `start` counts too. passed: the crossing at `start` has been taken; it is the one
+    closest to it.
     """
     is_near_ahead = is_near_in & ((near > start) | (closed & (near == start)))
     is_far_ahead = is_far_in & ((far > start) | (closed & (far == start)))

@@ -1,4 +1,4 @@
-"""Where a ray meets a plane or a sphere, in forms that do not cancel."""
+"""Intersections of a ray with a plane, a sphere and a box, without cancellation."""
 
 import math
 
@@ -7,20 +7,26 @@ from transport.physics.device import device
 
 @device
 def plane_crossing(rx, ry, rz, ux, uy, uz, nx, ny, nz):
-    """Distance along u to the plane with normal n through the point at r from the ray's origin, and the crossing's
-    position relative to that point.  A ray parallel to the plane gives infinity or NaN, which no comparison accepts."""
+    """Return the distance along u to the plane with normal n through the point at r from the ray's origin.
+
+    Also returns the crossing relative to that point. A ray parallel to the plane gives infinity or NaN, which
+    every comparison rejects.
+    """
     t = (rx * nx + ry * ny + rz * nz) / (ux * nx + uy * ny + uz * nz)
     return t, t * ux - rx, t * uy - ry, t * uz - rz
 
 
 @device
 def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing, own, closed, passed):
-    """Distance along u to the next crossing of a sphere beyond `start` (or at it, where `closed`), for a ray with
-    origin o from its centre; infinity where there is none.  `standing`: one crossing is known, at the distance `own`;
-    then the other root follows from the sum of both, without cancellation.  `passed`: `start` is one of the crossings.
+    """Return the distance along u to the next crossing of a sphere beyond `start`; infinity for none.
 
-    The discriminant comes from the perpendicular through the centre and the small root from the large one (their
-    product is o² − r²): stable for far and for small spheres (Haines et al. 2019, Ray Tracing Gems ch. 7).
+    o: origin of the ray from the centre. closed: a crossing at `start` counts too. standing: one crossing is
+    known, at distance `own`; the other follows from the sum of both, without cancellation. passed: `start` is
+    one of the crossings.
+
+    The discriminant is computed from the perpendicular through the centre, and the small root from the large
+    one (their product is o² − r²): stable for distant and for small spheres (Haines et al. 2019, Ray Tracing
+    Gems ch. 7).
     """
     h = ox * ux + oy * uy + oz * uz
     qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
@@ -41,9 +47,10 @@ def sphere_crossing(ox, oy, oz, ux, uy, uz, radius, start, standing, own, closed
 
 @device
 def box_crossings(ox, oy, oz, ux, uy, uz, hx, hy, hz):
-    """Entry and exit of a ray with origin o from the centre of a box with half sides h: distance and |cosine| of each.
+    """Return entry and exit of a ray through a box with half sides h: distance and |cosine| of each.
 
-    The ray misses the box where the entry lies beyond the exit.  Slabs: Kay and Kajiya (1986).
+    o: origin of the ray from the centre. The ray misses the box if the entry lies beyond the exit. Slabs: Kay
+    and Kajiya (1986).
     """
     sx, sy, sz = math.copysign(hx, ux), math.copysign(hy, uy), math.copysign(hz, uz)
     ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz

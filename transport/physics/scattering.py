@@ -1,7 +1,8 @@
-"""Where a particle flies after it was scattered: cosines by the inverse of each phase function's distribution, and the turn.
+"""Scattering: cosines by the inverse CDF of each phase function, and rotation by the scattering angle.
 
-Every sampler gives the cosine and the sine of the scattering angle.  Both come from 1 - mu (or 1 + mu, where that is the
-side of the peak), computed without cancellation: a peak keeps the digits of its angles, and mu^2 + sine^2 is 1 to rounding.
+Every sampler returns cosine and sine of the scattering angle. Both are computed from 1 - mu (or 1 + mu, on
+the side of the peak) without cancellation: a peak keeps the digits of its angles, and mu^2 + sine^2 is 1 to
+rounding.
 """
 
 import math
@@ -15,23 +16,23 @@ from transport.physics.elementary import cos_sin_turn
 
 @device
 def cosine_and_sine(x, sign):
-    """mu and its sine where 1 - sign mu is x, in [0, 2], and sign is +1 or -1."""
+    """Return mu and its sine for 1 - sign mu = x, x in [0, 2], sign +1 or -1."""
     return sign * (1.0 - x), math.sqrt(x * (2.0 - x))
 
 
 @device
 def sample_uniform_cosine(u):
-    """Cosine and sine of isotropic scattering, for u in [0, 1]: mu uniform in [-1, 1]."""
+    """Return cosine and sine of isotropic scattering: mu uniform in [-1, 1], for u in [0, 1]."""
     return 2.0 * u - 1.0, 2.0 * math.sqrt(u * (1.0 - u))
 
 
 @device
 def sample_henyey_greenstein(g, u):
-    """Cosine and sine by Henyey and Greenstein (1941), for a mean cosine g in (-1, 1) and u in [0, 1].
+    """Return cosine and sine by Henyey and Greenstein (1941), for mean cosine g in (-1, 1) and u in [0, 1].
 
-    mu rises with u: mu = (2s + g (s^2 + 3) + 2 g^2 s + g^3 (s^2 - 1)) / (2 (1 + g s)^2), s = 2u - 1, inverts the distribution.
-    The angle is measured from the peak instead (a = |g|, t the probability within it, w = 1 - t), as
-    1 - mu = 2 t (1 - a)^2 (1 + a w) / (1 - a + 2 a w)^2: nothing cancels for any g, 0 included.
+    mu increases with u: mu = (2s + g (s^2 + 3) + 2 g^2 s + g^3 (s^2 - 1)) / (2 (1 + g s)^2), s = 2u - 1,
+    inverts the CDF. The angle is measured from the peak instead (a = |g|, t the probability within it, w = 1
+    - t), as 1 - mu = 2 t (1 - a)^2 (1 + a w) / (1 - a + 2 a w)^2: nothing cancels for any g, 0 included.
     """
     is_forward = g >= 0.0
     v = 1.0 - u
@@ -46,10 +47,11 @@ def sample_henyey_greenstein(g, u):
 
 @device
 def sample_rayleigh(u):
-    """Cosine and sine by Rayleigh's 3/8 (1 + mu^2), for u in [0, 1]; mu rises with u.
+    """Return cosine and sine by Rayleigh's 3/8 (1 + mu^2), for u in [0, 1]; mu increases with u.
 
-    x = 1 - |mu| is the root of x^3 - 3 x^2 + 6 x = 8 w, w the probability of the nearer end: a polynomial good to 1.6e-6
-    (Remez) and one step of Halley's method, instead of Cardano's cube root, which cancels at mu = 0.
+    x = 1 - |mu| is the root of x^3 - 3 x^2 + 6 x = 8 w, w the probability of the nearer end: a polynomial
+    accurate to 1.6e-6 (Remez) and one step of Halley's method, instead of Cardano's cube root, which cancels
+    at mu = 0.
     """
     is_upper = u >= 0.5
     w = 1.0 - u if is_upper else u
@@ -69,10 +71,10 @@ def sample_rayleigh(u):
 
 @device
 def turned_by_angle(ux, uy, uz, mu, sine, turn):
-    """Unit direction at a scattering angle of this cosine and sine and at azimuth 2 pi turn about u.
+    """Return the unit direction at a scattering angle of this cosine and sine, at azimuth 2 pi turn about u.
 
-    An error of the length of u comes back mu^2 as large: over 10^6 scatterings |u|^2 stays within 2e-15 of 1 (1e-14 for
-    g = 0.999) without being renewed.
+    An error of the length of u is multiplied by mu^2: over 10^6 scatterings |u|^2 stays within 2e-15 of 1
+    (1e-14 for g = 0.999) without renormalisation.
     """
     c, d = cos_sin_turn(turn)
     return turned_by(ux, uy, uz, mu, sine * c, sine * d)
@@ -80,9 +82,11 @@ def turned_by_angle(ux, uy, uz, mu, sine, turn):
 
 @device
 def sample_tabulated(rows, count, u):
-    """Cosine and sine by a density that is linear between the points of a table, for u in [0, 1); exact.
+    """Return cosine and sine by a pdf that is linear between the points of a table, for u in [0, 1).
 
-    rows: `count` rows of phase_tables.SEGMENT.  mu does not rise with u.
+    Exact.
+
+    rows: `count` rows of phase_tables.SEGMENT. mu does not increase with u.
     """
     start, width, share, r = choose_segment(rows, count, u)
     return sample_segment(start, width, share, r)
@@ -90,10 +94,10 @@ def sample_tabulated(rows, count, u):
 
 @device
 def choose_segment(rows, count, u):
-    """A segment of the table by its probability, and of u what is as good as new, in [0, 1].
+    """Return a segment of the table, chosen by its probability, and a fresh uniform in [0, 1] from u.
 
-    One gather of a cache line and no search: the alias method (Walker 1977).  count is a power of two, so that the place in
-    the row is exact.
+    One gather of a cache line and no search: the alias method (Walker 1977). count is a power of two, so the
+    place in the row is exact.
     """
     place = u * count
     k = int64(place)
@@ -106,10 +110,10 @@ def choose_segment(rows, count, u):
 
 @device
 def sample_segment(start, width, share, r):
-    """Cosine and sine within a segment where the density is linear, for r in [0, 1].
+    """Return cosine and sine within a segment of linear pdf, for r in [0, 1].
 
-    It reaches from 1 - |mu| = start on by |width|, before the scatterer or, where width < 0, behind it;  share: the density at
-    its start over the sum of those at both ends.
+    It extends from 1 - |mu| = start by |width|, forward or, for width < 0, backward. share: pdf at its start
+    over the sum of the pdfs at both ends.
     """
     other = 1.0 - share
     root = math.sqrt((1.0 - r) * (share * share) + r * (other * other))

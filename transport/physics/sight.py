@@ -1,4 +1,7 @@
-"""Where to look at a point from: on a line by 1/r^2, or anywhere by 1/(a b)^2."""
+"""Sampling for point detectors: places on a line by 1/r^2 or in space by 1/(a b)^2.
+
+Pdfs of phase functions.
+"""
 
 import math
 
@@ -11,13 +14,12 @@ LEAST = 1e-150  # least distance of a line and a point [scene lengths], whose sq
 
 @device
 def sample_equiangular(least, start, end, u):
-    """A place on a line, told from the foot of the perpendicular, of length `least`, from a point.
+    """Return a place on a line between `start` and `end`, uniform in the angle seen from a point.
 
-    Between `start` and `end`, uniform in the angle that it is seen under, for u in [0, 1].  Returns the
-    place and the angle over
-    `least`, which is one over (density times r^2), r^2 = least^2 + place^2.  The angle between both ends
-    comes from one arc tangent and the place from turning one end towards the other: nothing cancels, and a
-    line through the point has its limit.
+    u in [0, 1]. Places are measured from the foot of the perpendicular from the point, of length `least`.
+    Also returns the angle over `least`, which is one over (pdf times r^2), r^2 = least^2 + place^2. The angle
+    between both ends is computed by one arc tangent and the place by rotating one end towards the other:
+    nothing cancels, and a line through the point has its limit.
     """
     d = least if least > LEAST else LEAST
     turn = azimuth_turn(d * d + start * end, d * (end - start))
@@ -32,7 +34,7 @@ def sample_equiangular(least, start, end, u):
 
 @device
 def sample_equiangular_beyond(least, start, u):
-    """The same on a line without end, u in [0, 1): how far from its start, and the angle over `least`."""
+    """Return the same on a half line, u in [0, 1): distance from its start, and angle over `least`."""
     d = least if least > LEAST else LEAST
     turn = azimuth_turn(start, d)
     turn = turn if turn < 0.5 else 0.5
@@ -42,19 +44,18 @@ def sample_equiangular_beyond(least, start, u):
 
 @device
 def sine(turn):
-    """sin(2 pi turn) for turn in [0, 1/2], with all its digits near 0."""
+    """Return sin(2 pi turn) for turn in [0, 1/2], with all its digits near 0."""
     return sin_quarter(turn if turn < 0.25 else 0.5 - turn)
 
 
 @device
 def sample_detour(r, u, v):
-    """A detour to a point at the distance r: its density is r / (pi^3 a^2 b^2) for legs a and b.
+    """Return cosine, sine and length a of the first leg of a path by one scattering point to a point.
 
-    The angle at its start has a density as its supplement; of that the angle at the point is a uniform
-    share, u and v
-    in [0, 1) (Kalos 1963; Steinberg and Kalos 1971).  Returns cosine and sine of the first, and a, by the
-    law of
-    sines.
+    r: distance of that point from the start. The pdf of the scattering point is r / (pi^3 a^2 b^2) for legs a
+    and b. The angle at the start has a pdf in proportion to its supplement; the angle at the point is a
+    uniform share of that supplement, u and v in [0, 1) (Kalos 1963; Steinberg and Kalos 1971). a follows by
+    the law of sines.
     """
     root = math.sqrt(1.0 - u)
     turn, other = 0.5 * u / (1.0 + root), 0.5 * root
@@ -63,7 +64,10 @@ def sample_detour(r, u, v):
 
 @device
 def henyey_greenstein_density(g, mu):
-    """Density [sr^-1] of Henyey and Greenstein (1941); the chord without cancellation on either side."""
+    """Return the pdf [sr^-1] of Henyey and Greenstein (1941).
+
+    The chord without cancellation on either side.
+    """
     a = abs(g)
     chord = (1.0 - a) * (1.0 - a) + 2.0 * a * (1.0 - (mu if g > 0.0 else -mu))
     return 0.07957747154594767 * (1.0 - a) * (1.0 + a) / (chord * math.sqrt(chord))
@@ -71,5 +75,5 @@ def henyey_greenstein_density(g, mu):
 
 @device
 def rayleigh_density(mu):
-    """Density [sr^-1] of Rayleigh's phase function, 3/(16 pi) (1 + mu^2)."""
+    """Return the pdf [sr^-1] of Rayleigh's phase function, 3/(16 pi) (1 + mu^2)."""
     return 0.05968310365946075 * (1.0 + mu * mu)

@@ -1,13 +1,15 @@
-"""Owen-scrambled Sobol points as a pure function of (seed, batch, history, event, purpose): twins of the random words.
+"""Owen-scrambled Sobol points as a function of (seed, batch, history, event, purpose).
 
-The points of a batch are a net: each uniform of a birth is one dimension, and all boxes of equal volume hold equally many
-of the 2^m points.  Sobol (1967); directions by Joe and Kuo (2008), "Constructing Sobol sequences with better
-two-dimensional projections", SIAM J. Sci. Comput. 30, 2635 (new-joe-kuo-6).  Each digit is flipped by a hash of the digits
-before it (nested uniform scrambling, Owen 1995), after Laine and Karras (2011) and Burley (2020), "Practical hash-based Owen
-scrambling", JCGT 9 (4).  The keys come from Philox: every batch, purpose and event has its own scrambling, so batches are
-independent replicates.
+They are twins of the random words of streams.py. The points of a batch are a net: each uniform of a birth is
+one dimension, and all boxes of equal volume hold equally many of the 2^m points. Sobol (1967); directions by
+Joe and Kuo (2008), "Constructing Sobol sequences with better two-dimensional projections", SIAM J. Sci.
+Comput. 30, 2635 (new-joe-kuo-6). Each digit is flipped by a hash of the digits before it (nested uniform
+scrambling, Owen 1995), after Laine and Karras (2011) and Burley (2020), "Practical hash-based Owen
+scrambling", JCGT 9 (4). The keys come from Philox: every batch, purpose and event has its own scrambling, so
+batches are independent replicates.
 
-Digits are kept in reverse order, the first one lowest: a multiplication then carries only from earlier digits to later ones.
+Digits are kept in reverse order, the first one lowest: a multiplication then carries only from earlier digits
+to later ones.
 """
 
 import numpy as np
@@ -30,7 +32,7 @@ from transport.physics.streams import (
     random_words,
 )
 
-# Of dimensions 2, 3, ...: the degree of a primitive polynomial, its inner coefficients as bits, the initial numbers.
+# Dimensions 2, 3, ...: degree of a primitive polynomial, its inner coefficients as bits, initial numbers.
 JOE_KUO = (
     (1, 0, (1,)),
     (2, 1, (1, 3)),
@@ -55,7 +57,10 @@ NOT_JOINT = -1
 
 
 def direction_numbers(dimension: int) -> list[int]:
-    """The direction numbers of a dimension (0, 1, ...), 32 bits each, the first digit highest (Bratley and Fox 1988)."""
+    """Return the 32 direction numbers of a dimension (0, 1, ...), first digit highest.
+
+    Method of Bratley and Fox (1988).
+    """
     if dimension == 0:
         return [1 << (DIGITS - 1 - bit) for bit in range(DIGITS)]
     degree, inner, first = JOE_KUO[dimension - 1]
@@ -69,7 +74,7 @@ def direction_numbers(dimension: int) -> list[int]:
 
 
 def _pair(first: int) -> list[int]:
-    """The direction numbers of two dimensions in one word, digits in reverse order."""
+    """Return the direction numbers of two dimensions in one word each, digits in reverse order."""
     one, other = (
         [int(f"{number:032b}"[::-1], 2) for number in direction_numbers(first + k)] for k in range(2)
     )
@@ -78,16 +83,18 @@ def _pair(first: int) -> list[int]:
 
 PAIRS = np.array([_pair(2 * pair) for pair in range(9)], np.uint64)
 ZERO, ONE, EIGHT = uint64(0), uint64(1), uint64(8)
-PURPOSE = uint64(
-    0xFF
-)  # bits of a purpose; those above tell blocks apart whose number is not known beforehand
+# Bits of a purpose; higher bits number the blocks where their count is not known beforehand.
+PURPOSE = uint64(0xFF)
 MIX_0, MIX_1, MIX_2 = uint64(0x3D20ADEA), uint64(0x05526C56), uint64(0x53A22864)  # Vegdahl (2021)
 KEY_ROUNDS = 5
 
 
 @device
 def pair_of(event, purpose):
-    """Which two dimensions a block of a birth takes: those that matter most come first; NOT_JOINT for a block of its own."""
+    """Return the pair of dimensions of a block at birth, most important first.
+
+    NOT_JOINT for a net of its own.
+    """
     pair = NOT_JOINT
     if event == 0:
         pair = 0 if purpose == POSITION else pair
@@ -105,7 +112,7 @@ def pair_of(event, purpose):
 
 @device
 def pair_digits(index, pair):
-    """Reversed digits of the two dimensions of a pair, the first one's in the lower half."""
+    """Return the reversed digits of the two dimensions of a pair, the first one in the lower half."""
     digits = ZERO
     for bit in range(DIGITS):
         digits ^= PAIRS[pair, bit] if (index >> uint64(bit)) & ONE != ZERO else ZERO
@@ -114,7 +121,10 @@ def pair_digits(index, pair):
 
 @device
 def second_digits(index):
-    """Reversed digits of the second dimension: of the first one's, as a polynomial over GF(2), t becomes 1 + t."""
+    """Return the reversed digits of the second dimension, from those of the first.
+
+    As polynomials over GF(2): t becomes 1 + t.
+    """
     digits = index ^ ((index >> uint64(16)) & uint64(0x0000FFFF))
     digits ^= (digits >> uint64(8)) & uint64(0x00FF00FF)
     digits ^= (digits >> uint64(4)) & uint64(0x0F0F0F0F)
@@ -124,7 +134,7 @@ def second_digits(index):
 
 @device
 def scrambled(digits, key):
-    """Reversed digits, each flipped by a hash of those before it."""
+    """Return reversed digits, each flipped by a hash of those before it (Owen scrambling)."""
     digits ^= (digits * MIX_0) & LOW32
     digits = (digits + key) & LOW32
     digits = (digits * ((key >> uint64(16)) | ONE)) & LOW32
@@ -134,7 +144,7 @@ def scrambled(digits, key):
 
 @device
 def later_digits(word, key):
-    """32 digits more: a scrambling of points that are told apart by the digits before makes of these random ones."""
+    """Return 32 more digits, which scrambling makes random for points that earlier digits distinguish."""
     mixed = (word ^ key) * uint64(0x9E3779B1)
     mixed = ((mixed >> HALF) ^ (mixed & LOW32)) * uint64(0x85EBCA6B)
     return (mixed >> HALF) ^ (mixed & LOW32)
@@ -142,7 +152,7 @@ def later_digits(word, key):
 
 @device
 def two_numbers(one, other, key_one, key_other):
-    """Four words: scrambled digits of one dimension and later ones, the same of another."""
+    """Return four words: scrambled and later digits of one dimension, the same of another."""
     both = reversed_bits(scrambled(one, key_one) | (scrambled(other, key_other) << HALF))
     first, second = both >> HALF, both & LOW32
     return first, later_digits(first, key_other), second, later_digits(second, key_one)
@@ -150,10 +160,11 @@ def two_numbers(one, other, key_one, key_other):
 
 @device
 def parted(index, key):
-    """Index in another order among 256, by a linear map that makes neighbours of points which lie any way apart.
+    """Return the index in another order within each 256: a linear map that makes distant points neighbours.
 
-    A nested shuffle alone leaves neighbours side by side: they lie in opposite halves of every block's numbers, and
-    products of numbers of two blocks have up to twice the variance of independent draws (with this, 1.0 of it).
+    A nested shuffle alone leaves neighbours side by side: they lie in opposite halves of every block's
+    numbers, and products of numbers of two blocks have up to twice the variance of independent draws (with
+    this map, 1.0 of it).
     """
     index = (
         (index >> EIGHT << EIGHT) | ((index & uint64(15)) << uint64(4)) | ((index >> uint64(4)) & uint64(15))
@@ -165,7 +176,7 @@ def parted(index, key):
 
 @device
 def own_net(history, key, key_0, key_1, key_2):
-    """Four words of a block by itself: three dimensions as first, third and fourth word, of a shuffled index."""
+    """Return four words of an independent net: three dimensions (words 0, 2, 3) of a shuffled index."""
     index = parted(uint64(history), key_2)
     index = reversed_bits(scrambled(reversed_bits(index << HALF), key)) >> HALF
     w0, w1, w2, _ = two_numbers(index, second_digits(index), key_0, key_1)
@@ -175,7 +186,7 @@ def own_net(history, key, key_0, key_1, key_2):
 
 @device
 def sobol_words(history, batch, event, purpose, seed_low, seed_high):
-    """Of a birth: two dimensions of the history's point."""
+    """Return the words of a block at birth: two dimensions of the history's Sobol point."""
     key_0, key_1, key_2, key_3 = random_words(0, batch, event, purpose, seed_low, seed_high)
     pair = pair_of(event, purpose)
     if pair == NOT_JOINT:
@@ -187,16 +198,16 @@ def sobol_words(history, batch, event, purpose, seed_low, seed_high):
 
 @device
 def stratified_words(history, batch, event, purpose, seed_low, seed_high):
-    """Of a birth: a point of a net that knows nothing of the other blocks."""
+    """Return the words of a block at birth: a point of a net independent of the other blocks."""
     key_0, key_1, key_2, key_3 = random_words(0, batch, event, purpose, seed_low, seed_high)
     return own_net(history, key_0, key_1, key_2, key_3)
 
 
 @device
 def net_event_words(history, batch, event, purpose, seed_low, seed_high):
-    """Of an event on the way: among the histories of a batch that come to this event, a net of its own.
+    """Return the words of a later event: a net among the histories of a batch that reach it.
 
-    Of a copy (engine/bank.py) one more: numbered by a hash, it is a single point of it, and random.
+    A copy (engine/bank.py) is numbered by a hash, so it is a single random point of one more net.
     """
     word = (uint64(purpose) >> EIGHT << EIGHT) ^ ((uint64(history) >> uint64(24)) & UPPER24)
     base_0, base_1, base_2, base_3 = random_words(0, batch, 0, uint64(purpose) & PURPOSE, seed_low, seed_high)

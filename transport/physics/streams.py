@@ -1,8 +1,9 @@
 """Random numbers as a pure function of (seed, batch, history, event, purpose): Philox4x32-10.
 
-The seed is the 64-bit key; history, batch, event and purpose are the four words of the 128-bit counter.  No two draws
-of any run share a counter, so streams cannot overlap, by construction.  Salmon, Moraes, Dror, Shaw (2011), "Parallel
-random numbers: as easy as 1, 2, 3"; known answers from their Random123 distribution are a test.
+The seed is the 64-bit key; history, batch, event and purpose are the four words of the 128-bit counter. No
+two draws of any run share a counter, so streams cannot overlap, by construction. Salmon, Moraes, Dror, Shaw
+(2011), "Parallel random numbers: as easy as 1, 2, 3"; known answers of their Random123 distribution are a
+test.
 """
 
 from numba import float64, int64, uint64
@@ -10,11 +11,11 @@ from numba import float64, int64, uint64
 from transport.physics.bits import float_of
 from transport.physics.device import device
 
-# Purposes: the fourth word of the counter.
+# Purposes: the fourth word of the counter, one per kind of draw.
 EVENT, POSITION, DIRECTION, DEPTH, CLOCK, AIM, SHARES, SPEED, WALL, PATH, VOXELS, SHADOW, WEIGH, AGAIN = (
     range(14)
 )
-EXPECT = 14  # of points on detectors; the detector's number in the upper bits of the event
+EXPECT = 14  # points on detectors; the upper bits of the event hold the detector's number
 
 LOW32 = uint64(0xFFFFFFFF)
 HALF = uint64(32)
@@ -26,13 +27,13 @@ WEYL_0, WEYL_1 = uint64(0x9E3779B9), uint64(0xBB67AE85)
 
 @device
 def philox(c0, c1, c2, c3, key0, key1):
-    """Four random 32-bit words, held in uint64, for a counter and a key of 32-bit words held in uint64."""
+    """Return four random 32-bit words (in uint64) for a counter and a key of 32-bit words (in uint64)."""
     return philox_rounds(c0, c1, c2, c3, key0, key1, 10)
 
 
 @device
 def philox_rounds(c0, c1, c2, c3, key0, key1, rounds):
-    """The same with fewer rounds, where a hash will do."""
+    """Return the same after fewer rounds, where a hash suffices."""
     for _ in range(rounds):
         p0 = MULTIPLIER_0 * c0
         p1 = MULTIPLIER_1 * c2
@@ -44,7 +45,7 @@ def philox_rounds(c0, c1, c2, c3, key0, key1, rounds):
 
 @device
 def random_words(history, batch, event, purpose, seed_low, seed_high):
-    """The block of four 32-bit words that serves all draws of one event of one history."""
+    """Return the block of four 32-bit words for all draws of one event of one history."""
     return philox(
         uint64(history), uint64(batch), uint64(event), uint64(purpose), uint64(seed_low), uint64(seed_high)
     )
@@ -52,7 +53,10 @@ def random_words(history, batch, event, purpose, seed_low, seed_high):
 
 @device
 def event_words(history, batch, event, purpose, seed_low, seed_high):
-    """The same for what may be a copy: the upper 24 of the 56 bits of its number (engine/bank.py) go beside the purpose."""
+    """Return the same for a history that may be a copy.
+
+    The upper 24 of the 56 bits of its number (engine/bank.py) are combined with the purpose.
+    """
     upper = (uint64(history) >> uint64(24)) & UPPER24
     return philox(
         uint64(history) & LOW32,
@@ -66,12 +70,12 @@ def event_words(history, batch, event, purpose, seed_low, seed_high):
 
 @device
 def uniform(high, low):
-    """Uniform in [0, 1) with 52 random bits."""
+    """Return a uniform in [0, 1) with 52 random bits, from two 32-bit words."""
     bits = (high << HALF) | low
     return float_of(int64((bits >> uint64(12)) | EXPONENT_OF_ONE)) - 1.0
 
 
 @device
 def short_uniform(word):
-    """Uniform in (0, 1) from one 32-bit word: the middles of 2^32 equal cells, so that 0 and 1 never occur."""
+    """Return a uniform in (0, 1) from one 32-bit word: a middle of 2^32 equal cells, so never 0 or 1."""
     return (float64(int64(word)) + 0.5) * 2.3283064365386963e-10

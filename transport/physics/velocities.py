@@ -1,4 +1,4 @@
-"""Velocities: normal components, and speed and direction of what components make."""
+"""Velocities: normal components, and speed and direction from components."""
 
 import math
 
@@ -8,7 +8,7 @@ from transport.physics.elementary import cos_sin_turn, log_positive
 
 @device
 def sample_normal_pair(u, turn):
-    """Two independent standard normal numbers from two uniform ones (Box, Muller 1958)."""
+    """Return two independent standard normal numbers from two uniforms (Box, Muller 1958)."""
     r = math.sqrt(-2.0 * log_positive(1.0 - u))
     c, s = cos_sin_turn(turn)
     return r * c, r * s
@@ -16,9 +16,9 @@ def sample_normal_pair(u, turn):
 
 @device
 def speed_and_direction(vx, vy, vz, ux, uy, uz):
-    """The size of a velocity and its unit direction, which is u for what is at rest.
+    """Return the magnitude of a velocity and its unit direction; at rest the direction is u.
 
-    In units of its largest component, so that squares of very slow or fast ones stay in range.
+    Computed in units of its largest component, so that squares of very slow or fast velocities stay in range.
     """
     largest = max(abs(vx), max(abs(vy), abs(vz)))
     moves = largest > 0.0
@@ -36,5 +36,5 @@ def speed_and_direction(vx, vy, vz, ux, uy, uz):
 
 @device
 def state_at(x, y, z, ux, uy, uz, way, speed):
-    """Place and velocity of free flight after a way along its direction."""
+    """Return position and velocity after a free flight of length `way` along the direction."""
     return x + way * ux, y + way * uy, z + way * uz, speed * ux, speed * uy, speed * uz
