@@ -1,4 +1,4 @@
-"""Meshes in scene lengths: vertices, facets and normals, made once for each mesh of a plan."""
+"""Meshes in scene lengths: vertices, facets and normals, made once per mesh of a plan."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 @dataclass
 class MeshTable:
-    """A mesh as arrays; the engine puts its facets in order, and adds the nodes of a hierarchy and the shares of area."""
+    """A mesh as arrays; the engine sorts its facets, and adds a hierarchy and cumulative areas."""
 
-    vertices: np.ndarray  # (n, 3)
+    vertices: np.ndarray  # (n, 3) [scene lengths]
     faces: np.ndarray  # (m, 3) int32
     normals: np.ndarray  # (m, 3)
     areas: np.ndarray  # (m,) [m^2]
     center: np.ndarray  # of its bounds
-    rows: list[np.ndarray] = field(default_factory=list)  # that point to all these
+    rows: list[np.ndarray] = field(default_factory=list)  # rows that point to these arrays
     nodes: np.ndarray | None = None
     shares: np.ndarray | None = None
 
     def point(self) -> None:
-        """Tell the rows where the arrays are."""
+        """Write the addresses and lengths of the arrays into the rows."""
         for row in self.rows:
             for name in ("vertices", "faces", "normals", "nodes", "shares"):
                 if name in row.dtype.names and getattr(self, name) is not None:
@@ -40,7 +40,7 @@ class MeshTable:
 
 
 def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:
-    """The table of a mesh, made when first asked for."""
+    """Return the table of a mesh, made at the first call."""
     if mesh not in plan.meshes:
         vertices = (mesh.vertices - np.array(plan.space.origin)) / plan.space.size
         center = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
@@ -49,13 +49,13 @@ def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:
 
 
 def mesh_row(plan: Plan, mesh: Mesh) -> np.ndarray:
-    """A row by which rays meet the mesh."""
+    """Return a row by which rays are intersected with the mesh."""
     table = mesh_table(plan, mesh)
     return _pointing(table, layout.row(layout.MESH, **layout.center_columns(tuple(table.center))))
 
 
 def areas_row(plan: Plan, mesh: Mesh, side: float) -> np.ndarray:
-    """A row by which places on the mesh are drawn."""
+    """Return a row by which places on the mesh are sampled."""
     return _pointing(mesh_table(plan, mesh), layout.row(layout.AREAS, side=side))
 
 
