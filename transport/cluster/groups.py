@@ -53,8 +53,7 @@ class Groups:
         """Take batches as (number, particles).
 
         seconds: target time per group, where threads are few; ahead: bytes of sums that may be finished or in
-        progress before their turn;
-        turn: number of the batch that the run waits for.
+        progress before their turn; turn: number of the batch that the run waits for.
         """
         self.waiting = deque(batches)
         # heap of groups to send again, lowest numbers first, as the run waits for these

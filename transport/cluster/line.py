@@ -304,7 +304,8 @@ class Line:
                 self.run,
                 group,
                 *self.arguments,
-                key=(self.name, self.sent),  # a new key each time, as Dask never computes a lost key again
+                # a new key each time, so that a lost key is never requested again
+                key=(self.name, self.sent),
                 pure=False,
                 workers=None if allowed is None else list(allowed),
             )

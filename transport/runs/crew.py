@@ -23,8 +23,7 @@ class InOrder:
     """Reorder batches: they arrive as they finish, and are yielded by number, each once.
 
     done: particles and seconds per finished batch of the present leg; origins: provenance of the batches,
-    where not this process;
-    threads: number of threads of this process.
+    where not this process; threads: number of threads of this process.
     """
 
     threads = 0

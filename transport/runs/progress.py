@@ -160,8 +160,7 @@ def progress_on(wanted: bool | str | Progress | None) -> Iterator[Progress]:
     """Yield the receiver of a run's progress.
 
     wanted: None for a bar where standard error is a terminal, True for a bar, False for nothing, "lines" for
-    lines where standard error is no terminal;
-    a Progress for itself. Raise SceneError for any other value.
+    lines where standard error is no terminal; a Progress for itself. Raise SceneError for any other value.
     """
     if isinstance(wanted, Progress):
         yield wanted

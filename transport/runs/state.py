@@ -20,10 +20,9 @@ class State:
     """State of a run between two of its batches.
 
     kind: class name of its schedule, whose attributes are `remembered`; leg, done: the present leg, and its
-    number of batches taken;
-    next: number of the next batch; ahead: batches finished before their turn; particles, crossings,
-    collisions: totals, including rounds that a later one has replaced; seconds: wall time; origins:
-    provenance of the batches, empty where this process alone computed them.
+    number of batches taken; next: number of the next batch; ahead: batches finished before their turn;
+    particles, crossings, collisions: totals, including rounds that a later one has replaced; seconds: wall
+    time; origins: provenance of the batches, empty where this process alone computed them.
     """
 
     limits: Limits
