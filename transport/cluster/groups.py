@@ -70,11 +70,13 @@ class Groups:
 
     def take(self, threads: int) -> Group:
         """Return the next group for one of so many threads."""
+        # Try suspects first, then lost groups, as the run waits for these.
         if self._may_try_a_suspect():
             self.suspect = heapq.heappop(self.suspects)
             return self.suspect
         if self.lost:
             return heapq.heappop(self.lost)
+        # Fill a new group up to its time.
         group, seconds = [self.waiting.popleft()], self._seconds(threads)
         expected = group[0][1] * self.pace.seconds
         while self.waiting and len(group) < self.pace.most:

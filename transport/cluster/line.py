@@ -295,6 +295,7 @@ class Line:
 
     def _hand_out(self, client) -> None:
         """Send groups until each thread has DEPTH of them."""
+        # Restrict groups to usable workers, where there are others.
         allowed = None if self.there.keys() <= self.told else frozenset(self.there.keys() & self.told)
         while self.groups and len(self.out) < DEPTH * self.threads and allowed != frozenset():
             group = self.groups.take(self.threads)

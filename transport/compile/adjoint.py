@@ -234,6 +234,7 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
             return columns | _even(plan, sensor.edges()), (None, "look_evenly", None)
         case PointDetector():
             return columns, (None, None, None)
+    # Sample places within position bins, and directions within direction bins, where the detector has any.
     place, look, weigh = None, None, None
     columns |= layout.frame_columns(shape.frame)
     if emitter.source.is_back:

@@ -67,6 +67,7 @@ def ring_contact(hit: Shape, other: Shape, is_inside: bool, tolerance: float) ->
     base = turned[0]
     guest = other if base is hit else hit
     tolerance = max(tolerance, ROUNDINGS * rounding_of(hit, other))
+    # Find the rings in which the profiles cross.
     if isinstance(guest, FlatShape) and _is_square_to(base, guest, tolerance):
         found = _in_plane(base, guest, tolerance)
     elif isinstance(guest, Revolved) and _is_about(base, guest, tolerance):

@@ -36,8 +36,10 @@ def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
         return
     low, high = (np.array([member.shape.bounds[side] for member in members]) for side in (0, 1))
     places = np.array([(*member.shape.middle, *member.shape.middle) for member in members])
+    # Derive the tolerance from the largest finite coordinate.
     finite = np.where(np.isfinite([*low.T, *high.T]).T, np.hstack((low, high)), places)
     tolerance = 64 * ROUNDING * (np.abs(finite[:, :3]).max() + np.abs(finite[:, 3:]).max())
+    # Compare members with overlapping bounding boxes only.
     for hit, member in enumerate(members):
         near = ((low <= high[hit] + tolerance) & (high >= low[hit] - tolerance)).all(axis=1)
         for other in np.flatnonzero(near):

@@ -316,6 +316,7 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
     if isinstance(aim, FlatShape):
         gap = max(gap, least_height(shape, aim) / space.size)
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
+    # Sample near targets from a mixture of the target's density and the source's own law.
     far = weight < CLOSE
     weight = _seen(source, weight if far else CLOSE)
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}

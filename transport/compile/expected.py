@@ -99,12 +99,14 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
     scene = plan.scene
     specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
     numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
+    # Find the specular surfaces by sheet.
     found = {
         number: numbers[id(member.surface)]
         for number, sheet in enumerate(sheets, start=1)
         for member in sheet.members
         if member.surface is not None and numbers[id(member.surface)] in specular
     }
+    # Place a sphere around each expected detector, and reserve its cells.
     for each in plan.expectations if found else ():
         shape = scene.shape_of(each.detector)
         apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)

@@ -72,6 +72,7 @@ def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
     elif detector.is_back:  # Seen from behind, e_u changes sign, which keeps the frame right-handed.
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
+    # Lay out the axes in memory, the cosine fastest.
     counts = bin_counts(detector, scene_shape, plan.scene.duration)
     values |= _block_axes(plan, detector, counts) | _filters(plan, detector)
     strides = dict(

@@ -192,6 +192,7 @@ def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarr
 
     None where it lies on a boundary whose normal is not known here.
     """
+    # Probe the bodies around the point in 64 directions.
     ways = AROUND / np.linalg.norm(AROUND, axis=1)[:, None]
     bits = body_bits_around(plan.scene, np.tile(position, (len(ways), 1)), ways)
     inside, rows = int(np.bitwise_or.reduce(bits)), []

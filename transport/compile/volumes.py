@@ -61,6 +61,7 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
     """Return a volume detector's Volume, and reserve its rows."""
     shape, size = plan.scene.shape_of(detector), plan.space.size
     _check_media(plan, detector, shape)
+    # Reserve rows: per cell its direction bins, then one per cell for absorbed weight.
     cells = detector.volumes(shape).size
     absorbs, first = bool(plan.absorbing_media), plan.rows
     values = layout.center_columns(plan.space.place(shape.center)) | _cells(plan, detector, shape)

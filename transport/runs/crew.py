@@ -115,6 +115,7 @@ class Crew(InOrder):
         bundle["stop"], bundle["started"] = 0, 0
         parcel, handed = {}, time.perf_counter()
         try:
+            # Compute batches until none is left, and hand them over in parcels.
             while not self.is_over:
                 with self.lock:
                     number, size = next(self.tasks, (None, 0))

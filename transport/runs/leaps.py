@@ -58,8 +58,10 @@ def trend_of(looks: list[Look], name: str) -> Trend | None:
         return None
     x, y = np.transpose(points)
     spread = float(((x - x.mean()) ** 2).sum())
+    # Fit the slope within its bounds; two points are too few for one.
     slope = float(((x - x.mean()) * y).sum() / spread) if len(points) > 2 else FLATTEST
     slope = min(max(slope, STEEPEST), FLATTEST)
+    # Take the scatter about the line as noise, but no less than that of an error estimate.
     off = y - y.mean() - slope * (x - x.mean())
     unlike = math.sqrt(float((off**2).sum()) / max(1, len(points) - 2))
     noise = max(unlike, 1 / math.sqrt(2 * (looks[-1].batches - 1)))

@@ -73,6 +73,7 @@ def need_of(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> Nee
     batches = max(0, _most_kept(schedule, saved) - saved)
     records = _records(plan, schedule.count)
     whole, kept = (of(plan, records) for of in (bytes_in_all, bytes_in_memory))
+    # Count all sums as memory where their file would not fit on the disk.
     if bytes_free() < batches * (whole - kept):
         kept = whole
     counting = _counting(plan, schedule.count) + kept  # kept: the thread's batch while it is packed

@@ -127,6 +127,7 @@ class Run:
             self._next_leg()
         if not self.leg:
             return False
+        # Take batches in order. Between them save the run, check Ctrl-C and the time, and show the progress.
         self.size = self.leg[0][0]
         with closing(self.crew.work(sizes_of(self.leg, self.done))) as batches:
             for batch in batches:
@@ -141,6 +142,7 @@ class Run:
                     self._show()
                     if self.shown - begun > SHORT:
                         self._tell_idle()
+        # Finish the leg, and time it for the forecast.
         self.schedule.end_leg()
         self.leg = []
         self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
@@ -238,7 +240,7 @@ class Run:
         if not rate > 0:
             return said
         takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
-        said += f"; a batch takes about {duration_text(takes)}, {self.threads} at a time"
+        said += f"; one takes about {duration_text(takes)}, and {self.threads} run at a time"
         if not self.limits.batches < wanted or takes < 2 * SHORT:
             return said
         return f"{said}; pass batches={min(wanted, MOST_BATCHES)} for shorter ones"
@@ -253,9 +255,11 @@ class Run:
         self.looks.append(look)
         if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
             return not self._may_settle(look, look.doubted.unseen)
+        # End where a single number has a finding that the other limits leave no room to resolve.
         of_numbers = look.unseen_of_numbers
         if not look.is_blind and of_numbers > 1 and not self._may_settle(look, of_numbers):
             return True
+        # Forecast the rest of the run, and keep the first clear forecast.
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
         self.outlook.plan(self._elapsed, self.particles, *to_come)
         is_clear = self.outlook.is_clear(look) and self.schedule.is_foreseen(self.looks)
@@ -302,6 +306,7 @@ class Run:
         is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
         told = doubted if is_in_doubt else worst
         ratio = told.relative / told.target
+        # Name the quantity furthest from its target, or the one with a finding, and the reason.
         why = []
         if ratio > 1:
             times = f"at {times_text(ratio)} times the requested error"

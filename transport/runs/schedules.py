@@ -263,8 +263,8 @@ class Planned(Schedule):
 class Rounds(Schedule):
     """For an `error` or `seconds` in quasi-random sampling: rounds of ever larger batches.
 
-    The last round alone is the result, because its error falls faster than the merged rounds' error would.
-    Once batches cannot grow any more, their number grows.
+    The last round alone is the result: earlier rounds are less accurate than their number of particles
+    suggests, and would only make it worse. Once batches cannot grow any more, their number grows.
     """
 
     remembered = ("issued", "size", "adds")

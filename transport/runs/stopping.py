@@ -132,10 +132,12 @@ def standing_of(name: str, quantity: Quantity, target: float) -> Standing:
         return Standing(
             name, target, 0.0 if is_constant and np.any(quantity.value) else math.inf, 0.0, allowed
         )
+    # Find the bin furthest from its target, by error or by skewness.
     skewness = np.zeros(relative.shape)
     for run, deviations in replicates.deviations.items():
         skewness = np.fmax(skewness, np.abs(np.atleast_1d(skewness_of_mean(deviations, run.sizes))))
     worst = np.argmax(np.where(known, np.fmax(relative / target, skewness / allowed), -1.0))
+    # Add how many particles the findings about the sum require.
     whole = quantity._whole
     doubts = times_needed(whole._raw_findings, whole.value, whole.error, target)
     furthest = float(relative.flat[worst]), float(skewness.flat[worst])
