@@ -278,7 +278,7 @@ def _flights_share(shape: Shape, peak: float, gap: float) -> float:
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
     """Refuse detectors too small for rounding to resolve their points, or for their scores to be held."""
     if not bound > FAINTEST:
-        refuse(detector, f"must fill more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+        refuse(detector, f"must subtend more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
     if shape.extent / plan.space.size < SMALLEST * sum(map(abs, plan.space.place(shape.middle))):
         must = f"must be larger than {SMALLEST:g} times its distance from the smallest shape of the scene"
         refuse(detector, f"{must}, got {shown(shape)}; run it in a scene of its own")
