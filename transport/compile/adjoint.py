@@ -165,7 +165,7 @@ def _emitter(
 
 
 def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
-    """Place the sums by cell behind all other rows, and point the detectors to them."""
+    """Place the sums by cell after all other rows, and point the detectors to them."""
     plan.bases["cells"] = first = plan.rows
     plan.cell_rows = (1 + len(lamps) * (2 if plan.expectations else 1)) * cells
     plan.axes.add("cell")

@@ -1,7 +1,7 @@
 """Rows of expected crossings: shapes of detectors, densities of events that send shadow rays, shares.
 
-Sums of expected crossings lie behind those of the particles' own crossings. They are scaled so that the
-largest score is about 1: a detector that fills 1e-20 of all directions keeps all digits.
+Sums of expected crossings follow those of the particles' own crossings. They are scaled so that the largest
+score is about 1: a detector that fills 1e-20 of all directions keeps all digits.
 """
 
 from __future__ import annotations

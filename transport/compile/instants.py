@@ -13,7 +13,7 @@ from transport.vectors import Vector
 
 
 def fill_phase_spaces(plan: Plan) -> None:
-    """Fill a row per time of each PhaseSpace; its sums and moments lie behind the detectors'."""
+    """Fill a row per time of each PhaseSpace; its sums and moments follow the detectors'."""
     for phase_space in plan.scene.phase_spaces:
         plan.bases[phase_space.name] = plan.rows
         if phase_space.moments:

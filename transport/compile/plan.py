@@ -55,9 +55,9 @@ class Plan:
     long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
     ways_room: int = 0  # number of paths to record for a picture; 0: none
     volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
-    volume_rows: int = 0  # rows of their sums, behind those of phase spaces
+    volume_rows: int = 0  # rows of their sums, after those of phase spaces
     points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
-    point_rows: int = 0  # rows of their sums, behind those of volumes
+    point_rows: int = 0  # rows of their sums, after those of volumes
     # One compile.expected.Expectation per detector that events send shadow rays to.
     expectations: list = field(default_factory=list)
     # One compile.expected.Guard per such detector that specular surfaces may send light to.
@@ -72,7 +72,7 @@ class Plan:
     size_blocks: dict[tuple[str, int], list[int]] = field(default_factory=dict)
     size_cells: int = 0
     turned: object = None  # a compile.adjoint.Turned in the plan of an adjoint scene
-    cell_rows: int = 0  # rows of sums by cell of birth, behind all others
+    cell_rows: int = 0  # rows of sums by cell of birth, after all others
     has_media: bool = False
     bodies: tuple = ()  # of the scene, innermost first
     distinct_media: tuple = ()
@@ -174,7 +174,7 @@ class Plan:
 
     @property
     def media_rows(self) -> int:
-        """Return the number of ledger rows for absorption in media, behind those of surfaces."""
+        """Return the number of ledger rows for absorption in media, after those of surfaces."""
         return len(self.media) if self.has_media else 0
 
     @property

@@ -55,7 +55,7 @@ class PointPlan:
 
 
 def fill_points(plan: Plan) -> None:
-    """Fill a row per PointDetector; its sums lie behind those of the volumes."""
+    """Fill a row per PointDetector; its sums follow those of the volumes."""
     if len(plan.scene.points) > MOST_POINTS:
         raise SceneError(f"Scene: at most {MOST_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):

@@ -1,8 +1,8 @@
 """Histograms of scores by size, where scores can differ in size (engine/sizes.py).
 
-Scores of particles born at equal weight, which walls reduce to one half at least, need no histogram: their
-number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores make sizes
-differ.
+Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
+their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores make
+sizes differ.
 
 Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
 run. There one batch in EVERY is counted, as long as only media make weights differ. Rare heavy scores in the

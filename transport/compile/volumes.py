@@ -46,10 +46,9 @@ class Volume:
 
 
 def fill_volumes(plan: Plan) -> None:
-    """Fill a row per VolumeDetector; its sums lie behind those of phase spaces.
+    """Fill a row per VolumeDetector; its sums follow those of phase spaces.
 
-    Per cell: one row outside all direction bins, then the bins. Behind all cells: the absorbed weight by
-    cell.
+    Per cell: one row outside all direction bins, then the bins. After all cells: the absorbed weight by cell.
     """
     for detector in plan.scene.volumes:
         volume = _volume(plan, detector)
