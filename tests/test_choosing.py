@@ -374,7 +374,7 @@ def test_parts_of_a_run_never_choose_apart():
     assert part.choice is None and part.plan.method == ANALOG
     with pytest.raises(tp.SceneError, match=r"estimator 'auto' does not go with part=\(1, 2\).*name one"):
         tp.simulate(scene(), particles=6400, part=(1, 2), estimator="auto")
-    with pytest.raises(tp.SceneError, match="leave out error and seconds"):
+    with pytest.raises(tp.SceneError, match="omit error and seconds"):
         tp.simulate(scene(), seconds=1, part=(1, 2))
 
 

@@ -100,8 +100,8 @@ def test_each_case_has_a_file_of_its_own(call, tmp_path):
 def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
     for options, said in (
         (("--part", "3"), "--part must be like 2/8"),
-        (("--part", "0/8"), "says k + 1: part=(1, 8)"),
-        (("--part", "1/64"), "say batches=64 or more, the same in every part"),
+        (("--part", "0/8"), "parts count from 1: part=(1, 8)"),
+        (("--part", "1/64"), "pass batches=64 or more, the same in every part"),
         (("--save", "run.txt"), "ends in .nc or .npz"),
         (("--checkpoint", "none/run.nc"), "make none first"),
         (("--every", "5"), "say --checkpoint FILE as well"),

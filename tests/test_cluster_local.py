@@ -68,7 +68,7 @@ def test_a_run_ends_with_what_it_has_when_its_workers_are_killed(monkeypatch):
     assert not result.is_complete and 0 < result.particles < MANY["particles"]
     (warning,) = (warning for warning in result.warnings if "local workers" in warning)
     assert "all 2 local workers have ended (killed by SIGKILL)" in warning
-    assert "pass a smaller threads=, or leave out cluster='local'" in warning
+    assert "pass a smaller threads=, or omit cluster='local'" in warning
     assert_same(tp.simulate(scene(), resume=result, threads=2).batches, tp.simulate(scene(), **MANY).batches)
 
 
@@ -89,7 +89,7 @@ def test_a_run_whose_workers_end_before_the_first_batch_is_refused(preload, code
         tp.simulate(scene(), **MANY, **LOCAL)
     assert time.monotonic() - begun < SOON
     assert f"all 2 local workers have ended ({ending})" in str(refused.value)
-    assert "leave out cluster='local'" in str(refused.value)
+    assert "omit cluster='local'" in str(refused.value)
 
 
 def test_a_run_whose_workers_end_over_their_first_batches_says_so_in_a_line(preload, call):

@@ -622,7 +622,7 @@ def test_a_run_for_an_error_stops_where_running_on_would_not_settle_a_doubt():
     result = tp.simulate(mirror(), error={"m.irradiance": 1e-6}, seed=1, estimator="expected", progress=False)
     assert result.particles < 1e6 and result["m"].irradiance.is_doubtful  # the error would take six million
     assert any(
-        "times as many particles to settle a doubt: light by 'mirror' not sampled" in each
+        "times as many particles to resolve a finding: light by 'mirror' not sampled" in each
         for each in result.warnings
     )
     wide = tp.Detector(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=0.1), "m")
@@ -642,7 +642,7 @@ def test_a_run_for_the_error_of_bins_names_what_it_leaves_in_doubt_as_one_for_a_
     )
     assert np.any(result["m"].quantities[name].is_doubtful)
     (line,) = [each for each in result.warnings if each.startswith(f"m.{name}: stopped after")]
-    assert "times as many particles to settle a doubt: light by 'mirror' not sampled" in line
+    assert "times as many particles to resolve a finding: light by 'mirror' not sampled" in line
 
 
 def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
@@ -656,9 +656,9 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
     (line,) = [each for each in result.warnings if each.startswith("cam.radiance: stopped after")]
     short = tp.simulate(scene, 1e4, error={"cam.radiance": 2e-3}, seed=1, progress=False)
     assert any(
-        "times the error asked for, and running on to its limits would not" in each for each in short.warnings
+        "times the requested error, and running on to its limits would not" in each for each in short.warnings
     )
-    assert "settle a doubt: light" in line and "by 'mirror'" in line
+    assert "resolve a finding: light" in line and "by 'mirror'" in line
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])

@@ -8,9 +8,7 @@ import transport as tp
 from tests.test_saved import SMALL
 from transport.runs import running
 
-TOLD = (
-    "2 batches are shared by 3 threads, of which 1 have nothing to do; begin the run with batches={} or more"
-)
+TOLD = "2 batches for 3 threads leave 1 of them idle; start the run with batches={} or more"
 
 
 @pytest.fixture(autouse=True)

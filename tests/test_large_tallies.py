@@ -207,7 +207,7 @@ def test_what_does_not_fit_is_refused_with_the_figure_before_it_runs(monkeypatch
         tp.simulate(wall_of(3162, tp.Diffuse(albedo=0.5)), 1000, threads=4, batches=40, progress=False)
     assert str(refused.value) == (
         "simulate: the sums of this scene take up to 5.25 GB, 701 MB on each of 4 threads and 61 MB in each of 40 batches,"
-        " and 3 GB of memory are left; take fewer bins (detector 'image' has 9_998_245), or threads=1, or fewer batches"
+        " and 3 GB of memory are left; use fewer bins (detector 'image' has 9_998_245), or threads=1, or fewer batches"
         " than 40"
     )
     monkeypatch.setattr(memory, "bytes_free", lambda: 0)  # for what would lie aside
@@ -231,7 +231,7 @@ def test_a_client_and_its_workers_are_asked_for_what_each_of_them_takes(monkeypa
     ):
         memory.check_worker_memory(plan, 2)
     with pytest.raises(
-        tp.SceneError, match=r"3.14 GB, 61 MB in each of 40 batches and 695 MB in those that come from"
+        tp.SceneError, match=r"3.14 GB, 61 MB in each of 40 batches and 695 MB in transit from"
     ):
         memory.check_memory(plan, schedule, 0)
     memory.check_memory(plan, schedule, 0, saved=30)

@@ -32,7 +32,7 @@ REFUSED = {
         lambda: tp.Camera(name="eye", position=(3, 0, 0), look_at=(0, 0, 0), field_of_view=40.0),
         "angles are in radians: write 40 * tp.deg",
     ),
-    "no particles": (lambda: tp.simulate(tp.Scene(LAMP)), "no limit given; say particles=1_000_000"),
+    "no particles": (lambda: tp.simulate(tp.Scene(LAMP)), "no limit given; pass particles=1_000_000"),
     "particles to the scene": (lambda: tp.Scene(LAMP, particles=10), "write simulate(scene, particles=...)"),
     "a share above one": (lambda: tp.Diffuse(1.2), "albedo must be in [0, 1], got 1.2; a share, of which 1 is all"),
     "a shape for a detector": (lambda: tp.Scene(LAMP, detectors=[METER]), "detectors must be a list of"),

@@ -26,10 +26,10 @@ class Recorder(Progress):
 def test_the_text_tells_the_error_and_the_time_left():
     worst = Standing("meter.flux_in", 1e-3, 3.1e-3, 0.0, 1.0)
     text = running_text(12_000_000, 4.0, 16.0, worst)
-    assert text == "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % of 0.1 % asked"
+    assert text == "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % (target 0.1 %)"
     assert running_text(7, 1.0, math.inf, None) == "7 particles"
     unknown = Standing("meter.flux_in", 1e-3, math.inf, 0.0, 1.0)
-    assert running_text(7, 1.0, math.inf, unknown) == "7 particles, meter.flux_in unknown of 0.1 % asked"
+    assert running_text(7, 1.0, math.inf, unknown) == "7 particles, meter.flux_in unknown (target 0.1 %)"
 
 
 def test_a_bar_tells_the_error_while_a_run_goes_on(capfd):

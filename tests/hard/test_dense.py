@@ -36,7 +36,7 @@ def test_dense_media_reflect_as_a_half_space(mfp, lamp, tracking):
 @pytest.mark.parametrize(("mfp", "lamp"), [(1e-10, 1.0), (1e-13, 1.0), (1e-4, 1.5e11)])
 def test_free_paths_without_digits_are_refused(mfp, lamp):
     with pytest.raises(
-        tp.SceneError, match=r"Medium: mean free paths must be above .* bring what is far away nearer"
+        tp.SceneError, match=r"Medium: mean free paths must be above .* bring far objects nearer"
     ):
         tp.simulate(milk(mfp, lamp), particles=10, threads=1)
 
@@ -64,7 +64,7 @@ def test_volumes_measure_the_ways_in_an_absorber_as_long_as_there_are_digits_for
 
     result = tp.simulate(block(5e8), particles=200_000, seed=2, threads=1, tracking=tracking)
     assert result["box"].absorbed_power.value == pytest.approx(1.0, rel=within)
-    refused = "mean free paths must be above .* leave out the VolumeDetectors"
+    refused = "mean free paths must be above .* omit the VolumeDetectors"
     for absorption in (1e13, 1e25):
         with pytest.raises(tp.SceneError, match=refused):
             tp.simulate(block(absorption), particles=10, threads=1, tracking=tracking)

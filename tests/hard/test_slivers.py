@@ -117,5 +117,5 @@ def test_fibres_of_glass_know_what_is_in_them(radius):
 @pytest.mark.parametrize("radius", [1e-8, 1e-9, 1e-11])
 def test_fibres_in_which_rounding_loses_the_light_are_refused(radius):
     """Of radius 1e-8 a few of 2000 take glass for air; of 1e-9 the light never gets out."""
-    with pytest.raises(tp.SceneError, match=r"'fibre': glass .* long must be thicker than .* got a radius"):
+    with pytest.raises(tp.SceneError, match=r"'fibre': glass .* long must have a radius above .* got"):
         tp.simulate(fibre(radius), particles=10, progress=False)

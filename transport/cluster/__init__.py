@@ -1,1 +1,1 @@
-"""Batches done by the workers of a Dask cluster: bit for bit those of one process, whoever does them, however often."""
+"""Dask executor: workers of a cluster compute batches, bit for bit as one process does."""

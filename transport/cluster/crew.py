@@ -1,4 +1,4 @@
-"""A crew whose members are the workers of a cluster, wherever they are."""
+"""Executor whose batches are computed by the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -15,18 +15,21 @@ from transport.runs.crew import GLANCE, InOrder
 from transport.runs.progress import WaitingWarning
 from transport.runs.state import Origin
 
-AHEAD = 1 << 28  # bytes of sums that may wait for their turn; or a quarter of the memory that is left
-FEWEST = 50  # groups of a thread in the seconds of a run: what is not done when they are over is lost
+AHEAD = 1 << 28  # bytes of sums that may wait for their turn; or a quarter of the available memory
+FEWEST = 50  # groups per thread in a run limited by seconds: an unfinished group is lost when time is up
 
 
 class ClusterCrew(InOrder):
-    """Batches done at the other end of a line."""
+    """Compute batches on the workers of a cluster, and yield them in order."""
 
-    started = 0  # histories of batches that are being done are not known here
+    started = 0  # the particles of unfinished batches are not known here
 
     def __init__(self, line: Line, seed: int, seconds: float | None, count: int) -> None:
-        """seconds: that the run may take, of which a group is to be a small part;  count: batches, among which the sample of
-        a Snapshot is divided."""
+        """Arguments of the executor.
+
+        seconds: limit of the run, of which a group takes a small part; count: number of batches of the run. A
+        Snapshot's sample is divided among that many batches.
+        """
         super().__init__()
         self.line, self.seed, self.count = line, seed, count
         self.group_seconds = SECONDS if seconds is None else min(SECONDS, seconds / FEWEST)
@@ -35,11 +38,11 @@ class ClusterCrew(InOrder):
 
     @property
     def origins(self) -> tuple[Origin, ...]:
-        """Of all workers."""
+        """Return the provenance of all workers."""
         return tuple(self.line.origins)
 
     def work(self, sizes: Iterator[int]) -> Iterator[Batch | None]:
-        """As `Crew.work`; raises CrewLost too."""
+        """Yield batches as `Crew.work` does; raise CrewLost too."""
         sizes, self.done = list(sizes), []
         past = self.next + len(sizes)
         missing = self._missing(iter(sizes))
@@ -55,24 +58,20 @@ class ClusterCrew(InOrder):
                 self.line.turn(self.next)
         finally:
             self.line.end()
-            with suppress(Exception):  # of what is wanted no more
+            with suppress(Exception):  # drain results that are no longer needed
                 while self._take_in(0):
                     pass
 
     def _tell_trouble(self) -> None:
-        """Warn where nobody is there any more, and where they are there again: the log of a job is to tell."""
+        """Warn where the workers are lost, and where they are back, for the log of a job."""
         if self.line.trouble == self.trouble:
             return
         self.trouble = self.line.trouble
-        what = (
-            f"{self.trouble}; the run waits"
-            if self.trouble
-            else "the cluster is there again; the run goes on"
-        )
+        what = f"{self.trouble}; the run waits" if self.trouble else "the cluster is back; the run continues"
         warnings.warn(f"{time.strftime('%Y-%m-%d %H:%M:%S')}: {what}", WaitingWarning, stacklevel=2)
 
     def _take_in(self, seconds: float) -> bool:
-        """Keep what comes within so long; whether anything came."""
+        """Store results that arrive within so many seconds; return whether any did."""
         came = self.line.receive(seconds)
         if came is None:
             return False

@@ -1,8 +1,8 @@
-"""Which batches go out together: so many that a group takes about half a second, and fewer where a leg ends.
+"""Sizes of task groups: about half a second of batches per group, and less at the end of a leg.
 
-A group costs the scheduler and the client about a millisecond each, so that many threads get larger groups.  Towards the
-end of a leg each takes but a share of what is left, so that all threads end together: guided self-scheduling
-(Polychronopoulos and Kuck 1987, IEEE Trans. Comput. C-36, 1425).
+A group costs the scheduler and the client about a millisecond each, so that many threads get larger groups.
+Towards the end of a leg each group takes a share of what is left, so that all threads end together: guided
+self-scheduling (Polychronopoulos and Kuck 1987, IEEE Trans. Comput. C-36, 1425).
 """
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ import math
 from collections import deque
 from collections.abc import Iterable
 
-SECONDS = 0.5  # that a group takes: long against the latency of a task, short against a person's patience
-MOST_A_SECOND = 500  # groups that a scheduler and a client are to handle
-SHARE = 2  # groups for each thread that what is left of a leg is worth
-GROWTH = 4  # most times as many batches as were timed before: the first tell little of the others
-MOST_BYTES = 1 << 25  # of the sums of a group, which travel as one
+SECONDS = 0.5  # [s] per group: long against the latency of a task, short against a person's patience
+MOST_A_SECOND = 500  # groups per second that a scheduler and a client can handle
+SHARE = 2  # groups per thread into which the rest of a leg is divided
+GROWTH = 4  # largest factor of batches over those timed before, as the first say little about the others
+MOST_BYTES = 1 << 25  # bytes of the sums of a group, which travel together
 
-Group = list[tuple[int, int]]  # numbers and histories of batches
+Group = list[tuple[int, int]]  # numbers and particles of batches
 
 
 class Pace:
-    """What batches take, going by the last group that was done: seconds a history, bytes of sums a batch."""
+    """Cost of batches, by the last finished group: seconds per particle, bytes of sums per batch."""
 
     def __init__(self) -> None:
         self.seconds, self.bytes, self.batches = 0.0, 0.0, 0
 
     def add(self, times: list[tuple[int, float]], size: int) -> None:
-        """A group has been done: histories and seconds of its batches, and the bytes of their sums."""
+        """Add a finished group: particles and seconds of its batches, and the bytes of their sums."""
         self.seconds = sum(seconds for _, seconds in times) / max(1, sum(histories for histories, _ in times))
         self.bytes = size / len(times)
-        self.batches = max(self.batches, len(times))  # most that were done at a time
+        self.batches = max(self.batches, len(times))  # largest number of batches in a finished group
 
     @property
     def most(self) -> int:
-        """Batches that may go out together."""
+        """Return the largest number of batches in the next group."""
         return max(1, min(GROWTH * self.batches, int(MOST_BYTES / max(1.0, self.bytes))))
 
 
 class Groups:
-    """The batches of a leg that nobody does at present."""
+    """The batches of a leg that no worker computes at present."""
 
     def __init__(
         self,
@@ -50,27 +50,33 @@ class Groups:
         ahead: float = math.inf,
         turn: int = 0,
     ) -> None:
-        """batches: numbers and histories;  seconds: that a group is to take, where threads are few;  ahead: bytes of sums that
-        may be done or under way before their turn;  turn: the number of the batch whose turn it is.
+        """Take batches as (number, particles).
+
+        seconds: target time per group, where threads are few; ahead: bytes of sums that may be finished or in
+        progress before their turn; turn: number of the batch that the run waits for.
         """
         self.waiting = deque(batches)
-        self.lost: list[Group] = []  # a heap: those with the lowest numbers first, for which the others wait
-        self.suspects: list[Group] = []  # of one batch each, a heap
-        self.suspect: Group | None = None  # that is out: one at a time, so that it is known who kills
-        self.left = sum(size for _, size in self.waiting)  # histories
+        # heap of groups to send again, lowest numbers first, as the run waits for these
+        self.lost: list[Group] = []
+        self.suspects: list[Group] = []  # heap of groups of one batch each that may kill their workers
+        # the suspect in progress; one at a time, so that the cause of a death is known
+        self.suspect: Group | None = None
+        self.left = sum(size for _, size in self.waiting)  # particles
         self.pace, self.seconds, self.ahead, self.turn = pace, seconds, ahead, turn
 
     def __bool__(self) -> bool:
-        """Whether there is one to take."""
+        """Return whether a group is available now."""
         return bool(self.lost) or self._may_try_a_suspect() or (bool(self.waiting) and self._is_near())
 
     def take(self, threads: int) -> Group:
-        """The next batches for one of so many threads."""
+        """Return the next group for one of so many threads."""
+        # Try suspects first, then lost groups, as the run waits for these.
         if self._may_try_a_suspect():
             self.suspect = heapq.heappop(self.suspects)
             return self.suspect
         if self.lost:
             return heapq.heappop(self.lost)
+        # Fill a new group up to its time.
         group, seconds = [self.waiting.popleft()], self._seconds(threads)
         expected = group[0][1] * self.pace.seconds
         while self.waiting and len(group) < self.pace.most:
@@ -82,19 +88,19 @@ class Groups:
         return group
 
     def put_back(self, group: Group) -> None:
-        """Nobody does these any more: their worker died, or was not to be reached."""
+        """Put back a group whose worker died or could not be reached."""
         heapq.heappush(self.suspects if group is self.suspect else self.lost, group)
         self.clear(group)
 
     def clear(self, group: Group) -> None:
-        """These are done, or wait again."""
+        """Note that a group is finished, or waits again."""
         if group is self.suspect:
             self.suspect = None
 
     def accuse(self, group: Group) -> bool:
-        """Several workers died while they had these: each batch is to be tried by itself, one at a time.
+        """Suspect a group over which several workers died: try each of its batches alone, one at a time.
 
-        Whether it is known already that it was this one.
+        Return whether the group is already known to be the cause.
         """
         if group is self.suspect:
             return True
@@ -106,11 +112,14 @@ class Groups:
         return bool(self.suspects) and self.suspect is None
 
     def _is_near(self) -> bool:
-        """Whether the next batch would not wait too long for its turn: one slow worker must not fill this process."""
+        """Return whether the next batch is near its turn.
+
+        Otherwise one slow worker could fill this process's memory.
+        """
         number, _ = self.waiting[0]
         return (number - self.turn) * self.pace.bytes < self.ahead
 
     def _seconds(self, threads: int) -> float:
-        """How long a group may take."""
+        """Return the time that a group may take [s]."""
         usual = max(self.seconds, threads / MOST_A_SECOND)
         return min(usual, self.left * self.pace.seconds / (SHARE * threads))

@@ -1,8 +1,8 @@
-"""A run's line to a cluster: groups of batches go out, their sums come back, whatever happens to workers and scheduler.
+"""Connection of a run to a Dask cluster: sends groups of batches and collects their sums.
 
-It lives in a thread of its own, which alone knows Dask; the run puts in groups and takes out what was counted.  What is
-out when a worker or the scheduler dies goes out again.  The scene is in no task: each worker is told it once, and a worker
-that does not know it, because it came late, says so.
+It runs in a thread of its own, which alone uses Dask; the run hands over groups and receives sums. Groups
+lost with a worker or the scheduler are sent again. The scene is in no task: each worker receives it once, and
+a worker that lacks it, because it joined late, reports so.
 """
 
 from __future__ import annotations
@@ -25,41 +25,46 @@ from transport.runs.crew import GLANCE, CrewLost
 from transport.runs.origins import this_origin
 from transport.validation import SceneError
 
-DEPTH = 3  # groups that are out for each thread: one is being done, one waits beside it, one is on its way
-WATCH = 1.0  # [s] between looks at who is there
-CONNECT = 10.0  # [s] in which a scheduler must answer
+DEPTH = 3  # groups in flight per thread: one is computed, one waits beside it, one travels
+WATCH = 1.0  # [s] between polls of the workers
+CONNECT = 10.0  # [s] within which a scheduler must answer
 PATIENCE = 300.0  # [s] without scheduler or workers, after which a run ends with what it has
 LOCAL_PATIENCE = 30.0  # [s] the same for local workers, which nothing restarts
-READY = object()  # what comes first: someone can begin
+READY = object()  # first message: a worker can start
 
 
 class Line:
-    """Open it, then hand in the groups of one leg after the other; close it whatever happens."""
+    """Connection to a cluster: open it, pass the groups of one leg after the other, and always close it."""
 
     def __init__(self, cluster: object, threads: int, task: tuple) -> None:
-        """cluster: as `simulate` takes it;  threads: of a local one;  task: scene, tracking and method."""
-        from cloudpickle import dumps  # which comes with Dask, and takes functions of a script along
+        """cluster: as in `simulate`; threads: of a local cluster; task: scene, tracking and method."""
+        from cloudpickle import dumps  # comes with Dask, and pickles functions defined in a script
 
         self.cluster, self.processes, self.task = cluster, threads, dumps(task)
         self.name, self.sources = f"transport-{uuid4().hex}", this_origin().sources
-        # by which workers know it; another with each connection, as news of the last may be late
+        # Name of the run at the workers. Each connection gets a new one, as messages about the last may
+        # arrive late.
         self.run = self.name
-        self.came: queue.SimpleQueue = queue.SimpleQueue()  # parcels, or what went wrong
+        self.came: queue.SimpleQueue = queue.SimpleQueue()  # results, or exceptions
         self.groups: Groups | None = None
-        self.out: dict[asyncio.Task, tuple] = {}  # the future, its group, and who may do it
+        # by task: its future, its group, and the workers allowed to compute it
+        self.out: dict[asyncio.Task, tuple] = {}
         self.local: LocalWorkers | None = None
-        self.there: dict[str, int] = {}  # threads of each worker
-        self.told: set[str] = set()  # workers that know of the run, and are to be used
-        self.telling: asyncio.Task | None = None  # those that came late
-        self.refused: dict[str, str] = {}  # workers that are not to be used, and why
-        self.origins: dict = {}  # of those that are, in the order in which they came
-        self.trouble: str | None = None  # what keeps a run that has begun waiting
+        self.there: dict[str, int] = {}  # number of threads by worker
+        self.told: set[str] = set()  # usable workers that have received the run
+        self.telling: asyncio.Task | None = None  # the task that sends the run to late workers
+        self.refused: dict[str, str] = {}  # excluded workers, with the reason
+        self.origins: dict = {}  # of the usable workers, in order of arrival (a dict as an ordered set)
+        self.trouble: str | None = None  # why a run that has begun is waiting; None while it is not
         self.sent, self.is_begun, self.is_over = 0, False, False
 
-    # ---- called by the run ----
+    # ---- called in the run's thread ----
 
     def open(self, tell: Callable[[str], None]) -> None:
-        """Return once a worker is ready; until then tell what is waited for.  Raises SceneError where none can be had."""
+        """Return once a worker is ready; call `tell` with what is missing until then.
+
+        Raise SceneError where no worker can be had.
+        """
         self.doing = "looking for the cluster"
         self.thread = threading.Thread(target=self._live, name=self.name, daemon=True)
         self.thread.start()
@@ -67,20 +72,25 @@ class Line:
             tell(self.doing)
 
     def begin(self, groups: Groups, seed: int, count: int) -> None:
-        """Have these batches done.  count: of the run, among which the sample of a Snapshot is divided."""
+        """Compute these batches.
+
+        count: batches of the run, among which the sample of a Snapshot is divided.
+        """
         self._soon(self._begin, groups, (seed, count))
 
     def end(self) -> None:
-        """What is not done yet is wanted no more."""
+        """Cancel unfinished batches."""
         self._soon(self._begin, None, ())
 
     def turn(self, number: int) -> None:
-        """The batch of this number is the next that the run waits for."""
+        """Set the number of the batch that the run waits for."""
         self._soon(self._turn, number)
 
     def receive(self, seconds: float) -> tuple | object | None:
-        """What has come, or None after so long: batches by their numbers, histories and seconds of each.  Raises what a batch
-        raised, and CrewLost."""
+        """Return (batches by number, particles and seconds per batch), or None after so many seconds.
+
+        Raise the exception of a batch, or CrewLost.
+        """
         try:
             came = self.came.get(timeout=seconds)
         except queue.Empty:
@@ -90,33 +100,35 @@ class Line:
         return came
 
     def close(self) -> None:
-        """Tell the workers that the run is over, and return when all that was begun here has ended."""
-        self.is_over = True  # Dask may swallow a cancellation
+        """End the run at the workers, and return when all tasks of this connection have ended."""
+        self.is_over = True  # needed as well, because Dask may swallow a cancellation
         self._soon(lambda: self.serving.cancel())
         self.thread.join()
 
     @property
     def workers(self) -> int:
-        """That are to be used."""
+        """Return the number of usable workers."""
         return len(self.told)
 
     @property
     def threads(self) -> int:
-        """Of all workers that are to be used."""
+        """Return the number of threads of all usable workers."""
         return max(1, sum(many for address, many in self.there.items() if address in self.told))
 
     @property
     def doubts(self) -> list[str]:
-        """What a reader should know of those who did the batches."""
+        """Return findings about the workers, as sentences."""
         return [f"worker {address} was not used: {why}" for address, why in self.refused.items()]
 
     def _soon(self, act: Callable, *arguments: object) -> None:
-        with suppress(RuntimeError, AttributeError):  # its thread has ended, or not begun
+        """Call a function in the connection's thread."""
+        with suppress(RuntimeError, AttributeError):  # the thread has ended, or not begun
             self.loop.call_soon_threadsafe(act, *arguments)
 
-    # ---- in the line's own thread ----
+    # ---- called in the connection's own thread ----
 
     def _live(self) -> None:
+        """Run the connection, and pass on what ends it."""
         try:
             with unheard(self.name):
                 asyncio.run(self._serve())
@@ -124,7 +136,7 @@ class Line:
             self.came.put(error)
 
     async def _serve(self) -> None:
-        """Keep a client connected to the scheduler, and begin anew with another where that fails."""
+        """Keep a client connected to the scheduler, and connect anew where that fails."""
         from distributed import Client
 
         self.serving, self.changed, self.heard = asyncio.current_task(), asyncio.Event(), time.monotonic()
@@ -142,19 +154,19 @@ class Line:
                     await asyncio.sleep(WATCH)
 
     async def _converse(self, client) -> None:
-        """Hand out groups until the line is closed.  Raises OSError where the scheduler is gone."""
+        """Send groups until the connection is closed. Raise OSError where the scheduler is lost."""
         self.run, self.told = f"{self.name}-{uuid4().hex}", set()
         try:
             looked = -math.inf
             while not self.is_over:
+                # Poll the workers, send groups, then wait for a change or the next poll.
                 if time.monotonic() - looked >= WATCH:
                     await self._look_round(client)
                     looked = time.monotonic()
                 self._hand_out(client)
                 with suppress(TimeoutError):
-                    async with asyncio.timeout(
-                        WATCH
-                    ):  # wait_for may swallow the cancellation by which the line is closed
+                    # asyncio.wait_for may swallow the cancellation that closes the connection.
+                    async with asyncio.timeout(WATCH):
                         await self.changed.wait()
                 self.changed.clear()
                 if client.status != "running":
@@ -169,12 +181,13 @@ class Line:
                         await client.run(posts.dismiss, self.run, on_error="ignore")
 
     async def _look_round(self, client) -> None:
-        """Who is there?  Whoever is new is told of the run."""
+        """Poll the workers, and send the run to new ones."""
         self.there = await client.nthreads()
         self.told &= self.there.keys()
+        # Cancel groups whose allowed workers have all gone; they are sent again.
         for task, (future, _, allowed) in list(self.out.items()):
             if allowed is not None and not allowed & self.there.keys():
-                await client.cancel([future])  # none of those who may do it is there any more
+                await client.cancel([future])  # no allowed worker is left
                 task.cancel()
         if not self.there.keys() - self.refused.keys():
             self._wait_for_workers(client.scheduler.address)
@@ -188,8 +201,10 @@ class Line:
             self.telling = asyncio.create_task(self._tell(client, list(newcomers)))
 
     async def _muster(self, client) -> None:
-        """Tell everybody of the run, and wait until one has compiled or loaded its passes.  Raises SceneError naming those
-        that cannot work for it."""
+        """Send the run to all workers, and wait until one has compiled or loaded its passes.
+
+        Raise SceneError with the workers that cannot run it.
+        """
         self.doing = "workers compile or load passes"
         await self._tell(client, None)
         if self.refused:
@@ -197,14 +212,14 @@ class Line:
             raise SceneError(
                 f"simulate: cluster: {told}; start its workers from the same sources as this process"
             )
-        if not self.told:  # they have just died, or do not answer: look round again
+        if not self.told:  # they have died or do not answer: poll again
             return
         if await self._one_is_ready(client):
             self.is_begun = True
             self.came.put(READY)
 
     async def _one_is_ready(self, client) -> bool:
-        """Wait until one of the workers that were told has compiled or loaded the passes; False where they end before."""
+        """Return whether a worker has compiled or loaded the passes; False where all end before."""
         from distributed import KilledWorker
 
         self.sent += 1
@@ -221,16 +236,16 @@ class Line:
         except KilledWorker:
             if self.local is None:
                 raise
-            return False  # the others are tried, until none is left
+            return False  # try the other workers until none is left
         finally:
             answer.cancel()
 
     async def _tell(self, client, workers: list[str] | None) -> None:
-        """Tell workers of the run, all of them or these; whoever has other sources is not to be used."""
+        """Send the run to these workers, or to all (None); exclude those with other sources."""
         for address, answer in (await self._answers(client, workers)).items():
             if isinstance(answer, OSError):
-                continue  # it has just died
-            if isinstance(answer, Exception):  # whose kind is lost on the way
+                continue  # the worker has died
+            if isinstance(answer, Exception):  # its type is lost in transit
                 self.refused[address] = f"it cannot import transport: {answer}"
             elif answer.sources != self.sources:
                 self.refused[address] = (
@@ -241,7 +256,10 @@ class Line:
                 self.origins[answer] = None
 
     async def _answers(self, client, workers: list[str] | None) -> dict[str, object]:
-        """What each says who is told of the run.  One that is silent keeps nobody waiting for long: it is asked again later."""
+        """Return each worker's answer to the run.
+
+        A silent worker delays nobody for long, and is asked again later.
+        """
         tell = partial(client.run, posts.enlist, self.run, self.task, self.sources, on_error="return")
         answers: dict[str, object] = {}
 
@@ -257,6 +275,7 @@ class Line:
         return answers
 
     def _begin(self, groups: Groups | None, arguments: tuple) -> None:
+        """Replace the groups to send by those of the next leg."""
         self._take_back()
         self.groups, self.arguments = groups, arguments
         self._wake()
@@ -267,7 +286,7 @@ class Line:
             self._wake()
 
     def _take_back(self) -> None:
-        """Nobody is to do what is out; it waits again."""
+        """Cancel all groups in flight; they wait again."""
         for task in list(self.out):
             task.cancel()
 
@@ -275,7 +294,8 @@ class Line:
         self.changed.set()
 
     def _hand_out(self, client) -> None:
-        """Give everybody something to do."""
+        """Send groups until each thread has DEPTH of them."""
+        # Restrict groups to usable workers, where there are others.
         allowed = None if self.there.keys() <= self.told else frozenset(self.there.keys() & self.told)
         while self.groups and len(self.out) < DEPTH * self.threads and allowed != frozenset():
             group = self.groups.take(self.threads)
@@ -285,7 +305,8 @@ class Line:
                 self.run,
                 group,
                 *self.arguments,
-                key=(self.name, self.sent),  # of its own: what was lost is never asked for again by its key
+                # a new key each time, so that a lost key is never requested again
+                key=(self.name, self.sent),
                 pure=False,
                 workers=None if allowed is None else list(allowed),
             )
@@ -298,7 +319,7 @@ class Line:
         self._wake()
 
     async def _collect(self, client, future, group: Group, groups: Groups) -> None:
-        """Wait for what a group counted; where its worker or the scheduler died, the group waits again."""
+        """Wait for the sums of a group; put it back where its worker or the scheduler died."""
         from distributed import KilledWorker
 
         try:
@@ -313,9 +334,9 @@ class Line:
         except KilledWorker as error:
             if groups.accuse(group):
                 number, size = group[0]
-                why = f"batch {number}, of {size} particles, killed its workers, {error.allowed_failures + 1} of them"
-                last = f"the last was {error.last_worker.address}, whose log may tell why"
-                cure = "most likely it needs more memory than they have: take fewer bins, or other workers"
+                why = f"batch {number} ({size} particles) killed {error.allowed_failures + 1} workers"
+                last = f"the last was {error.last_worker.address}, whose log may show why"
+                cure = "it probably needs more memory: use fewer bins, or workers with more memory"
                 self.came.put(CrewLost(f"{why}; {last}; {cure}"))
         except Exception as error:
             if future.status == "error":
@@ -328,13 +349,16 @@ class Line:
             self.came.put((batches, times))
 
     def _wait_for_workers(self, address: str) -> None:
-        """No worker is there: wait, unless none can come because the local ones have ended."""
+        """Wait for workers; raise where none can come because the local ones have ended."""
         if self.local is not None and (end := self.local.end):
             raise CrewLost(end) if self.is_begun else SceneError(f"simulate: cluster: {end}")
         self._bear(f"no workers at {address}")
 
     def _bear(self, what: str, error: Exception | None = None) -> None:
-        """Wait for what is not there; but not for ever, once the run has begun, nor for a scheduler that was never there."""
+        """Record why the run waits; raise where waiting is useless.
+
+        That is so after PATIENCE seconds once the run has begun, and for a scheduler that was never reached.
+        """
         self.doing = what
         self.trouble = what if self.is_begun else None
         if error is not None and not self.is_begun:
@@ -346,7 +370,7 @@ class Line:
 
 
 def _tell_news(loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
-    """What went wrong where nobody waits for it; but not what Dask leaves behind of groups that were taken back."""
+    """Handle an exception that no task awaits; ignore those that Dask leaves of cancelled groups."""
     from distributed.client import AllExit
 
     if not isinstance(context.get("exception"), AllExit):

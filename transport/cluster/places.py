@@ -1,4 +1,4 @@
-"""What `simulate(cluster=...)` takes: a Client, a cluster, the address of a scheduler, or "local"."""
+"""The argument `simulate(cluster=...)`: a Client, a cluster, the address of a scheduler, or "local"."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from transport.validation import SceneError, shown
 
 LOCAL = "local"
-CURE = "write the address of a scheduler, such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
-LONELY = 60.0  # [s] after which a local worker ends that finds no scheduler
+CURE = "pass an address such as 'tcp://10.0.0.1:8786', a dask.distributed Client or cluster, or 'local'"
+LONELY = 60.0  # [s] after which a local worker without a scheduler ends
 DYING = 5.0  # [s] that a local worker gets to end by itself
 
 
 def checked_cluster(cluster: object) -> None:
-    """Raises SceneError where it is none of these, or where Dask is missing."""
+    """Raise SceneError where `cluster` is none of these, or Dask is not installed."""
     try:
         import distributed  # noqa: F401
     except ImportError:
@@ -41,23 +41,23 @@ def checked_cluster(cluster: object) -> None:
 
 @dataclass(frozen=True)
 class LocalWorkers:
-    """The worker processes of `cluster="local"`, which nothing restarts."""
+    """The worker processes of cluster="local", which nothing restarts."""
 
     processes: Sequence[asyncio.subprocess.Process]
 
     @property
     def end(self) -> str | None:
-        """How they ended, and what to do; None while one of them runs."""
+        """Return how the workers ended, and the advice; None while one of them runs."""
         codes = [process.returncode for process in self.processes]
         if None in codes:
             return None
         many = f"all {len(codes)} local workers have" if len(codes) > 1 else "the local worker has"
         endings = ", ".join(_ending(code) for code in sorted(set(codes)))
         if "SIGKILL" in endings:
-            cure = "most likely memory ran out: pass a smaller threads=, or"
+            cure = "memory probably ran out: pass a smaller threads=, or"
         else:
             cure = "standard error may show why;"
-        return f"{many} ended ({endings}); {cure} leave out cluster='local' to compute in this process"
+        return f"{many} ended ({endings}); {cure} omit cluster='local' to compute in this process"
 
 
 def _ending(code: int) -> str:
@@ -68,9 +68,9 @@ def _ending(code: int) -> str:
 async def reached(
     cluster: object, threads: int
 ) -> AsyncIterator[tuple[dict[str, object], LocalWorkers | None]]:
-    """What a Client of this cluster is made with, and the workers that this process has started for it.
+    """Yield the arguments of a Client of this cluster, and the workers started by this process.
 
-    threads: of a local one, a process each, which end with the context.
+    threads: number of local worker processes, which end with the context.
     """
     if isinstance(cluster, str) and cluster == LOCAL:
         async with _local(threads) as (address, workers):
@@ -84,7 +84,7 @@ async def reached(
 
 
 def _address_of(cluster: object) -> str | None:
-    """Of the scheduler of a Client, or of a cluster; None of anything else, and where it is closed."""
+    """Return the address of the scheduler of a Client or cluster; None for a closed one or anything else."""
     found = getattr(cluster, "scheduler_address", None)
     if not isinstance(found, str):
         found = getattr(getattr(cluster, "scheduler", None), "address", None)
@@ -93,9 +93,10 @@ def _address_of(cluster: object) -> str | None:
 
 @asynccontextmanager
 async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
-    """A scheduler in this process, and a worker process for each thread; these end when the scheduler does, however it ends.
+    """Start a scheduler in this process and one worker process per thread.
 
-    They are interpreters of their own and not forked or spawned from this one, so that a script needs no main guard.
+    Workers end when the scheduler does, however it ends. They are fresh interpreters, neither forked nor
+    spawned from this one, so that a script needs no main guard.
     """
     from distributed import Scheduler
 
@@ -105,11 +106,12 @@ async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
             {"cls": "distributed.Worker", "opts": {"nthreads": 1, "death_timeout": LONELY, **quiet}}
         )
         calm = os.environ | {"DASK_LOGGING__DISTRIBUTED": "error"}
+        # start_new_session: Ctrl-C reaches the run, not its workers.
         apart = {
             "env": calm,
             "stdin": asyncio.subprocess.DEVNULL,
             "start_new_session": True,
-        }  # Ctrl-C is for the run
+        }
         command = ["-m", "distributed.cli.dask_spec", scheduler.address, "--spec", what]
         workers = [
             await asyncio.create_subprocess_exec(sys.executable, *command, **apart) for _ in range(threads)
@@ -123,7 +125,10 @@ async def _local(threads: int) -> AsyncIterator[tuple[str, LocalWorkers]]:
 
 @contextmanager
 def place_given_up() -> Iterator[None]:
-    """Where this thread does a task of a Dask worker, that worker may do others meanwhile: the run's own among them."""
+    """Release this thread's slot, where it runs a task of a Dask worker.
+
+    The worker may then run other tasks, such as those of the run itself.
+    """
     from distributed import rejoin, secede
     from distributed.worker import thread_state
 
@@ -131,7 +136,7 @@ def place_given_up() -> Iterator[None]:
         is_task = hasattr(thread_state, "key")
         if is_task:
             secede()
-    except KeyError:  # it was given up before
+    except KeyError:  # the slot was released before
         is_task = False
     try:
         yield
@@ -142,8 +147,8 @@ def place_given_up() -> Iterator[None]:
 
 @contextmanager
 def unheard(thread: str) -> Iterator[None]:
-    """What Dask logs in this thread is no news of a run, which tells itself what happens to it."""
-    import distributed  # noqa: F401  # which makes the handlers; those of the user's own are left alone
+    """Silence Dask's log messages of this thread, below critical: the run reports itself what happens."""
+    import distributed  # noqa: F401  # creates the log handlers; the user's own handlers stay as they are
 
     handlers = list(logging.getLogger("distributed").handlers)
 
@@ -160,7 +165,7 @@ def unheard(thread: str) -> Iterator[None]:
 
 
 async def _ended(worker: asyncio.subprocess.Process) -> None:
-    """Wait until a worker has gone; one that does not is killed."""
+    """Wait until a worker process has ended; kill it after DYING seconds."""
     with suppress(TimeoutError):
         async with asyncio.timeout(DYING):
             await worker.wait()

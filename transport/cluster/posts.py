@@ -1,6 +1,6 @@
-"""What a worker does: it keeps a run's scene, makes a machine of it once, and does the batches that it is told to.
+"""Worker side of a run: a process keeps the run's scene, compiles its program once, and computes batches.
 
-Nothing of Dask is needed here: a post is a process that was given a scene under a name.
+Dask is not needed here: a post is the process's share of a run, found by the run's name.
 """
 
 from __future__ import annotations
@@ -14,32 +14,34 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import wraps
 
-POSTS: dict[str, Post] = {}  # of the runs that this process works for
-OVER: deque[str] = deque(maxlen=1000)  # the last runs that it works for no more
-IDLE = 600.0  # [s] without a batch, after which a run is forgotten: its client may have been killed; else it tells of it anew
-NEWS = threading.Condition()  # told of either
-PATIENCE = 10.0  # [s] that a batch waits for its run's scene: those that come late are told soon
+POSTS: dict[str, Post] = {}  # by name, the runs that this process works for
+OVER: deque[str] = deque(maxlen=1000)  # names of finished runs
+# [s] without a batch after which a run is forgotten, as its client may have been killed; a live client sends
+# it again
+IDLE = 600.0
+NEWS = threading.Condition()  # notified of changes of either
+PATIENCE = 10.0  # [s] that a batch waits for its run's scene, which late workers soon receive
 
 
 @dataclass(frozen=True)
 class Untold:
-    """What a worker says that was not told of the run, or that it is over."""
+    """Answer of a worker that does not know the run, or knows that it is over."""
 
     worker: str  # its address
 
 
 def enlist(name: str, task: bytes, sources: str, dask_worker=None):
-    """Let this process work for a run, unless its sources are others than these.  Returns its Origin.
+    """Make this process work for a run, unless its sources differ. Return its Origin.
 
-    dask_worker: the worker that it is, which Dask fills in.
+    dask_worker: the worker itself, which Dask passes in.
     """
     from transport.runs.origins import this_origin
 
     origin = this_origin()
     with NEWS:
         if origin.sources != sources:
-            OVER.append(name)  # for this one before it began
-        elif name not in POSTS and name not in OVER:  # of which this may be late news
+            OVER.append(name)  # over for this process before it began
+        elif name not in POSTS and name not in OVER:  # unless a late message of a finished run
             _forget_idle()
             POSTS[name] = Post(task, 1 if dask_worker is None else dask_worker.state.nthreads)
         NEWS.notify_all()
@@ -47,7 +49,7 @@ def enlist(name: str, task: bytes, sources: str, dask_worker=None):
 
 
 def dismiss(name: str) -> None:
-    """The run is over: what is still being done for it stops, and is forgotten."""
+    """End a run: stop its batches in progress, and forget it."""
     with NEWS:
         OVER.append(name)
         post = POSTS.pop(name, None)
@@ -57,13 +59,17 @@ def dismiss(name: str) -> None:
 
 
 def _forget_idle() -> None:
+    """Forget runs that have been idle for long."""
     for name, post in list(POSTS.items()):
         if post.is_idle:
             POSTS.pop(name).stop()
 
 
 def _frameless(work: Callable) -> Callable:
-    """An error leaves its frames here: a client of Dask never returns from a thousand of them."""
+    """Decorate a function to drop the tracebacks of its exceptions.
+
+    A Dask client hangs on a traceback of a thousand frames.
+    """
 
     @wraps(work)
     def working(*arguments):
@@ -87,21 +93,22 @@ def make_ready(name: str) -> Untold | None:
 
 @_frameless
 def work_on(name: str, batches: list[tuple[int, int]], seed: int, count: int) -> bytes | Untold:
-    """Do these batches, numbers and sizes.  Returns what `Post.work` does, pickled."""
+    """Compute these batches (number, particles). Return the result of `Post.work`, pickled."""
     from transport.engine.driver import Stopped
 
     post = _post_of(name)
     with suppress(Stopped):
         if post is not None:
-            # One string of bytes: thousands of small arrays would each travel by themselves.
+            # One byte string, because thousands of small arrays would each travel by themselves.
             return pickle.dumps(post.work(batches, seed, count), protocol=5)
     return _untold()
 
 
 def _post_of(name: str) -> Post | None:
-    """This process's post of a run; one that is not told of it yet waits, so that the batch keeps its place.
+    """Return this process's post of a run; wait where the run has not arrived yet.
 
-    Were it given back, the scheduler would forget how many workers have died over it.
+    The batch thus keeps its place. If the task were given back, the scheduler would forget how many workers
+    have died over it.
     """
     with NEWS:
         NEWS.wait_for(lambda: name in POSTS or name in OVER, PATIENCE)
@@ -115,22 +122,25 @@ def _untold() -> Untold:
 
 
 class Post:
-    """A run in a worker's process: its threads share the machine, and each of them has a bundle.
+    """A run in a worker's process: its threads share the compiled program, and each has a bundle.
 
-    The machine is made at once, in a thread that does not keep the worker from answering.
+    The program is compiled at once, in a thread that does not keep the worker from answering.
     """
 
     def __init__(self, task: bytes, threads: int) -> None:
         """task: scene, tracking and method, pickled."""
         self.task, self.threads, self.made, self.is_over = task, threads, None, False
         self.making, self.lock = threading.Lock(), threading.Lock()
-        self.free: list = []  # bundles
+        self.free: list = []  # unused bundles
         self.busy: list = []
         self.used = time.monotonic()
         threading.Thread(target=self._prepare, daemon=True).start()
 
     def machine(self):
-        """Made by the first thread that asks for it; the others wait.  Raises SceneError where there is no memory for it."""
+        """Return the compiled program; the first caller makes it, and the others wait.
+
+        Raise SceneError where memory does not suffice.
+        """
         from transport.runs.machines import machine_for
         from transport.runs.memory import check_worker_memory
         from transport.runs.progress import Progress
@@ -145,9 +155,10 @@ class Post:
     def work(
         self, batches: list[tuple[int, int]], seed: int, count: int
     ) -> tuple[dict, list[tuple[int, float]]]:
-        """The batches of these numbers and sizes, and how long each took: histories and seconds.
+        """Return the batches of these numbers and sizes by number, with particles and seconds of each.
 
-        count: batches, among which the sample of a Snapshot is divided.  Raises Stopped where the run is over.
+        count: batches of the run, among which the sample of a Snapshot is divided. Raise Stopped where the
+        run is over.
         """
         from transport.engine.driver import run_batch
         from transport.results.batches import batch_of
@@ -157,7 +168,7 @@ class Post:
         try:
             for number, size in batches:
                 begun = time.perf_counter()
-                # Its sums are not held on to: they would be there beside those of the next batch.
+                # Keep no reference to the raw sums: they would double the memory of the next batch.
                 done[number] = batch_of(
                     machine.program.plan, run_batch(machine, seed, number, size, bundle, count), number
                 )
@@ -171,22 +182,24 @@ class Post:
 
     @property
     def is_idle(self) -> bool:
-        """Whether nobody has wanted anything of it for long."""
+        """Return whether the run has had no batch for IDLE seconds."""
         with self.lock:
             return not self.busy and time.monotonic() - self.used > IDLE
 
     def _prepare(self) -> None:
-        with suppress(Exception):  # which those who ask for the machine will see
+        """Compile the program in advance."""
+        with suppress(Exception):  # raised again to the callers of `machine`
             self.machine()
 
     def stop(self) -> None:
-        """End the batches that are being done, and do no others."""
+        """Stop the batches in progress, and accept no others."""
         with self.lock:
             self.is_over = True
             for bundle in self.busy:
                 bundle["stop"] = 1
 
     def _take_bundle(self):
+        """Return an unused bundle, and mark it as busy. Raise Stopped where the run is over."""
         from transport.engine.bundle import empty_bundle
         from transport.engine.driver import Stopped
 

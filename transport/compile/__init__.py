@@ -1,4 +1,4 @@
-"""From a scene to a plan: tables in scene lengths for just the steps that it calls for.  No Numba here."""
+"""Compile a scene into a plan: tables in scene lengths for the steps that the scene needs. No Numba here."""
 
 from transport.compile.compiler import compile_scene
 

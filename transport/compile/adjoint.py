@@ -1,7 +1,9 @@
-"""A scene turned round for the estimator "backward": detectors emit, bin by bin, and sources are met (transport.estimators.backward).
+"""The adjoint scene of the estimator "backward": detectors emit bin by bin, and sources are detected.
 
-What is run is an ordinary scene with an ordinary plan, but that each history is born in a cell, one of a sensor's bins
-(engine/sensors.py), and that what it brings to a source is summed up by the cell that it was born in.
+The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
+a cell, which is one bin of a detector (engine/sensors.py), and what it brings to a source is summed by its
+cell of birth.
+See transport.estimators.backward.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
 Sensor = Detector | PointDetector | Instrument
-Passes = tuple[str | None, str | None, str | None]  # that take a place, a direction and a weight
+# passes that sample a place, sample a direction and set a weight; None where not needed
+Passes = tuple[str | None, str | None, str | None]
 STARTS = {Disk: "start_on_disk", Rectangle: "start_on_rectangle"}
 FINDS = {
     "look_from_plane": "find_hemisphere_direction",
@@ -47,32 +50,33 @@ FINDS = {
 
 @dataclass(frozen=True)
 class Lamp:
-    """A source, and the detector that takes its place in the scene that is run."""
+    """A source of the user's scene, and the detector that replaces it in the adjoint scene."""
 
     name: str
     source: Source
     seen_by: Detector | VolumeDetector
-    strength: float  # its radiance [W m^-2 sr^-1], or of a volume its emission [W m^-3 sr^-1]
+    strength: float  # radiance [W m^-2 sr^-1]; for a volume, emission coefficient [W m^-3 sr^-1]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A piece of a sensor: its cells from `first` on, each of the same number of histories."""
+    """One piece of a detector's shape: its cells start at `first`, each with the same number of particles."""
 
     sensor: Sensor
     shape: Shape
     first: int
     cells: int
-    share: float  # of all histories of a run
-    # by lamp: what a sum of 1 over one history is [W m^-2 sr^-1], indices of refraction and all
+    share: float  # share of all particles of the run
+    # By source: value of a sum of 1 over one particle [W m^-2 sr^-1], refractive indices included.
     gains: np.ndarray
 
 
 @dataclass(frozen=True)
 class Turned:
-    """What a plan knows of the scene that it stands for, and where its sums by cell lie.
+    """The user's scene behind an adjoint plan, and where its sums by cell of birth lie.
 
-    Rows from `first` on: of each cell the histories born in it, then for each lamp what they brought, then what rays did (slants: the number of strong ones).
+    Rows from `first` on hold, per cell: the particles born in it; then for each source what they brought;
+    then what shadow rays brought (slants: the number of strong ones).
     """
 
     scene: Scene
@@ -80,15 +84,16 @@ class Turned:
     parts: tuple[Part, ...]
     first: int
     cells: int
-    scales: dict[int, float]  # of the lamps that rays are sent to: what their sums are too large by
+    # of the sources that shadow rays are sent to: factor by which their sums are scaled up
+    scales: dict[int, float]
 
     def parts_of(self, sensor: Sensor) -> list[Part]:
-        """The pieces of a sensor."""
+        """Return the pieces of a detector."""
         return [part for part in self.parts if part.sensor is sensor]
 
 
 def turned_scene(scene: Scene) -> tuple[Scene, tuple[Lamp, ...]]:
-    """The scene to run, and the lamps that its detectors stand for, in their order."""
+    """Return the adjoint scene and the sources that its detectors stand for, in the same order."""
     lamps = [_lamp(scene, source, f"sources[{k}]") for k, source in enumerate(scene.sources)]
     lamps += [_lamp(scene, glow, f"glow[{k}]") for k, glow in enumerate(glowing_sources(scene))]
     sources = [_source(detector) for detector in scene.detectors]
@@ -98,13 +103,14 @@ def turned_scene(scene: Scene) -> tuple[Scene, tuple[Lamp, ...]]:
 
 
 def _source(sensor: Sensor) -> Source:
-    """What sends out the histories of a detector."""
+    """Return the source that emits the particles of a detector."""
     if isinstance(sensor, Detector):
         return Source(sensor.shape, Lambertian(power=1.0), side=sensor.side)
     return Source(Point(position=sensor.position), Isotropic(power=1.0))
 
 
 def _lamp(scene: Scene, source: Source, place: str) -> Lamp:
+    """Return a source with the detector that replaces it, and its strength."""
     shape, label = scene.shape_of(source), f"lamp {place}"
     power = source.amount(shape, None)
     if isinstance(source.emission, Isotropic):
@@ -115,8 +121,9 @@ def _lamp(scene: Scene, source: Source, place: str) -> Lamp:
 
 
 def turn_back(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...]) -> None:
-    """Give the plan of a turned scene its cells, and the rows of its sums by cell."""
+    """Give the plan of an adjoint scene its cells of birth and the rows of its sums by cell."""
     parts, emitters, first = [], [], 0
+    # Divide each detector's particles among the pieces of its shape, and number the cells.
     for sensor, source in zip(scene.detectors, plan.scene.sources, strict=True):
         mine = [emitter for emitter in plan.emitters if emitter.source is source]
         whole = math.fsum(emitter.amount for emitter in mine)
@@ -139,7 +146,7 @@ def turn_back(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...]) -> None:
 def _emitter(
     emitter: Emitter, share: float, row: np.ndarray, place: str | None, look: str | None, weigh: str | None
 ) -> Emitter:
-    """An emitter of a sensor: names of the passes that take a place, a direction or a weight in its cells, if any do."""
+    """Return a detector's emitter: its passes sample place, direction and weight within a cell."""
     steps: list[Step] = [("draw_cell", row)]
     if place is not None:
         steps += [("draw_place", layout.row(layout.NO_TABLE)), ("find_place", row)]
@@ -158,7 +165,7 @@ def _emitter(
 
 
 def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
-    """Where sums by cell lie: behind all others."""
+    """Place the sums by cell after all other rows, and point the detectors to them."""
     plan.bases["cells"] = first = plan.rows
     plan.cell_rows = (1 + len(lamps) * (2 if plan.expectations else 1)) * cells
     plan.axes.add("cell")
@@ -174,23 +181,22 @@ def _fill_rows(plan: Plan, lamps: tuple[Lamp, ...], cells: int) -> None:
                 if each.detector.name == lamp.seen_by.name:
                     strongest = each.strongest[face_of(lamp.seen_by)]
                     plan.meters["strong"][of_lamp] = LARGE * strongest * each.scale
-    for (
-        each
-    ) in plan.expectations:  # a birth looks into its own bin, of which rays to all sides could not tell
+    # A birth sends its shadow ray within its own cell, which rays in all directions could not respect.
+    for each in plan.expectations:
         each.births[:] = [None] * len(plan.emitters)
     for emitter in plan.emitters:
         emitter.cells[0][1]["births"] = first
 
 
 def gains_of(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter) -> np.ndarray:
-    """By lamp, its strength times (eta_d/eta_s)^2, and of a volume the length that its sums count in [m]."""
+    """Return strength times (eta_d/eta_s)^2 by source; a volume's also times its sums' unit [m]."""
     here, volumes, gains = _index(emitter.medium, emitter.source), iter(plan.volumes), []
     for lamp in lamps:
         sides = [medium_row(scene, lamp.source, piece) for piece in _pieces_of(scene, lamp.source)]
         there = {_index(side, lamp.source) for side in sides}
         if len(there) > 1:
             raise SceneError(
-                f"Source: it emits into several media, got {shown(lamp.source.shape)}; divide it to run backwards"
+                f"Source: it emits into several media, got {shown(lamp.source.shape)}; divide it"
             )
         is_volume = isinstance(lamp.seen_by, VolumeDetector)
         length = next(volumes).unit if is_volume else 1.0
@@ -199,24 +205,25 @@ def gains_of(plan: Plan, scene: Scene, lamps: tuple[Lamp, ...], emitter: Emitter
 
 
 def _pieces_of(scene: Scene, source: Source) -> tuple[Shape, ...]:
+    """Return the pieces of a source, each in one medium: a volume is one piece."""
     shape = scene.shape_of(source)
     return (shape,) if isinstance(source.emission, Isotropic) else pieces(shape)
 
 
 def _index(medium: np.ndarray | None, source: Source) -> float:
-    """The refractive index that a source emits into; 1 where all are alike."""
+    """Return the refractive index that a source emits into; 1 where the scene has one index only."""
     if medium is None:
         return 1.0
     if medium["index"] == 0:
         raise SceneError(
-            f"Source: the index of refraction about it is not known, got {shown(source.shape)}; name the media of"
-            " surfaces, or move it, to run backwards"
+            f"Source: the refractive index around it is unknown, got {shown(source.shape)}; name the media of"
+            " surfaces, or move the source, for estimator='backward'"
         )
     return float(medium["index"])
 
 
 def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passes]:
-    """Columns of a sensor's row, and the passes that draw a place and a direction in a cell and weigh it, if any do."""
+    """Return a detector's columns, and the passes that sample and weigh within a cell."""
     shape = emitter.shape
     columns = layout.center_columns(plan.space.place(shape.middle)) | {"side": 1.0, "handed": 1.0}
     columns |= {f"{axis}_cells": 1 for axis in ("mu", "turn", "u", "v")}
@@ -227,6 +234,7 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
             return columns | _even(plan, sensor.edges()), (None, "look_evenly", None)
         case PointDetector():
             return columns, (None, None, None)
+    # Sample places within position bins, and directions within direction bins, where the detector has any.
     place, look, weigh = None, None, None
     columns |= layout.frame_columns(shape.frame)
     if emitter.source.is_back:
@@ -250,7 +258,7 @@ def _cells_of(plan: Plan, sensor: Sensor, emitter: Emitter) -> tuple[dict, Passe
 
 
 def _camera(plan: Plan, camera: Camera) -> dict[str, float]:
-    """Rows of pixels as turns, columns as cosines; e_u of the frame is to the right."""
+    """Return columns of a camera's pixels: rows as turns, columns as cosines; e_u points right."""
     left, up, forward = camera.frame
     edges = camera.edges()
     columns = layout.frame_columns((tuple(-x for x in left), up, forward))
@@ -258,13 +266,13 @@ def _camera(plan: Plan, camera: Camera) -> dict[str, float]:
 
 
 def _even(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
-    """Bins of all directions, by the cosine to +z."""
+    """Return columns of bins over all directions, by the cosine to +z."""
     cosines = np.cos(edges["theta"])[::-1] if "theta" in edges else edges.get("mu", np.array([-1.0, 1.0]))
     return axis_columns(plan, "mu", cosines, 0) | _turns(plan, edges)
 
 
 def _local(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
-    """Bins over the hemisphere: edges of the squared cosine, and of the squared sine, so that neither cancels."""
+    """Return columns of hemisphere bins by squared cosine and squared sine, so that neither cancels."""
     if "theta" in edges:
         theta = edges["theta"][::-1]
         squares, rest = np.cos(theta) ** 2, np.sin(theta) ** 2
@@ -277,11 +285,15 @@ def _local(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
 
 
 def _turns(plan: Plan, edges: dict[str, np.ndarray]) -> dict[str, float]:
+    """Return columns of azimuth bins, in turns."""
     return axis_columns(plan, "turn", edges.get("phi", np.array([0.0, 2 * math.pi])) / (2 * math.pi), 0)
 
 
 def _places(plan: Plan, detector: Detector, shape: Shape) -> dict[str, float]:
-    """Bins of position by what is even over the area: lengths, squared radii, cosines, turns."""
+    """Return columns of position bins in coordinates uniform over the area.
+
+    These are lengths, squared radii, cosines and turns.
+    """
     size, edges = plan.space.size, detector.positions.edges(shape)
     match shape:
         case Rectangle():

@@ -1,4 +1,4 @@
-"""Sheets beyond which there is nothing: what leaves to that side has escaped, without another flight to find that out."""
+"""Find the empty sides of sheets: a particle that leaves there has escaped without another flight."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PARALLEL = 1e-15
 
 
 def empty_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
-    """Whether all other sheets lie behind this one, and whether all lie in front of it; without any allowance."""
+    """Return whether the front and the back side of a sheet are empty (exact, without tolerance)."""
     others = [other.support for other in sheets if other is not sheet]
     others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
     match sheet.support:
@@ -24,7 +24,7 @@ def empty_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
 
 
 def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
-    """Whether a shape lies where the normal does not point (side 1), or where it points (side -1)."""
+    """Return whether a shape lies behind a plane (side 1), or on the normal's side (side -1)."""
     normal, center = np.array(flat.normal), np.array(flat.center)
     if shape.is_infinite:
         is_parallel = isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL

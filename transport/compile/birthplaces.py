@@ -1,4 +1,4 @@
-"""Places of a source, a little before the side that emits: what is there decides what its particles are born into."""
+"""Points just off the emitting side of a source, which decide its particles' medium of birth."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from transport.shapes import Box, Disk, FlatShape, Mesh, Point, Rectangle, Revolved, Shape, Sphere, Triangle
 from transport.sources import Beam, Source
 
-NEARBY = 1e-9  # of a source's extent, before its surface
-AWAY = 2.0**-40  # [scene lengths] from a point
-LOOKS = 64  # places in a source
-STEPS = 2.0 ** -(np.arange(1, 4) / 4)  # of places that fill a cube evenly
+NEARBY = 1e-9  # of a source's extent: distance of the points from an emitting surface
+AWAY = 2.0**-40  # [scene lengths] least distance of the points from the source
+LOOKS = 64  # number of points per source
+STEPS = 2.0 ** -(np.arange(1, 4) / 4)  # strides of a sequence that fills the unit cube evenly (Kronecker)
 
 
 def places_of(source: Source, piece: Shape, size: float) -> np.ndarray:
-    """Places [m] of a piece of a source, (n, 3); size: of the scene [m]."""
+    """Return points of one piece of a source [m], shape (n, 3). size: size of the scene [m]."""
     if isinstance(piece, Point):
         way = np.array(source.emission.direction) if isinstance(source.emission, Beam) else np.zeros(3)
         return np.array(piece.position)[None] + AWAY * size * way
@@ -29,7 +29,7 @@ def places_of(source: Source, piece: Shape, size: float) -> np.ndarray:
 
 
 def _within(piece: Shape, u: np.ndarray) -> np.ndarray:
-    """Places in a Box or Sphere; of what has no bounds its middle."""
+    """Return points evenly spread over a volume, shape (n, 3)."""
     middle = np.array(piece.middle)
     match piece:
         case Box(size=size):
@@ -46,7 +46,7 @@ def _directions(u: np.ndarray) -> np.ndarray:
 
 
 def _upon(piece: Shape, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places on a surface and its normals there."""
+    """Return points on a surface and the normals there, shape (n, 3) each."""
     middle = np.array(piece.middle)
     match piece:
         case Mesh():

@@ -1,4 +1,4 @@
-"""What acts on a surface, as rows: its materials, part by part and side by side, and what light needs to know of them."""
+"""Rows of acting surfaces: the material of each part and each side, with its optical properties."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from transport.validation import SceneError, shown
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-Rows = list[tuple[np.ndarray, np.ndarray]]  # of layout.SURFACE and layout.OPTICS
+Rows = list[tuple[np.ndarray, np.ndarray]]  # rows of layout.SURFACE and layout.OPTICS
 
 
 def nothing() -> tuple[np.ndarray, np.ndarray]:
-    """The rows of what lets everything through."""
+    """Return the rows of a transparent surface."""
     surface = layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
     return surface, layout.row(layout.OPTICS, side=1.0, ratio=1.0)
 
 
 def coat_rows(plan: Plan, member: Member) -> Rows:
-    """The rows of an acting member: those of its front, then, where that is another, of its back."""
+    """Return the rows of an acting member: front, then back where the two differ."""
     material = member.surface.material
     front, back = (material.front, material.back) if isinstance(material, TwoSided) else (material, None)
     rows = _part_rows(plan, front, member)
@@ -50,7 +50,7 @@ def coat_rows(plan: Plan, member: Member) -> Rows:
 
 
 def _part_rows(plan: Plan, material: Material, member: Member) -> Rows:
-    """A row, or for a mixture one for each part, with the shares added up."""
+    """Return one row per part of a mixture, with cumulative shares; one row for any other material."""
     if not isinstance(material, Mixture):
         return [_rows(plan, material, member)]
     shares = np.cumsum([share for _, share in material.parts])
@@ -90,23 +90,23 @@ def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, n
             optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
             optics["power"] = plan.space.size / length
         case _:
-            raise SceneError(f"Surface: no engine for {shown(material)}")
+            raise SceneError(f"Surface: the engine does not support {shown(material)}")
     return surface, optics
 
 
 def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
-    """By which speeds are drawn as they leave a wall: weighted by the speed."""
+    """Return the address of the quantile table of speeds leaving a wall (weighted by the speed)."""
     quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
     return _address(plan, quantile_row(plan, quantile))
 
 
 @lru_cache(maxsize=64)
 def _lobe(roughness: float) -> Quantile:
-    """The quantile of the cosine with which leaves what microfacets keep back; one object for one roughness."""
+    """Return the quantile function of the microfacet lobe's cosine; one object per roughness."""
     return lambda u: lobe_quantile(u, roughness)
 
 
 def _address(plan: Plan, row: np.ndarray) -> int:
-    """Where a row lies that the plan keeps alive."""
+    """Keep a row alive in the plan, and return its address."""
     plan.kept.append(row)
     return row.ctypes.data

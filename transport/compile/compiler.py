@@ -1,4 +1,4 @@
-"""A scene becomes a plan: tables in scene lengths for just the steps that it calls for.  No Numba here."""
+"""Fill the tables of a plan for the steps that a scene needs, in scene lengths. No Numba here."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -38,32 +38,41 @@ from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown
 
-CLEARANCE = 2.0**-48  # [scene lengths] of a point from a surface that cuts or touches its own
-FAINTEST, BRIGHTEST = 1e-300, 1e300  # of all sources, in W or particles: their sums stay normal numbers
-MOST_MARKS = 62  # bits of a history
+# [scene lengths] distance that a point keeps from a surface that cuts or touches its own surface
+CLEARANCE = 2.0**-48
+# [W or particles] bounds of the power of all sources, so that sums of scores stay normal numbers
+FAINTEST, BRIGHTEST = 1e-300, 1e300
+MOST_MARKS = 62  # bits of the word in which a lane records its visits
 
 
 @lru_cache(maxsize=32)
 def compile_scene(scene: Scene, tracking: Tracking | None = None, method: Method = ANALOG) -> Plan:
-    """The plan of a scene; tracking: how absorption is treated, None for what suits the scene; method: how to estimate."""
+    """Return the plan of a scene.
+
+    tracking: how absorption is treated, None for the default of the scene; method: the estimator and the
+    sampling.
+    Raise SceneError where the scene, or for estimator "backward" the adjoint scene, cannot be simulated.
+    """
     if method.estimator != "backward":
         return _plan_of(scene, tracking, method)
     turned, lamps = turned_scene(scene)
     try:
         plan = _plan_of(turned, tracking, method)
     except SceneError as refusal:
-        turning = "simulate: estimator 'backward' makes sources of the detectors and detectors of the sources"
-        raise SceneError(f"{turning}, and that scene is refused: {refusal}") from refusal
+        turning = "simulate: estimator 'backward' exchanges detectors and sources"
+        raise SceneError(f"{turning}, and the exchanged scene is invalid: {refusal}") from refusal
     turn_back(plan, scene, lamps)
     return plan
 
 
 def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
-    """The plan of a scene as it is."""
+    """Return the plan of a scene as it stands, without exchanging sources and detectors."""
+    # Find the sheets and the scene's own coordinates, and refuse shapes that rounding would distort.
     sheets = sheets_of(scene)
     space = space_of(scene)
     check_slivers(sheets, space)
     plan = Plan(scene, space, tracking or default_tracking(scene), method)
+    # Fill media and emitters, which the tables of surfaces and detectors depend on.
     fill_media(plan)
     acting = {number for number, sheet in enumerate(sheets, 1) if sheet.members[0].surface is not None}
     plan.emitters = emitters_of(plan, lambda shape: sheets_of_source(shape, sheets), acting)
@@ -77,12 +86,14 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
         raise SceneError(
             f"Scene: at most 32767 supports (planes, spheres, cylinders, meshes ...), got {len(sheets)}"
         )
+    # Fill sheets, surfaces and detectors.
     _fill_sheets(plan, sheets)
     if len(scene.visited) > MOST_MARKS:
         raise SceneError(f"Scene: via may name at most {MOST_MARKS} places, got {len(scene.visited)}")
     plan.marks = {name: 1 << bit for bit, name in enumerate(scene.visited)}
     _number_rows(plan)
     _fill_members(plan, sheets)
+    # Fill the tables whose rows follow those of the detectors; sizes of scores and guards come last.
     fill_expected(plan)
     _fill_moments(plan)
     fill_phase_spaces(plan)
@@ -95,6 +106,7 @@ def _plan_of(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
 
 
 def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill the tables of sheets: planes and spheres, quadrics, meshes. Row 0 stands for no sheet."""
     plan.sheets = np.zeros(len(sheets) + 1, layout.SHEET)
     plan.curved_sheets = np.zeros(len(sheets) + 1, layout.CURVED_SHEET)
     plan.meshed_sheets = np.zeros(len(sheets) + 1, layout.MESHED_SHEET)
@@ -103,6 +115,7 @@ def _fill_sheets(plan: Plan, sheets: list[Sheet]) -> None:
 
 
 def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
+    """Fill the row of one sheet by its support."""
     support, space, row = sheet.support, plan.space, plan.sheets[number]
     if isinstance(support, Mesh):
         mesh_table(plan, support).rows.append(plan.meshed_sheets[number])
@@ -123,7 +136,7 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
 
 
 def _number_rows(plan: Plan) -> None:
-    """Each detector has blocks of rows (looks.bin_counts); row 0 of all is nobody's."""
+    """Give each detector its blocks of rows (looks.bin_counts); row 0 belongs to no detector."""
     row = 1
     for detector in plan.scene.meters:
         plan.bases[detector.name] = row
@@ -133,7 +146,7 @@ def _number_rows(plan: Plan) -> None:
 
 
 def _fill_moments(plan: Plan) -> None:
-    """Where a detector takes moments, three rows of velocity sums for each row of the meters."""
+    """Reserve three rows of velocity sums per detector row, where any detector records moments."""
     if not any(detector.moments for detector in plan.scene.meters):
         return
     slowest = min((v for v in scene_speeds(plan.scene) if isinstance(v, float) and v > 0), default=0.0)
@@ -148,6 +161,7 @@ def _fill_moments(plan: Plan) -> None:
 
 
 def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill surfaces, rims, detectors and shape rows, member by member of each sheet."""
     coats, rims, meters, layers = [nothing()], [np.zeros((), layout.RIM)], [], []
     ties, firsts = _ties(sheets), []
     for number, sheet in enumerate(sheets, start=1):
@@ -156,6 +170,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
         for member in sheet.members:
             code = number << layout.SHEET_SHIFT | beyond
             first = len(coats)
+            # Give an acting surface its rows, and write the first of them and its material into the hit word.
             if member.surface is not None:
                 firsts.append((number, first, member))
                 coats += coat_rows(plan, member)
@@ -163,17 +178,19 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
                 code |= first << layout.SURFACE_SHIFT
                 code |= int(coats[first][0]["material"]) << layout.MATERIAL_SHIFT
                 rims += [rim_row(plan, member)] * (len(coats) - first)
+            # Give each detector of the member a layer of the sheet, one bit of the hit word each.
             for look in _looks(plan, member, meters):
                 if layer == layout.METERS_A_SHEET:
                     raise SceneError(
-                        f"Scene: at most {layer} detectors lie on one plane or sphere, got one more on that of"
-                        f" {shown(member.shape)}; bin one detector by positions=Positions(...) instead"
+                        f"Scene: at most {layer} detectors may share one plane or sphere, got one more on"
+                        f" {shown(member.shape)}; use one detector with positions=Positions(...) instead"
                     )
                 if layer == len(layers):
                     layers.append(np.zeros(len(sheets) + 1, layout.LAYER))
                 code |= 1 << layer
                 layers[layer][number] = look
                 layer += 1
+            # Add the bits to the row of a member that covers the same points, or make a new shape row.
             twin = next((row for other, row in covered if covers_alike(other, member)), None)
             if twin is not None:
                 twin["code"] |= code
@@ -186,6 +203,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
             if member.surface is None and name == "rectangle" and bounds_bodies(member):
                 verb = "bound"
             plan.members.append((f"{verb}_{name}", row, member.shape))
+    # Turn the lists into arrays.
     if len(coats) - 1 > layout.SURFACE_MASK:
         raise SceneError(f"Scene: at most {layout.SURFACE_MASK} acting surfaces, got {len(coats) - 1}")
     plan.surfaces = np.array([surface for surface, _ in coats], layout.SURFACE)
@@ -196,7 +214,7 @@ def _fill_members(plan: Plan, sheets: list[Sheet]) -> None:
 
 
 def _beyond(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
-    """Bits of a hit for the sides of a sheet on which nothing lies, where that is of use."""
+    """Return the hit bits of a sheet's empty sides; 0 where the plan cannot use them."""
     if not plan.can_escape_at_once:
         return 0
     before, behind = empty_sides(sheet, sheets)
@@ -204,7 +222,10 @@ def _beyond(plan: Plan, sheet: Sheet, sheets: list[Sheet]) -> int:
 
 
 def _ties(sheets: list[Sheet]) -> dict[int, int]:
-    """For each sheet its number, or the first one's of a box of which it holds a face: one box is met once at its edges."""
+    """Map each sheet to its number, or to the first sheet of a box that has a face on it.
+
+    A ray that crosses an edge of a box thereby meets the box once.
+    """
     first: dict[Shape, int] = {}
     for number, sheet in enumerate(sheets, start=1):
         for member in sheet.members:
@@ -216,7 +237,10 @@ def _ties(sheets: list[Sheet]) -> dict[int, int]:
 
 
 def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.ndarray]:
-    """The layers that a member takes up: its detectors, whose rows `meters` learns, a mark alone, the bodies it bounds."""
+    """Yield the layers of a member: its detectors, a visit mark alone, the bodies that it bounds.
+
+    Rows of its detectors are appended to `meters`.
+    """
     for detector in member.detectors:
         yield layer_row(plan, member, detector, len(meters))
         meters.append(meter_row(plan, member, detector))
@@ -229,7 +253,10 @@ def _looks(plan: Plan, member: Member, meters: list[np.ndarray]) -> Iterator[np.
 
 
 def _fill_contacts(plan: Plan, acting: list[tuple[int, int, Member]]) -> None:
-    """Rows of the surfaces that cut or touch the inside of another one.  acting: sheet, first row and member."""
+    """Add rows of the surfaces that cut or touch the interior of another surface.
+
+    acting: sheet number, first surface row and member of each acting surface.
+    """
     for hit, other in contacts_of([member for _, _, member in acting]):
         (sheet_hit, first, _), (sheet, _, member) = acting[hit], acting[other]
         if sheet_hit == sheet:

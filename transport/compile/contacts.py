@@ -1,7 +1,8 @@
-"""Where one acting surface cuts or touches the inside of another: walls that overhang, a ball on a floor.
+"""Find acting surfaces that cut or touch the interior of another: overhanging walls, a sphere on a floor.
 
-A particle that lands there is within rounding of both, and the sign of a rounding error must not decide on which side of
-the other it is.  The engine keeps it to the side that it came from, in scenes that have such places only.
+A particle that lands there lies within rounding of both surfaces, and the sign of a rounding error must not
+decide on which side of the other it is. The engine keeps it on the side it came from, in scenes with such
+contacts only.
 """
 
 import math
@@ -19,9 +20,10 @@ from transport.vectors import Vector, dot
 
 
 def contacts_of(members: list[Member]) -> Iterator[tuple[int, int]]:
-    """Pairs (hit, other) of acting members that come within rounding of one another.
+    """Yield pairs (hit, other) of acting members that come within rounding of one another.
 
-    There are none where surfaces share edges only: a point near its own edge is cared for by itself.
+    Yield nothing where surfaces share edges only: points near an edge are clamped to their own surface
+    anyway.
     """
     pairs = list(_pairs(members))
     if any(is_inside for *_, is_inside in pairs):
@@ -29,13 +31,15 @@ def contacts_of(members: list[Member]) -> Iterator[tuple[int, int]]:
 
 
 def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
-    """Pairs (hit, other) that touch, and whether the other comes inside the hit."""
+    """Yield pairs (hit, other) that touch, and whether the contact lies inside `hit`, away from its edge."""
     if not members:
         return
     low, high = (np.array([member.shape.bounds[side] for member in members]) for side in (0, 1))
     places = np.array([(*member.shape.middle, *member.shape.middle) for member in members])
+    # Derive the tolerance from the largest finite coordinate.
     finite = np.where(np.isfinite([*low.T, *high.T]).T, np.hstack((low, high)), places)
     tolerance = 64 * ROUNDING * (np.abs(finite[:, :3]).max() + np.abs(finite[:, 3:]).max())
+    # Compare members with overlapping bounding boxes only.
     for hit, member in enumerate(members):
         near = ((low <= high[hit] + tolerance) & (high >= low[hit] - tolerance)).all(axis=1)
         for other in np.flatnonzero(near):
@@ -45,10 +49,12 @@ def _pairs(members: list[Member]) -> Iterator[tuple[int, int, bool]]:
 
 
 def touches(hit: Shape, other: Shape, widened: float, tolerance: float) -> bool:
-    """Whether a shape comes within the tolerance of another, of which `widened` (negative: shrunk) counts.
+    """Return whether `hit` comes within the tolerance [m] of `other`.
 
-    Decided for flat shapes, whole spheres, and what is turned about one axis; of other pairs with a surface of
-    revolution it is said that they touch, where a plane does not part them.  A mesh touches nothing: it has no support.
+    widened [m]: enlarges `hit` (negative: shrinks it).
+
+    Exact for flat shapes, whole spheres and surfaces of revolution about one axis. Other pairs with a surface
+    of revolution count as touching unless a plane separates them. A mesh touches nothing: it has no support.
     """
     if isinstance(hit, Mesh) or isinstance(other, Mesh) or are_on_one_support(hit, other):
         return False
@@ -72,7 +78,7 @@ def _is_ball(shape: Shape) -> bool:
 
 
 def _reaches_plane(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
-    """Whether a surface of revolution comes to the plane of a flat shape."""
+    """Return whether a surface of revolution reaches the plane of a flat shape."""
     height = dot(_minus(shape.profile.origin, flat.center), flat.normal)
     along = dot(shape.axis, flat.normal)
     across = math.hypot(*(dot(axis, flat.normal) for axis in shape.frame[:2]))
@@ -83,7 +89,7 @@ def _reaches_plane(shape: Revolved, flat: FlatShape, tolerance: float) -> bool:
 def _common_line(
     hit: Shape, other: Shape, widened: float, tolerance: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The stretches of two planes' common line that lie within one shape, widened, and within the other."""
+    """Return the intervals of two planes' common line within `hit`, widened, and within `other`."""
     nothing = (math.inf, -math.inf)
     slope = dot(hit.normal, other.normal)
     across = tuple(m - slope * n for m, n in zip(other.normal, hit.normal, strict=True))
@@ -100,7 +106,7 @@ def _common_line(
 
 
 def _stretch(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[float, float]:
-    """Where a line in its plane enters and leaves a shape that is widened by the slack; a hole does not count."""
+    """Return the interval of a coplanar line within a shape widened by the slack, holes ignored."""
     offset = _minus(point, shape.center)
     if isinstance(shape, Disk):
         middle = -dot(offset, line)
@@ -121,7 +127,7 @@ def _stretch(shape: Shape, point: Vector, line: Vector, slack: float) -> tuple[f
 
 
 def _edges(shape: FlatShape) -> Iterator[tuple[Vector, float]]:
-    """Outward unit vectors across the edges of a rectangle or triangle, and how far these lie from the center."""
+    """Yield outward unit vectors across the edges, with the edges' distances from the center [m]."""
     if isinstance(shape, Rectangle):
         for axis, length in zip(shape.frame[:2], (shape.width, shape.height), strict=True):
             yield from ((axis, length / 2), (_minus((0.0, 0.0, 0.0), axis), length / 2))

@@ -1,4 +1,4 @@
-"""Each source becomes emitters: one place to be born at, one law of directions, a target or none."""
+"""Turn each source into emitters: one place of birth, one law of directions, and a target or none."""
 
 from __future__ import annotations
 
@@ -38,14 +38,21 @@ from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
 from transport.validation import refuse, shown
 from transport.vectors import dot
 
-SET_OUT = 2.0**-47  # [scene lengths] from where three meters or more meet
-FAINTEST = 1e-200  # [sr] that a target may fill
-BEYOND = 1.0 + 2.0**-40  # of the radius of a ball that holds a shape
-CLOSE = 2.0  # largest weight of a direction towards a target that may be near: half of them follow the source's law
+# [scene lengths] distance at which births start from a point where three detectors or more meet
+SET_OUT = 2.0**-47
+FAINTEST = 1e-200  # [sr] least solid angle of a target
+BEYOND = 1.0 + 2.0**-40  # of the radius of a sphere that encloses a shape
+# Largest weight of a direction towards a target that may be near: half of the directions follow the source's
+# own law.
+CLOSE = 2.0
 
 
 def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set[int]) -> list[Emitter]:
-    """The emitters of all sources; `sheets_of` gives the numbers of the sheets on which a piece lies, `acting` those of walls."""
+    """Return the emitters of all sources, media that emit included.
+
+    sheets_of: gives the numbers of the sheets on which a piece lies; acting: numbers of sheets with acting
+    surfaces.
+    """
     scene, space, emitters = plan.scene, plan.space, []
     for source in (*scene.sources, *glowing_sources(scene)):
         shape = scene.shape_of(source)
@@ -81,7 +88,11 @@ def emitters_of(plan: Plan, sheets_of: Callable[[Shape], list[int]], acting: set
 
 
 def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
-    """A row of the index that a source emits into: that of a boundary's side, or the one around a place of it."""
+    """Return the row of the refractive index that a source emits into; None without a Dielectric.
+
+    The index is that of the boundary's side, or of the medium around a place of the source; 0 where it is
+    unknown.
+    """
     glass = {
         surface.shape: part
         for surface in scene.surfaces
@@ -99,7 +110,10 @@ def medium_row(scene: Scene, source: Source, piece: Shape) -> np.ndarray | None:
 
 
 def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None, list[np.ndarray]]:
-    """The row of the bodies that a source emits into, and of boundaries that a point lies on; refused where it lies in several."""
+    """Return the row of bodies that a source emits into, and rows of boundaries that it lies on.
+
+    Refuse sources whose medium is ambiguous.
+    """
     if not plan.has_bodies:
         return None, []
     if isinstance(piece, Point) and not isinstance(source.emission, Beam):
@@ -119,9 +133,10 @@ def _inside(plan: Plan, source: Source, piece: Shape) -> tuple[np.ndarray | None
 
 
 def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) -> np.ndarray:
-    """A row of births on these sheets: a particle stands on one, and passes for having crossed a second.
+    """Return the row of births on these sheets.
 
-    Of more than two meters that meet in a point it sets out a few roundings away from them.
+    A particle stands on the first sheet, and counts as having crossed the second. Where three detectors or
+    more meet in a point source, particles start a few roundings away from it.
     """
     if not isinstance(shape, Point):
         sheets = sheets[:1]
@@ -133,7 +148,7 @@ def _birth(source: Source, shape: Shape, sheets: list[int], acting: set[int]) ->
 
 
 def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
-    """The pieces of a source with their shares of its amount."""
+    """Yield the pieces of a source with their shares of its amount."""
     if not isinstance(shape, Box) or isinstance(source.emission, (Gas, Isotropic)):
         yield shape, 1.0
         return
@@ -148,6 +163,7 @@ def _shares(source: Source, shape: Shape) -> Iterator[tuple[Shape, float]]:
 
 
 def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
+    """Return the pass and the row by which places of birth are sampled."""
     space = plan.space
     side = -1.0 if source.is_back else 1.0
     values = layout.center_columns(space.place(shape.middle)) | {"side": side}
@@ -194,13 +210,13 @@ def _place(plan: Plan, source: Source, shape: Shape) -> tuple[str, np.ndarray]:
 
 
 def _band(shape: Revolved, space: Space, side: float) -> tuple[str, np.ndarray]:
-    """A surface of revolution: what its area per height is proportional to at both ends."""
+    """Return the pass and the row of a surface of revolution, by its area per height at both ends."""
     profile, size = shape.profile, space.size
     values = layout.center_columns(space.place(profile.origin)) | layout.frame_columns(shape.frame)
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
     values |= {"low": profile.low / size, "high": profile.high / size, "side": side}
     if isinstance(shape, Paraboloid):
-        heights = (4 * w / profile.beta for w in (profile.low, profile.high))  # over the focal length
+        heights = (4 * w / profile.beta for w in (profile.low, profile.high))  # in units of the focal length
         first, last = (math.expm1(1.5 * math.log1p(w)) for w in heights)
         return "born_on_paraboloid", layout.row(layout.BAND, **values, first=first, last=last)
     ends = [profile.area_per_height(w, w) for w in (profile.low, profile.high)]
@@ -220,18 +236,19 @@ def _holed(shape: Rectangle, space: Space) -> np.ndarray:
 
 
 def _facing(source: Source, shape: Shape) -> np.ndarray | None:
-    """The normal by which an aim weighs directions; 0 where all directions are alike."""
+    """Return the row of the normal by which a target weighs directions; all 0 for isotropic emission."""
     if isinstance(shape, FlatShape):
         return _plane_patch(source, shape)
     return None if isinstance(source.emission, Lambertian | Effusive) else layout.row(layout.PATCH)
 
 
 def _plane_patch(source: Source, shape: FlatShape) -> np.ndarray:
-    """The frame of a flat shape, and the side that emits."""
+    """Return the frame of a flat shape, and the side that emits."""
     return layout.row(layout.PATCH, **layout.frame_columns(shape.frame), side=-1.0 if source.is_back else 1.0)
 
 
 def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
+    """Return the pass and the row by which directions are sampled."""
     nothing = layout.row(layout.NO_TABLE)
     match source.emission:
         case Lambertian() | Effusive():
@@ -246,28 +263,29 @@ def _law(source: Source, shape: Shape) -> tuple[str, np.ndarray]:
 
 
 def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[Step, ...] | None]:
-    """The largest weight of a direction, and the passes with the row of the target that directions go to."""
+    """Return the largest weight of a direction, and the passes that sample towards the target."""
     aim = source.aim
     if aim is None:
         return 1.0, None
     lambertian = isinstance(source.emission, (Lambertian, Effusive))
     values = {"lambertian": 1.0 / math.pi} if lambertian else {"isotropic": 0.25 / math.pi}
-    peak = max(values.values())  # per steradian
+    peak = max(values.values())  # [sr^-1] largest density of directions
     is_volume = shape.is_closed and not lambertian
     distance = least_distance(shape, aim.middle, filled=is_volume) / space.size
     values |= layout.center_columns(space.place(aim.middle))
     is_curved = isinstance(aim, Revolved | Mesh)
-    if is_curved:  # a sphere itself, of others the ball that holds them
+    if is_curved:  # Aim at the sphere itself, or at the sphere that encloses another shape.
         radius = aim.extent / space.size * (1.0 if isinstance(aim, Sphere) and aim.is_closed else BEYOND)
         weight = _seen(source, peak * 2.0 * math.pi * one_minus_cosine(radius, distance))
         row = layout.row(layout.TARGET, **values, half_u=radius, unit=1.0 / weight)
         return weight, (("aim_at_sphere", row),)
-    # directions go to its hole as well
+    # Directions towards the hole count as well: aim at the whole rectangle.
     whole = replace(aim, hole=None) if isinstance(aim, Rectangle) else aim
     area, gap = whole.area / space.size / space.size, distance - aim.extent / space.size
     if isinstance(aim, FlatShape):
         gap = max(gap, least_height(shape, aim) / space.size)
     weight = peak * (math.sqrt(area) / gap) ** 2 if gap > 0 else math.inf
+    # Sample near targets from a mixture of the target's density and the source's own law.
     far = weight < CLOSE
     weight = _seen(source, weight if far else CLOSE)
     values |= {"area": area, "natural": 0.0 if far else 1.0 / CLOSE, "unit": 1.0 / weight}
@@ -278,7 +296,7 @@ def _target(source: Source, shape: Shape, space: Space) -> tuple[float, tuple[St
 
 
 def _seen(source: Source, weight: float) -> float:
-    """The largest weight, which must be a number that the sums can be scaled by."""
+    """Return the largest weight; refuse one too small to scale sums by."""
     if not weight > FAINTEST:
         refuse(
             source, f"aim must be seen under more than {FAINTEST:g} sr, got {shown(source.aim)}; come closer"
@@ -287,6 +305,7 @@ def _seen(source: Source, weight: float) -> float:
 
 
 def aim_columns(aim: Shape, space: Space) -> dict[str, float]:
+    """Return the columns of a target's shape, in scene lengths."""
     size = space.size
     if isinstance(aim, Box):
         return {f"half_{axis}": 0.5 * length / size for axis, length in zip("uvw", aim.size, strict=True)}
@@ -299,7 +318,7 @@ def aim_columns(aim: Shape, space: Space) -> dict[str, float]:
 
 
 def one_minus_cosine(radius: float, distance: float) -> float:
-    """1 − cos of the half angle of a sphere seen from a distance of its centre, without cancellation; 2 inside it."""
+    """Return 1 − cos of the half angle of a sphere at a distance, without cancellation; 2 inside."""
     if distance <= radius:
         return 2.0
     sine2 = (radius / distance) ** 2

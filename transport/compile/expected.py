@@ -1,7 +1,7 @@
-"""Expected crossings as rows: of each detector its shape, what births, walls and collisions send it, what flights still count.
+"""Rows of expected crossings: shapes of detectors, densities of events that send shadow rays, shares.
 
-Their sums lie behind those of the flights' crossings, scaled so that the largest is about 1: a detector that fills
-1e-20 of the directions keeps all digits.
+Sums of expected crossings follow those of the particles' own crossings. They are scaled so that the largest
+score is about 1: a detector that fills 1e-20 of all directions keeps all digits.
 """
 
 from __future__ import annotations
@@ -33,37 +33,40 @@ if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
     from transport.sheets import Sheet
 
-LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi  # greatest densities of directions [sr^-1]
-BALL = 4.0  # bounds angle * r^2 / (r^2 + pi radius^2 peak) times peak
-ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # of layout.HELD
-GRID = 1.1  # times the most that is found on a grid of points
-MOST_FACES = 256  # of a mesh that are told apart
-SMALLEST = 1e-12  # of a coordinate: a thousand roundings across a detector
+# [sr^-1] greatest densities of Lambertian and of isotropic directions
+LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi
+BALL = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
+ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # values of `how` in layout.HELD
+GRID = 1.1  # safety factor over the maximum on a grid of points
+MOST_FACES = 256  # of a mesh whose faces are bounded one by one
+SMALLEST = 1e-12  # of a coordinate: 1000 roundings across a detector
 
 Row = np.ndarray
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """A detector that is told what to expect: rows of layout.EXPECTATION by what tells it."""
+    """A detector whose crossings are expected: rows of layout.EXPECTATION by kind of event.
+
+    Events of these kinds (births, walls, collisions) send shadow rays to the detector.
+    """
 
     detector: Detector
-    births: list[Row | None]  # by emitter; None of those that no ray tells of
+    births: list[Row | None]  # by emitter; None where an emitter sends no shadow rays
     walls: Row | None
     collisions: Row | None
     held: dict[str, float]  # columns of layout.HELD
-    layer: int  # of its sheet, among the meters there
-    scale: float  # by which its rows are too large
-    strongest: dict[
-        str, float
-    ]  # by side, the most that a ray brings from a birth or wall there of a history of weight 1
-    nearest: dict[str, float]  # by side, the largest share that a flight counts of what a ray tells as well
-    # that of a flight from a collision at least so far away [m]; None without any
+    layer: int  # of its sheet, among the detectors there
+    scale: float  # factor by which its rows are scaled up
+    # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
+    strongest: dict[str, float]
+    nearest: dict[str, float]  # by side: largest share that a particle's own crossing still counts
+    # The same share for a flight from a collision at least that far away [m]; None without collisions.
     scattered: Callable[[float], float] | None
 
 
 def fill_expected(plan: Plan) -> None:
-    """An Expectation for each detector that points are drawn on."""
+    """Fill an Expectation for each detector that shadow rays sample points on."""
     if not plan.expects:
         return
     scene = plan.scene
@@ -76,30 +79,33 @@ def fill_expected(plan: Plan) -> None:
 
 @dataclass(frozen=True)
 class Guard:
-    """A ball about a detector in which flights from mirrors, glass, gloss and lenses are counted, by the sheet that they come from.
+    """A sphere around a detector in which specular arrivals are counted, by the sheet that they come from.
 
-    They are never added to an estimate, and never prove that there is no such light: a focus is narrower than any ball.
+    These are flights from mirrors, glass, glossy surfaces and lenses. The counts are never added to an
+    estimate, and never prove that no such light exists: a focus is narrower than any sphere.
     """
 
     detector: str
     radius: float  # [m]
     row: np.ndarray  # of layout.GUARD
-    surfaces: dict[int, int]  # by sheet the number of a specular surface on it
+    surfaces: dict[int, int]  # by sheet, the number of a specular surface on it
 
 
 def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
-    """A Guard for each detector that is told what to expect, where surfaces send light that no ray tells of."""
+    """Fill a Guard per expected detector, where specular light exists that no shadow ray covers."""
     if plan.turned is not None or not plan.expectations:
         return
     scene = plan.scene
     specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
     numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
+    # Find the specular surfaces by sheet.
     found = {
         number: numbers[id(member.surface)]
         for number, sheet in enumerate(sheets, start=1)
         for member in sheet.members
         if member.surface is not None and numbers[id(member.surface)] in specular
     }
+    # Place a sphere around each expected detector, and reserve its cells.
     for each in plan.expectations if found else ():
         shape = scene.shape_of(each.detector)
         apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)
@@ -115,7 +121,7 @@ def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
 
 
 def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectation]) -> np.ndarray:
-    """How rays find their detector on a sheet: as flights do, with sums of its own; the other meters are not there."""
+    """Return a layer as shadow rays see it: expected detectors only, with their expected rows."""
     copy = layer.copy()
     for row in copy:
         if row["look"] != 0:
@@ -125,13 +131,19 @@ def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectatio
 
 
 def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
+    """Return the Expectation of a detector.
+
+    A kind of event is (largest density of directions [sr^-1], least distance from the detector [m]).
+    """
     shape = plan.scene.shape_of(detector)
+    # Bound what each kind of event can send.
     births = {k: kind for k, emitter in enumerate(plan.emitters) if (kind := _birth(emitter, shape))}
     walls, collisions = _walls(plan, shape), _collisions(plan, shape)
     kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
     is_pure = all(peak * _angle(shape, gap) <= CLOSE for peak, gap in kinds)
     bound = max((_bound(shape, is_pure, *kind) for kind in kinds), default=1.0)
     _check_size(plan, detector, shape, bound)
+    # Scale sums by a power of two, so that the largest score is about 1.
     scale = math.ldexp(1.0, -math.frexp(bound)[1])
     layer, sheet = _place(plan, detector)
     values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
@@ -146,6 +158,7 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
         row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
     ]
     held = _held(shape, values, is_pure, sheet)
+    # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
     places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
     strongest = {side: _strongest(shape, side, is_pure, kinds) for side, kinds in places.items()}
     nearest = {
@@ -159,13 +172,16 @@ def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
 
 
 def face_of(detector: Detector) -> str:
-    """Which of the two sides of its shape a detector looks from."""
+    """Return the side of its shape, "front" or "back", that a detector measures on."""
     return "back" if IS_BACK[detector.side] else "front"
 
 
 def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
-    """Each emitter and diffuse wall that is not behind a side of a detector, the greatest weight that it sends, its greatest
-    density and how near it comes [m]; of a run backwards the walls alone, for no ray tells of births there.
+    """Return the emitters and diffuse walls that send shadow rays to one side of a detector.
+
+    Each is (shape, greatest weight sent, (greatest density [sr^-1], least distance [m])); those behind the
+    detector are left out. For the estimator "backward" these are walls alone, as shadow rays from births stay
+    within their own cell.
     """
     emitters = [] if plan.method.estimator == "backward" else plan.emitters
     places = [
@@ -184,32 +200,33 @@ def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, 
 
 
 def _triangles(shape: Shape) -> tuple[Shape, ...]:
-    """The pieces of a shape, of a mesh of few faces each of them: those behind a lamp do not count."""
+    """Return the pieces of a shape; a small mesh by its faces, as those behind a detector do not count."""
     if not isinstance(shape, Mesh) or len(shape.faces) > MOST_FACES:
         return pieces(shape)
     try:
         return tuple(Triangle(vertices=corners) for corners in shape.vertices[shape.faces].tolist())
-    except SceneError:  # a face so thin that it has no plane
+    except SceneError:  # a face too thin to define a plane
         return (shape,)
 
 
 def _strongest(
     shape: Shape, side: str, is_pure: bool, places: list[tuple[Shape, float, tuple[float, float]]]
 ) -> float:
-    """The most that a ray brings from one of these places, of a history of weight 1 there."""
+    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1."""
     most = 0.0
     bounds = [(sent * _bound(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
     for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
-        if bound > most:  # else its angles need not be known
+        if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
             most = max(most, min(bound, sent * _slanted(place, shape, side)))
     return most
 
 
 def _slanted(place: Shape, shape: Shape, side: str) -> float:
-    """The most that a ray of weight 1 from the plane of a flat wall or lamp brings, for the angles at both ends; infinite of others.
+    """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
 
-    A cos(there) cos(here) / (pi r^2), with r, and the height over the wall, as of any point of the detector: r is less by its extent, the height is
-    more by what of that is across the wall.
+    The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
+    bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
+    wall is increased by the part of the extent that lies across the wall.
     """
     if not isinstance(place, FlatShape):
         return math.inf
@@ -220,9 +237,11 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
     facing = np.zeros(3)
     if isinstance(shape, FlatShape):
         facing = np.array(shape.normal) * (-1.0 if IS_BACK[side] else 1.0)
-    along = facing - np.dot(facing, normal) * normal  # the plane comes up before the detector this way
+    # The plane of a flat detector comes up in this direction.
+    along = facing - np.dot(facing, normal) * normal
     slope = float(np.linalg.norm(along))
-    lift = reach * slope if facing.any() else reach  # of a point of the detector, over its middle
+    # largest height of a point of the detector over its middle
+    lift = reach * slope if facing.any() else reach
     u = along / slope if slope > 0 else np.array(place.frame[0])
     across = np.cross(normal, u)
     ways, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
@@ -233,7 +252,7 @@ def _slanted(place: Shape, shape: Shape, side: str) -> float:
     least = np.maximum(apart - reach, 0.0)
     with np.errstate(divide="ignore"):
         there = np.minimum((abs(height) + lift) / least, 1.0)
-        # as high above all of a flat one
+        # A flat detector is equally high above all of these points.
         here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
         area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
         return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
@@ -244,7 +263,10 @@ def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> 
 
 
 def _flights_share(shape: Shape, peak: float, gap: float) -> float:
-    """The most that a flight counts of what a ray tells as well, from so far away (physics/connections.py)."""
+    """Return the largest share that a particle's own crossing keeps from that distance [m].
+
+    See physics/connections.py.
+    """
     if isinstance(shape, Sphere):
         area, distance = math.pi * shape.radius**2, gap + shape.radius
     else:
@@ -253,16 +275,19 @@ def _flights_share(shape: Shape, peak: float, gap: float) -> float:
 
 
 def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
-    """Refuse detectors whose points numbers cannot tell apart where they lie, or whose scores they cannot hold."""
+    """Refuse detectors too small for rounding to resolve their points, or for their scores to be held."""
     if not bound > FAINTEST:
-        refuse(detector, f"must be seen under more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+        refuse(detector, f"must subtend more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
     if shape.extent / plan.space.size < SMALLEST * sum(map(abs, plan.space.place(shape.middle))):
-        must = f"must be larger than {SMALLEST:g} of its distance from the smallest shape of the scene"
+        must = f"must be larger than {SMALLEST:g} times its distance from the smallest shape of the scene"
         refuse(detector, f"{must}, got {shown(shape)}; run it in a scene of its own")
 
 
 def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
-    """Greatest density of a direction, and how near births come to the detector [m]."""
+    """Return the greatest density of directions [sr^-1] and the least distance [m] of births.
+
+    None where they send no shadow rays.
+    """
     law = _law(emitter)
     if not law:
         return None
@@ -271,7 +296,7 @@ def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
 
 
 def _law(emitter: Emitter) -> dict[str, float]:
-    """The density of directions at birth, where a ray can tell of it; none of births that are aimed."""
+    """Return the density of directions at birth that shadow rays use; empty for births with a target."""
     if emitter.target is not None:
         return {}
     match emitter.source.emission:
@@ -283,7 +308,7 @@ def _law(emitter: Emitter) -> dict[str, float]:
 
 
 def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
-    """The same of what diffuse walls send; none sends anything to a flat detector on itself."""
+    """Return the same for diffuse walls; a flat detector on a wall receives nothing from it."""
     scene = plan.scene
     walls = [s.shape for s in scene.surfaces if any(isinstance(p, Diffuse) for p in simple_parts(s.material))]
     if not walls:
@@ -293,14 +318,14 @@ def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
 
 
 def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
-    """The same of collisions in media that scatter."""
+    """Return the same for collisions in media that scatter."""
     if not scatters_anywhere(plan):
         return None
     return max(map(peak_of, plan.phase_numbers)), nearest_collision(plan, shape)
 
 
 def peak_of(phase) -> float:
-    """The greatest density of a phase function [sr^-1]; of a mixture at most the sum of its parts'."""
+    """Return the greatest density of a phase function [sr^-1]; for a mixture the sum over its parts."""
     if isinstance(phase, Mixture):
         return sum(share * peak_of(part) for part, share in phase.parts)
     values = getattr(phase, "values", None)
@@ -308,7 +333,7 @@ def peak_of(phase) -> float:
 
 
 def nearest_collision(plan: Plan, shape: Shape) -> float:
-    """How near a detector, or a point, collisions can be [m]: 0 where it lies in what scatters."""
+    """Return the least distance of collisions from a detector [m]; 0 in a medium that scatters."""
     rows = np.flatnonzero(plan.media["phase"] != 0).tolist()
     bits = int(body_bits_around(plan.scene, np.array([shape.middle]))[0])
     if 0 in rows or any(bits >> (row - 1) & 1 for row in rows):
@@ -321,7 +346,7 @@ def nearest_collision(plan: Plan, shape: Shape) -> float:
 
 
 def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:
-    """A bound of the distance between where events are and a detector [m]; 0 where it may be less than that."""
+    """Return a lower bound of the distance between the place of events and a detector [m]."""
     if isinstance(shape, Sphere):
         return max(0.0, least_distance(place, shape.center, filled=is_filled) - shape.radius)
     reach = shape.radius if isinstance(shape, Disk) else shape.extent
@@ -330,19 +355,20 @@ def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:
 
 
 def _angle(shape: Shape, gap: float) -> float:
-    """A bound of the solid angle of a detector from so far away [sr]; of a flat one area/r^2."""
+    """Return an upper bound of a detector's solid angle from that distance [sr]; for a flat one area/r^2."""
     if isinstance(shape, Sphere):
         return 2 * math.pi * one_minus_cosine(shape.radius, shape.radius + gap) if gap > 0 else 4 * math.pi
     return shape.area / gap**2 if gap > 0 else math.inf
 
 
 def _bound(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
-    """The most that a ray of weight 1 can bring."""
+    """Return the largest score of a ray of weight 1."""
     bound = peak * _angle(shape, gap)
     return bound if is_pure else min(bound, BALL if isinstance(shape, Sphere) else 1.0)
 
 
 def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
+    """Return the columns of layout.EXPECTATION that do not depend on the kind of event."""
     size = plan.space.size
     values = layout.center_columns(plan.space.place(shape.middle))
     values |= {"first": plan.bases[detector.name] + 2 * plan.half, "legs": 1, "sheet": -1}
@@ -353,7 +379,7 @@ def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[s
 
 
 def _place(plan: Plan, detector: Detector) -> tuple[int, int]:
-    """The layer and the sheet of a detector in one piece."""
+    """Return the layer and the sheet of a detector in one piece."""
     return next(
         (layer, int(number))
         for layer, rows in enumerate(plan.layers)
@@ -363,7 +389,7 @@ def _place(plan: Plan, detector: Detector) -> tuple[int, int]:
 
 
 def _held(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
-    """Columns of layout.HELD."""
+    """Return the columns of layout.HELD."""
     how = BALL_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
     columns = {name: values[name] for name in ("cx", "cy", "cz", "area")}
     return columns | {"how": ALL if is_pure else how, "sheet": sheet}

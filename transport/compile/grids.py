@@ -1,4 +1,4 @@
-"""Grids as rows: where their voxels lie, and the majorants of macro cells, blocks of voxels that a flight crosses at once."""
+"""Rows of grids: voxels, and majorants of macro cells (blocks of voxels crossed in one step)."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from transport.media import Grid
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-# What a flight spends on crossing a macro cell, twice where their table does not stay in the second cache, and on a tentative
-# collision [ns]: fitted by hand to the times of tests/bench/grid.py.
+# Time [ns] to cross a macro cell (twice that where the majorants exceed the second-level cache) and to try a
+# tentative collision: fitted to tests/bench/grid.py. LARGE: size of that cache [bytes].
 CROSSING, TRYING, LARGE = 6.0, 14.0, 1 << 22
 
 
 def fill_grids(plan: Plan, analog: bool) -> None:
-    """The plan's rows of the bodies that grids fill: in `grids` those where flights collide, in `thinning_grids` those that
-    only absorb and so only lessen weights."""
+    """Fill the plan's rows of bodies made of voxels.
+
+    `grids` holds those where particles collide, `thinning_grids` those that absorb only and so only reduce
+    weights.
+    """
     for number, body in enumerate(plan.bodies, start=1):
         grid = body.medium
         if isinstance(grid, Grid) and extinction_of(grid).any():
@@ -30,7 +33,8 @@ def fill_grids(plan: Plan, analog: bool) -> None:
 
 
 def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
-    """The row (layout.GRID) of a grid that fills the body of this row of media."""
+    """Return the row (layout.GRID) of a grid that fills the body with this row of MEDIA."""
+    # Lay out voxels and macro cells.
     size, counts = plan.space.size, grid.shape
     voxel = np.array(grid.box.size) / counts
     low = plan.space.place(tuple(grid.box.bounds[0]))
@@ -39,9 +43,10 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
     values |= {f"per_{x}": size / side for x, side in zip("xyz", voxel, strict=True)}
     values |= {f"n{x}": count for x, count in zip("xyz", counts, strict=True)}
     values |= {f"m{x}": count for x, count in zip("xyz", tops.shape, strict=True)}
+    # Store majorants [1/scene lengths] with least shares, padded by a rim of -1 that marks the outside.
     levels = levels_of(grid, block, tops) if collides else np.zeros(1, np.uint8)
     least = least_of(grid, block, tops) if collides else tops
-    both = [np.pad(each, 1, constant_values=-1.0) for each in (tops * size, least)]  # -1: beyond the grid
+    both = [np.pad(each, 1, constant_values=-1.0) for each in (tops * size, least)]  # -1: outside the grid
     tops = np.ascontiguousarray(np.stack(both, axis=-1))
     values |= {
         "tops": tops.ctypes.data,
@@ -49,26 +54,30 @@ def grid_row(plan: Plan, grid: Grid, medium: int, collides: bool) -> np.ndarray:
         "levels": levels.ctypes.data,
         "level_count": levels.size,
     }
+    # Point to the user's own arrays of coefficients; an axis of stride 0 shares one number.
     values |= {"absorbs": bool(grid.absorption.any())}
     for name, array in (("absorption", grid.absorption), ("scattering", grid.scattering)):
         values |= {name: array.ctypes.data, f"{name}_count": 1 + sum(_reach(array))}
         values |= {f"{name}_{x}": step // 8 for x, step in zip("xyz", array.strides, strict=True)}
-    values["ledger"] = layout.ABSORBED  # of which the program knows the rest
+    values["ledger"] = layout.ABSORBED  # the program fills in the rest
     plan.kept += [tops, levels, grid.absorption, grid.scattering]
     return layout.row(layout.GRID, **values)
 
 
 def _reach(array: np.ndarray) -> list[int]:
-    """How far behind the first number each axis reaches; 0 for a number that all voxels share."""
+    """Return the offset of the last number along each axis; 0 where all voxels share one number."""
     return [(count - 1) * step // 8 for count, step in zip(array.shape, array.strides, strict=True)]
 
 
 @lru_cache(maxsize=8)
 def macro_cells(grid: Grid) -> tuple[int, np.ndarray]:
-    """Voxels along the side of a macro cell, and the largest extinction [m^-1] in each: what costs least to fly through.
+    """Return the voxels per side of a macro cell and each cell's largest extinction [m^-1].
 
-    A flight pays for each macro cell that it crosses, half of 1/a + 1/b + 1/c in a unit of length of isotropic directions
-    (Cauchy's formula), and for its tentative collisions, of which there are as many as the mean of the majorants.
+    The size of the cells is the one of the least expected cost.
+
+    A flight pays for each macro cell that it crosses, 0.5 (1/a + 1/b + 1/c) per unit of length for isotropic
+    directions and cells of sides a, b, c (Cauchy's formula), and for tentative collisions, whose number is
+    the mean of the majorants.
     """
     voxel = np.array(grid.box.size) / grid.shape
     tops, block, found = extinction_of(grid), 1, []
@@ -84,7 +93,10 @@ def macro_cells(grid: Grid) -> tuple[int, np.ndarray]:
 
 
 def least_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
-    """Of each macro cell its least extinction over its largest: a chance below it decides without a look at the voxel."""
+    """Return each macro cell's least extinction over its largest.
+
+    A random number below it accepts a collision without a voxel lookup.
+    """
     least = extinction_of(grid)
     for axis, count in enumerate(grid.shape):
         least = np.minimum.reduceat(least, np.arange(0, count, block), axis=axis)
@@ -93,9 +105,9 @@ def least_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
 
 
 def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
-    """Of each voxel its extinction over the majorant of its macro cell in layout.LEVELS steps, rounded down."""
+    """Return each voxel's extinction over its majorant in units of 1/layout.LEVELS, rounded down."""
     levels = np.empty(grid.shape, np.uint8)
-    for i, row in enumerate(tops):  # a layer of macro cells at a time, to save memory
+    for i, row in enumerate(tops):  # one layer of macro cells at a time, to save memory
         layer = slice(i * block, (i + 1) * block)
         within = row.repeat(block, axis=0).repeat(block, axis=1)[: grid.shape[1], : grid.shape[2]]
         extinction = grid.absorption[layer] + grid.scattering[layer]
@@ -105,19 +117,19 @@ def levels_of(grid: Grid, block: int, tops: np.ndarray) -> np.ndarray:
 
 
 def extinction_of(grid: Grid) -> np.ndarray:
-    """absorption + scattering [m^-1] of each voxel, added up as a flight adds them up."""
+    """Return absorption + scattering [m^-1] per voxel, rounded as a flight rounds their sum."""
     return grid.absorption + grid.scattering
 
 
 def _halved(tops: np.ndarray) -> np.ndarray:
-    """The largest of every two by two by two, or of what is left of them at the upper ends."""
+    """Return the maxima over blocks of two by two by two, or fewer at the upper ends."""
     for axis, count in enumerate(tops.shape):
         tops = np.maximum.reduceat(tops, np.arange(0, count, 2), axis=axis)
     return tops
 
 
 def _mean(tops: np.ndarray, block: int, counts: tuple[int, int, int]) -> float:
-    """The mean over the volume: macro cells at the upper ends may be smaller."""
+    """Return the mean over the volume, in which macro cells at the upper ends may be smaller."""
     for count in counts:
         cells = np.diff(np.append(np.arange(0, count, block), count))
         tops = np.tensordot(cells / count, tops, axes=(0, 0))

@@ -1,4 +1,4 @@
-"""Phase space and snapshots as rows of tables: at which instant to look, and in which bins."""
+"""Rows of phase spaces and snapshots: their times, coordinates and bins."""
 
 import math
 
@@ -13,7 +13,7 @@ from transport.vectors import Vector
 
 
 def fill_phase_spaces(plan: Plan) -> None:
-    """A row for each instant of each PhaseSpace; its sums lie behind those of the meters, its moments behind theirs."""
+    """Fill a row per time of each PhaseSpace; its sums and moments follow the detectors'."""
     for phase_space in plan.scene.phase_spaces:
         plan.bases[phase_space.name] = plan.rows
         if phase_space.moments:
@@ -26,7 +26,7 @@ def fill_phase_spaces(plan: Plan) -> None:
 
 
 def fill_snapshots(plan: Plan) -> None:
-    """A row for each Snapshot, numbered in their order."""
+    """Fill a row per Snapshot, in order."""
     for number, snapshot in enumerate(plan.scene.snapshots):
         plan.snapshots.append(
             layout.row(layout.SNAPSHOT, time=min(snapshot.time / plan.tempo, 1.0), number=number)
@@ -34,24 +34,24 @@ def fill_snapshots(plan: Plan) -> None:
 
 
 def bins_of(phase_space: PhaseSpace) -> int:
-    """Number of bins at one time."""
+    """Return the number of bins at one time."""
     return math.prod(len(edges) - 1 for edges in phase_space.axes.values())
 
 
 def reference_velocity(plan: Plan) -> Vector:
-    """The mean velocity [m/s] of all that is born with a common one; about it moments are taken, lest they cancel."""
+    """Return the mean velocity of the sources [m/s]: moments about it do not cancel."""
     total = math.fsum(emitter.amount for emitter in plan.emitters)
     means = [(emitter.amount / total, _common_velocity(emitter.source.emission)) for emitter in plan.emitters]
     return tuple(math.fsum(share * velocity[k] for share, velocity in means) for k in range(3))
 
 
 def fastest_about(plan: Plan) -> float:
-    """A bound of all speeds [m/s], and of those about the reference velocity."""
+    """Return an upper bound of all speeds relative to the reference velocity [m/s]."""
     return plan.fastest + math.hypot(*reference_velocity(plan))
 
 
 def _common_velocity(emission: Emission) -> Vector:
-    """A drift, or the one velocity of a stream."""
+    """Return the drift of an emission, or the velocity of a stream of one speed [m/s]."""
     direction, speed = getattr(emission, "direction", None), emission.speed
     if direction is not None and isinstance(speed, float):
         return tuple(speed * u for u in direction)
@@ -59,6 +59,7 @@ def _common_velocity(emission: Emission) -> Vector:
 
 
 def _row(plan: Plan, phase_space: PhaseSpace, time: float) -> np.ndarray:
+    """Return the row (layout.PHASE) of a PhaseSpace at one time: box, reference velocity, bins."""
     size, speed = plan.space.size, plan.speed_unit
     values = {
         "time": min(time / plan.tempo, 1.0),

@@ -1,8 +1,9 @@
-"""How a compiled scene lies in memory: the record types of the passes' tables and the bits of a hit.
+"""Memory layout of a plan: record types of the passes' tables, and the bits of a hit word.
 
-A hit is one int64: which sheet, which acting surface of which material, and which meters cover the point.
+A hit is one int64. It holds the sheet, the acting surface with its material, and the detectors that cover the
+point:
 
-    bits 0-25   meters of the sheet that cover the point (bit l: layer l)
+    bits 0-25   detectors of the sheet that cover the point (bit l: layer l)
     bits 26-27  nothing lies in front of the sheet, or behind it
     bit  28     the point lies within rounding of its rectangle's edge
     bits 29-31  material of the acting surface
@@ -21,69 +22,81 @@ SHEET_SHIFT = 48
 
 TRANSPARENT, BLACK, DIFFUSE, MIRROR, DIELECTRIC, GLOSSY, LENS = range(7)  # materials
 
-ROUNDING = 2.0**-50  # bounds the relative rounding of a crossing's position: four units in the last place
+# upper bound of the relative rounding of a crossing's position: four units in the last place
+ROUNDING = 2.0**-50
 
-# below this cosine a crossing counts 2/GRAZING_CUT instead of 1/|mu| towards the fluence rate
+# Below this cosine a crossing scores 2/GRAZING_CUT instead of 1/|mu| in the fluence rate.
 GRAZING_CUT = 1e-3
 
-COUNT_BITS = 36  # of a row's number of scores; above them is what grazes it (engine/grazing.py)
+# bits of a row's number of scores; the grazing scores are counted above them (engine/grazing.py)
+COUNT_BITS = 36
 
-# The ledger's rows of four words (high, low, number where it is asked for, spare or, of LOST: crossings from a medium that the scene contradicts, of BORN: the bits of the heaviest birth towards an aim); the absorbed weight follows, a row for each surface, then one for each row of MEDIA.
+# The ledger's rows have four words: high, low, number (where counted), and a spare one.
+# The spare word of LOST counts crossings from a medium that the scene contradicts; that of BORN holds the
+# bits of the heaviest birth towards a target.
+# Absorbed weight follows from ABSORBED on: a row per surface, then a row per row of MEDIA.
 BORN, ESCAPED, IN_FLIGHT, ROULETTE, LOST, ABSORBED = 0, 1, 2, 3, 4, 5
 
-# Where a lane stands: the sheet that its ray began on, that of the meter that it passed last on it (0: none), and
-# whether that was out of a box.
+# The word of a lane's standing point: the sheet on which its ray began, the sheet of the last detector that
+# it crossed there (0: none), and whether it left a box.
 STANDING, OUT, PASSED_SHIFT = 0x7FFF, 1 << 15, 16
 
 NO_TABLE = np.dtype([("unused", "f8")])
-ROWS = np.dtype(
-    [("rows", "i8"), ("count", "i8")]
-)  # address and length of an array of one of the row types below
-TWO_ROWS = np.dtype(
-    [("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")]
-)  # and that of a second one
-MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address of the numbers of the fields to move
+# Address and length of an array of one of the row types below.
+ROWS = np.dtype([("rows", "i8"), ("count", "i8")])
+# Addresses and lengths of two such arrays.
+TWO_ROWS = np.dtype([("rows", "i8"), ("count", "i8"), ("others", "i8"), ("other_count", "i8")])
+MOVED = np.dtype([("fields", "i8"), ("count", "i8")])  # address and number of the fields to move
 CODE = np.dtype([("code", "i8")])
 
 
 def _floats(names: str) -> list[tuple[str, str]]:
+    """Return float64 columns of these names, separated by spaces."""
     return [(name, "f8") for name in names.split()]
 
 
 def _integers(names: str) -> list[tuple[str, str]]:
+    """Return int64 columns of these names, separated by spaces."""
     return [(name, "i8") for name in names.split()]
 
 
-# All lengths in scene lengths.  e_u, e_v, n: the local frame of shapes.FlatShape.frame.
+# All lengths are in scene lengths. e_u, e_v, n: the local frame of shapes.FlatShape.frame.
 FRAME = "cx cy cz eux euy euz evx evy evz nx ny nz"
 
-# s: a point of the sheet; all its meters are met at the distance of that one point's plane (normal n), not each at its own.
+# s: a point of the sheet. All detectors of a sheet are intersected with the plane through s with normal n,
+# not each with its own plane.
 PLACE = "cx cy cz sx sy sz nx ny nz"
 RECTANGLE = np.dtype(
     _floats(FRAME + " sx sy sz half_u half_v inner_u inner_v outward") + _integers("code sheet tie")
 )
 DISK = np.dtype(_floats(PLACE + " inner2 outer2 breadth least2 most2") + _integers("code sheet tie"))
-# c: the first vertex; (a, b) = (p - c) · the dual vectors: weights of the other two vertices in p.
-# reach_a, reach_b, reach_c: lengths of the duals of both weights and of the first vertex's; slack: how far it acts beyond its edges.
+# c: the first vertex; (a, b) = (p - c) · dual vectors: weights of the other two vertices at point p.
+# reach_a, reach_b, reach_c: lengths of the duals of both weights and of the first vertex's weight.
+# slack: distance by which an acting triangle reaches over its edges.
 TRIANGLE = np.dtype(
     _floats(PLACE + " ax ay az bx by bz reach_a reach_b reach_c least_a least_b least_c slack")
     + _integers("code sheet tie")
 )
 SPHERE = np.dtype(_floats("cx cy cz radius") + _integers("code sheet"))
 PLANE = np.dtype(_floats(PLACE) + _integers("code sheet tie"))
-PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # parallel ones
-# A rectangle with a hole, its centre at (hole_u, hole_v) from the rectangle's, turned by the cosine and sine of an angle:
-# half sides of a rectangle, or half_p a radius where half_q is 0.  margin: that far from its edge a point is on the edge.
+PLANES = np.dtype([("one", PLANE), ("other", PLANE)])  # two parallel planes
+# A rectangle with a hole. (hole_u, hole_v): center of the hole from that of the rectangle; hole_cos,
+# hole_sin: the hole's rotation.
+# half_p, half_q: half sides of a rectangular hole; half_p is the radius of a round hole where half_q is 0.
+# margin: a point nearer to the hole's edge counts as on the edge.
 HOLED = np.dtype(RECTANGLE.descr + _floats("hole_u hole_v hole_cos hole_sin half_p half_q margin"))
 # Surfaces of revolution of the second order (physics/quadrics.py) about the axis a, between two heights.
 QUADRIC = np.dtype(
     _floats("cx cy cz ax ay az alpha beta gamma low high inner_low inner_high") + _integers("code sheet")
 )
-# By sheet, where any is such a surface: is_curved 1, else 0.  narrows: of a cone, along the axis 1, against it -1, else 0.
+# Quadrics by sheet: is_curved is 1 for a quadric, else 0. narrows: for a cone +1 or -1 (it narrows along the
+# axis or against it), else 0.
 CURVED_SHEET = np.dtype(_floats("cx cy cz ax ay az alpha beta gamma narrows") + _integers("is_curved"))
 
-# A mesh: its vertices (x, y, z), of each facet the numbers of three and the normal, and a hierarchy of boxes about c.  A node is a
-# cache line: the boxes of two children, and of each the first facet and how many, or the child's own node and 0.
+# A mesh: vertices (x, y, z), three vertex numbers and the normal per facet, and a bounding volume hierarchy
+# about c.
+# A node is one cache line: the boxes of two children, and per child either its first facet and their number,
+# or its node and 0.
 MESH = np.dtype(
     _floats("cx cy cz")
     + _integers("vertices vertex_count faces normals facet_count nodes node_count code sheet")
@@ -92,24 +105,24 @@ NODE = np.dtype(
     [(f"{side}_{x}{n}", "f4") for n in (0, 1) for side in ("low", "high") for x in "xyz"]
     + [(f"{what}{n}", "i4") for n in (0, 1) for what in ("first", "count")]
 )
-MESHED_SHEET = np.dtype(
-    _integers("vertices vertex_count faces normals facet_count")
-)  # by sheet, 0 for what is no mesh
+# Meshes by sheet; 0 for other sheets.
+MESHED_SHEET = np.dtype(_integers("vertices vertex_count faces normals facet_count"))
 
-SHEET = np.dtype(
-    _floats("nx ny nz cx cy cz radius curvature outward")
-)  # curvature 1/radius, 0 for a plane; outward: +1 or -1 where a box's normal is that of the sheet or opposite, else 0
-# A mixture is as many rows as it has parts, one behind the other; share: of its parts up to and with this one.
-# quantiles: address of a QUANTILES row from which speeds are drawn anew, 0: they stay.
-# back: rows from there to those of the other side, 0 where both sides are alike.
+# Planes and spheres by sheet. curvature: 1/radius, 0 for a plane.
+# outward: +1 (-1) where the outward normal of a box is along (against) the sheet's normal, else 0.
+SHEET = np.dtype(_floats("nx ny nz cx cy cz radius curvature outward"))
+# A mixture has one row per part, in succession; share: cumulative share up to and including this part.
+# quantiles: address of a QUANTILES row for new speeds; 0: speeds do not change.
+# back: number of rows to the first row of the back side; 0 where both sides are alike.
 SURFACE = np.dtype(_floats("albedo share") + _integers("material parts quantiles back"))
-# What light needs to know of a surface, by its row.  side: -1 where its normal is opposite to its sheet's;  ratio: index inside over
-# outside (0 for what is no boundary of media), excess: (ratio - 1)(ratio + 1);  through: share of what goes on that passes;  power: 1/focal length, of a lens at c.
+# Optical properties by row of a surface. side: -1 where its normal is opposite to its sheet's normal.
+# ratio: index inside over index outside (0 unless a boundary of media); excess: (ratio - 1)(ratio + 1).
+# through: transmitted share of what is not absorbed; power: 1/focal length of a lens with center c.
 OPTICS = np.dtype(
     _floats("side inside outside ratio excess roughness through cx cy cz power") + _integers("lobe")
 )
 
-# Where a surface ends, by its row: points within rounding of that are drawn back from it (landings.py).
+# Edges by row of a surface: points within rounding of an edge are clamped inside it (landings.py).
 RECTANGLE_RIM, DISK_RIM, TRIANGLE_RIM, QUADRIC_RIM = 1, 2, 3, 4
 RIM = np.dtype(
     _floats(FRAME + " inner_u inner_v low high alpha beta gamma ax ay az bx by bz least_a least_b least_c")
@@ -117,17 +130,18 @@ RIM = np.dtype(
     + _integers("form")
 )
 
-# The meter in layer l of a sheet: a look is one int64, 0 for none, so that a lane fetches a single word.
-#   bits 0-37 its first row;  38-58 number of its cosine bins;  59 it looks against the sheet's normal;  60 it is there
-# mark: the bits that a visit sets, where a detector asks `via`.
-# front, back: the bits of bodies that a particle is in which leaves to the front or to the back.
+# The detector in layer l of a sheet. Its word `look` is one int64, 0 for none, so that a lane fetches a
+# single word:
+#   bits 0-37 first row; 38-58 number of cosine bins; 59 measures against the sheet's normal; 60 present
+# mark: bits that a visit sets, where a detector has `via`.
+# front, back: bits of the bodies that contain a particle leaving to the front or to the back.
 LAYER = np.dtype(_integers("look meter mark front back"))
 LOOK_BASE, LOOK_CELLS_SHIFT, LOOK_CELLS, LOOK_BACK, LOOK = (1 << 38) - 1, 38, (1 << 21) - 1, 1 << 59, 1 << 60
-LAYERS = np.dtype(
-    _integers("rows count layer half meters meter_count")
-)  # half: rows from arrivals to departures
-# A meter's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of their edges, distance
-# in rows from one cell to the next; turn_low: the first azimuth edge [rad].
+# half: number of rows from arrivals to departures.
+LAYERS = np.dtype(_integers("rows count layer half meters meter_count"))
+# A detector's axes beyond plain cosine bins: kind of coordinate (0: none), number of cells, address of the
+# edges, stride in rows.
+# turn_low: the first azimuth edge [rad].
 WORLD_COSINE, LOCAL_COSINE, CONE, FLAT_AZIMUTH, SPHERE_AZIMUTH, WORLD_AZIMUTH = 1, 2, 3, 4, 5, 6
 RECTANGLE_PLACE, DISK_PLACE, SPHERE_PLACE, REVOLVED_PLACE = 1, 2, 3, 4
 
@@ -136,47 +150,55 @@ def _axis(name: str) -> list[tuple[str, str]]:
     return _integers(f"{name}_cells {name}_edges {name}_stride")
 
 
+# axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle.
+# via: bits of the visits required; least, most: number of reflections; outside: row for all other times and
+# speeds.
+# by_cell: first row of sums by cell of birth, for a source of the estimator "backward"; of_rays: the same for
+# shadow rays; strong: the least score of a ray that counts as strong.
 METER = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed turn_low strong")
     + _integers("mu_kind turn_kind place via least most outside by_cell of_rays")
     + [column for axis in ("mu", "turn", "u", "v", "time", "speed") for column in _axis(axis)]
-)  # axis: of a sphere, or of a cone, whose lower edge is minus the squared sine of its half angle
-# via: bits of what must have been visited; least, most: reflections; outside: row outside of all times and speeds
-# by_cell: first of its rows by the cell of birth, of a source that is run backwards;  of_rays: that of what rays bring it;
-# strong: the least score of a ray that is among the strongest
+)
 
-# A detector that histories start at: its cells from `first` on, of mu, turn, u and v (the shape's own), and what their edges are of:
-# squared cosines (and squared sines at sine_edges), cosines to +z, or columns of pixels; turns, or their rows; lengths, squared radii
-# or cosines.  births: row of the histories of cell 0;  spread: 1 - cos of a cone about `axis`;  side: of its normal, handed: of e_u.
+# A detector from which particles start (estimator "backward"). Its cells, of mu, turn, u and v (the shape's
+# own), are numbered from `first` on.
+# mu_edges: squared cosines (with squared sines at sine_edges), cosines to +z, or columns of pixels.
+# turn_edges: turns, or rows of pixels. u_edges, v_edges: lengths, squared radii or cosines.
+# births: row of the births in cell 0; spread: 1 - cos of the half angle of a cone about `axis`; side: of its
+# normal; handed: sign of e_u.
 SENSOR = np.dtype(
     _floats(FRAME + " axis_x axis_y axis_z side handed radius spread")
     + _integers("first cells part births sine_edges")
     + [column for axis in ("mu", "turn", "u", "v") for column in _axis(axis)]
 )
 
-# Media by body: row 0 is what surrounds all bodies, row 1 + k the medium of body k.  mfp, sigma_a, survival as in the bundle;
-# phase: number of its phase function (the first of a mixture's), from 1.
+# Media by body: row 0 is the surrounding medium, row 1 + k the medium of body k. mfp, sigma_a, survival: as
+# in the bundle.
+# phase: number of its phase function, from 1 (the first part of a mixture); 0: none.
 MEDIA = np.dtype(_floats("mfp sigma_a survival index") + _integers("phase"))
-INSIDE = np.dtype(_integers("inside"))  # of a birth: the bits of the bodies that it is in
-BESIDE = np.dtype(
-    _floats("nx ny nz") + _integers("bit")
-)  # of a birth on a body's boundary: its outward normal
+INSIDE = np.dtype(_integers("inside"))  # bits of the bodies that a birth lies in
+# A birth on the boundary of a body: the outward normal and the body's bit.
+BESIDE = np.dtype(_floats("nx ny nz") + _integers("bit"))
 BODY_BOX = np.dtype(_floats("cx cy cz hx hy hz") + _integers("bit"))
-BOUNDED = np.dtype(
-    _floats("low_x low_y low_z high_x high_y high_z") + _integers("bit")
-)  # a finite body's bit, 0 for what has no end, and the box about it
-BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))  # bit: 0 for what surrounds all
-WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and that of the ledger
-# Importance e^rise, rise = (x - c) · k between 0 and `most`.  has_grids: 1 where what a flight goes through is not told by its free path.
+# A body's bounding box with its bit; bit 0 for unbounded bodies.
+BOUNDED = np.dtype(_floats("low_x low_y low_z high_x high_y high_z") + _integers("bit"))
+# bit: 0 for the surrounding medium
+BODY = np.dtype(_integers("bit medium") + _floats("mfp sigma_a survival"))
+WEIGHED = np.dtype(_integers("medium ledger"))  # a row of MEDIA that absorbs, and its row of the ledger
+# Importance is e^rise with rise = (x - c) · k, clipped to [0, most]. has_grids: 1 where the free path alone
+# does not describe the medium.
 IMPORTANCE = np.dtype(_floats("cx cy cz kx ky kz most") + _integers("has_grids"))
-ROULETTE_LAW = np.dtype(
-    _floats("threshold level")
-)  # shares of the birth weight: below which it is played, and what a survivor has
+# threshold: share of the birth weight below which Russian roulette is played; level: a survivor's share.
+ROULETTE_LAW = np.dtype(_floats("threshold level"))
 PHASE_LAW = np.dtype(_floats("g share") + _integers("number parts rows count"))  # of a phase function
-# Voxels that fill a body.  c: the lower corner, per: voxels per scene length, n: voxels, m: macro cells of `block` voxels a side along
-# each axis; tops: address of their majorants [1/scene lengths], one more on every side;  levels: of each voxel's extinction over the
-# majorant in LEVELS steps, rounded down: so a byte decides nearly all of what happens there.  absorption, scattering: addresses of the user's own arrays [m^-1], and the
-# steps along each axis in numbers, 0 where one number serves all; length [m] of a scene length.
+# Voxels that fill a body. c: lower corner; per: voxels per scene length; n: voxels; m: macro cells of `block`
+# voxels per side, each by axis.
+# tops: address of the majorants [1/scene lengths], with one extra cell on every side.
+# levels: each voxel's extinction over its majorant in LEVELS steps, rounded down: one byte decides nearly all
+# collisions.
+# absorption, scattering: addresses of the user's arrays [m^-1], with a stride per axis (0 where one number
+# serves all); length: [m] per scene length.
 GRID = np.dtype(
     _floats("cx cy cz per_x per_y per_z length")
     + _integers("medium ledger absorbs block nx ny nz mx my mz tops top_count levels level_count")
@@ -187,35 +209,46 @@ GRID = np.dtype(
     ]
 )
 LEVELS = 255.0
-SLACK = 2.0**-48  # [scene lengths] by which collisions keep clear of what is ahead and behind
+SLACK = 2.0**-48  # [scene lengths] distance that collisions keep from the surfaces ahead and behind
 
-# A volume detector: a box of half sides h, or a ball of radius hx with the radii of its shells.  scale: one over the largest score of
-# weight 1 [1/scene lengths];  first: its first row;  rows: of a cell, the outside of all bins of direction and those;  kept: first row of
-# what its cells absorb, 0 where nothing does;  is_one: there is but one cell;  is_even: all bins of direction are equal;  per: cells per scene length.
+# A volume detector: a box of half sides h, or a sphere of radius hx with the radii of its shells.
+# scale: 1 over the largest score of weight 1 [1/scene lengths]; per: cells per scene length.
+# first: its first row; rows: per cell, one outside all direction bins, then the bins; kept: first row of
+# absorbed weight by cell, 0 without absorption.
+# is_one: there is one cell only; is_even: all direction bins are equal.
 VOLUME = np.dtype(
     _floats(FRAME + " hx hy hz width_x width_y width_z per_x per_y per_z scale turn_low")
     + _integers("first rows kept is_one is_even cells_x cells_y cells_z radii")
     + [column for axis in ("mu", "turn") for column in _axis(axis)]
 )
 
-# fades: 1 where weights are lessened on the way
+# fades: 1 where absorption reduces weights along the path.
 VOLUME_IN_GRID = np.dtype([("volume", VOLUME), ("grid", GRID), ("fades", "i8")])
 
-# A point detector: where it is, the first of its POINT_ROWS rows of sums (compile/points.py), its number among their draws.
-# medium: the row of MEDIA about it, where that scatters: there rays are scattered once more; else -1.
+# A point detector: its position, the first of its POINT_ROWS rows of sums (compile/points.py), its number in
+# the random number counter.
+# medium: row of MEDIA around it, where that scatters: rays there are scattered once more (once-more-collided
+# estimator); else -1.
 POINT = np.dtype(_floats("x y z") + _integers("first number medium"))
-# What each birth sends there: intensity in all directions alike, and along the normal of a diffuse emitter, over the weight [sr^-1].
+# Intensity of a birth towards a point detector over its weight [sr^-1]: isotropic, and along the normal of a
+# diffuse emitter.
 POINT_EMISSION = np.dtype(_floats("x y z isotropic lambertian") + _integers("first number"))
-# A box of half sides h, or a ball of radius hx, about c that emits uniformly; scale: one over its volume.
+# A box of half sides h, or a sphere of radius hx, about c that emits uniformly; scale: 1 over its volume.
 POINT_GLOW = np.dtype(_floats("x y z cx cy cz hx hy hz scale") + _integers("first number"))
-# A phase function, or part of a mixture that begins with `number`, as a density per steradian.
+# Density per steradian of a phase function, or of one part of a mixture that begins with `number`.
 POINT_PHASE = np.dtype(_floats("g share") + _integers("number cosines values cells"))
-# Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the least normal numbers.
+# Row POINT_MIDDLE + k of a point detector holds scores from 2^(4 k) up to 2^(4 k + 4), down to the smallest
+# normal numbers.
 POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
-# A detector whose crossings are expected: its shape about c (n: its normal; half_w: a ball's radius), its area;  sharing: above 0 where
-# what arrives close by is left to flights (engine/expecting.py);  scale: a power of two by which its scores are made large;
-# peak: the greatest density of a direction after events of this kind [sr^-1], isotropic and lambertian: of births;  first: where its
-# expected rows begin, number: its own among their draws, sheet: a flat one's, from which it is not seen;  legs: crossings of one ray.
+# A detector whose crossings are expected (next-event estimation): its shape about c (n: normal; half_w:
+# radius of a sphere) and its area.
+# sharing: above 0 where close events share their contribution with the particle's own crossing (MIS,
+# engine/expecting.py).
+# scale: power of two by which its scores are multiplied; peak: greatest density of directions after such
+# events [sr^-1].
+# isotropic, lambertian: density of directions at birth; first: first row of its expected sums; number: its
+# own in the random number counter; sheet: of a flat detector, whose own events send no rays to it; legs:
+# crossings per ray.
 EXPECTATION = np.dtype(
     _floats(
         FRAME
@@ -223,77 +256,81 @@ EXPECTATION = np.dtype(
     )
     + _integers("first number sheet legs")
 )
-# What of a meter's crossings by flights rays have told.  how: 1 all, else all but the share peak area/(r^2 + peak area), r
-# from the event to the crossing (2) or to the centre of a ball (3);  passing: 1 where what acts counts as it comes.
+# Share of a detector's crossings that shadow rays have already scored. how: 1 all; else all but the share
+# peak area/(r^2 + peak area).
+# r: distance from the event to the crossing (how 2) or to the center of a sphere (how 3); passing: 1 where an
+# acting surface scores on arrival.
 HELD = np.dtype(_floats("cx cy cz area") + _integers("how sheet passing"))
 TOLD = np.dtype(_floats("peak"))
-GUARD = np.dtype(
-    _floats("cx cy cz radius2") + _integers("first cells")
-)  # a ball; first: its cell of sheet 0 among `cells`
-WORD = np.dtype(
-    _integers("source target")
-)  # of two bundles: a word of the one is moved into a word of the other; -1: 0
+# A sphere; first: its cell of sheet 0 among `cells`.
+GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
+# Word `source` of one bundle is copied into word `target` of another; source -1: 0.
+WORD = np.dtype(_integers("source target"))
 
-# How often scores of each size come (compile/sizes.py): cells of a detector's side, SIZE_PARTS an octave from 2^SIZE_OCTAVE on.
-# numbers: by row of a meter, where its cells begin;  cells: how many there are in all;  resting: bits of a batch's number,
-# of which one that is set tells that the batch counts no sizes.
+# Histogram of scores by size (compile/sizes.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
+# octave from 2^SIZE_OCTAVE on.
+# numbers: by row of a detector, where its cells begin; cells: number of all cells.
+# resting: a mask of the batch's number; a batch with any of these bits set does not count sizes.
 SIZE_CELLS, SIZE_PARTS, SIZE_OCTAVE = 224, 4, -50
 SIZES = np.dtype(_integers("numbers count cells resting"))
 
-CONTACT = np.dtype(
-    _floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane")
-)  # n: the normal of a plane, the axis of a surface of revolution
+# n: normal of a plane, axis of a surface of revolution.
+CONTACT = np.dtype(_floats("cx cy cz nx ny nz alpha beta gamma reach") + _integers("surface sheet is_plane"))
 
-CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all fly alike
+CLOCK = np.dtype(_floats("duration slowness"))  # slowness: 1/speed, where all particles have one speed
 MEDIA_CLOCK = np.dtype(_floats("slowness") + _integers("rows count has_speeds"))
-MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # the extreme speeds of the scene
+MOMENTS = np.dtype(_floats("fastest slowest") + _integers("is_light"))  # extreme speeds of the scene
 
-# Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS coefficients each.
+# Speeds by an inverse CDF (quantiles.py): octave k of the lower or upper tail has 2^level cells of CELL_TERMS
+# coefficients each.
 QUANTILES = np.dtype(_integers("octaves octave_count cells cell_count"))
-OCTAVE = np.dtype(_integers("cells"))  # its first cell, and the level from bit 32 on
-CELL_TERMS, OCTAVES = 8, 54  # a cache line a cell: coefficients, then the split; octaves of each tail
+OCTAVE = np.dtype(_integers("cells"))  # first cell, and the level from bit 32 on
+# One cache line per cell: coefficients, then the split. OCTAVES: octaves of each tail.
+CELL_TERMS, OCTAVES = 8, 54
 
-# Phase space at a time: up to two coordinates of those below, in bins; first: its row for the outside, the bins follow.
+# Phase space at one time, in bins of up to two of these coordinates. first: row outside all bins; the bins
+# follow.
 COORDINATES = ("x", "y", "z", "vx", "vy", "vz", "speed", "mu")  # numbered from 1
+# moments: first row of the velocity sums, -1: none.
+# vx, vy, vz: the velocity about which moments are taken, so that all sums but that of the speed are free of
+# cancellation.
 PHASE = np.dtype(
     _floats("time low_x low_y low_z high_x high_y high_z fastest vx vy vz")
     + _integers("first moments")
     + [column for axis in ("a", "b") for column in (*_integers(f"{axis}_kind"), *_axis(axis))]
-)  # moments: first row of its velocity sums, -1: none
-# moments: first row of the velocity sums, -1: none;  vx, vy, vz: the velocity about which they are taken, in which
-# all sums but that of the speed stay free of cancellation.
+)
 VELOCITY_SUMS = ("vx", "vy", "vz", "vx2", "vy2", "vz2", "speed")
 SNAPSHOT = np.dtype(_floats("time") + _integers("number"))
 RECORD = np.dtype(_floats("x y z vx vy vz weight") + _integers("history batch snapshot"))
 
-# Ways written down for a picture: from x + start u to x + reach u, infinite where nothing is ahead.  met: whether they end at
-# a surface that acts, and not at a meter, a collision or the end of the clock.
+# A recorded path segment: from x + start u to x + reach u, infinite where it escapes.
+# met: 1 where it ends at an acting surface, 0 at a detector, a collision or the end of the clock.
 WAY = np.dtype(_floats("x y z ux uy uz start reach weight") + _integers("history met"))
 
-# Births.  An emitter lies on a sheet (0: none) and emits from the side where side = +1 or -1 times its normal points.
+# Births. An emitter lies on a sheet (0: none) and emits from the side to which `side` (+1 or -1) times its
+# normal points.
 BIRTH = np.dtype(_floats("weight start") + _integers("sheet"))
-MEDIUM = np.dtype(_floats("index"))  # 0 where it is not known
-MOMENT = np.dtype(_floats("start width"))  # of birth [durations]
-VELOCITY = np.dtype(_floats("vx vy vz"))  # of a drift, or the first alone: a speed
+MEDIUM = np.dtype(_floats("index"))  # 0 where unknown
+MOMENT = np.dtype(_floats("start width"))  # time of birth [durations]
+VELOCITY = np.dtype(_floats("vx vy vz"))  # a drift velocity; or vx alone: a speed
 PATCH = np.dtype(_floats(FRAME + " half_u half_v half_w inner2 outer2 side"))
-BAND = np.dtype(
-    _floats(FRAME + " alpha beta gamma low high first last side")
-)  # first, last: what the area per height is proportional to at both ends, linear between them
-AREAS = np.dtype(
-    _floats("side") + _integers("vertices vertex_count faces normals facet_count shares")
-)  # shares: of the area up to and with a facet
+# first, last: relative area per height at both ends, linear between them.
+BAND = np.dtype(_floats(FRAME + " alpha beta gamma low high first last side"))
+# shares: cumulative share of the area per facet.
+AREAS = np.dtype(_floats("side") + _integers("vertices vertex_count faces normals facet_count shares"))
 DRIFTING = np.dtype(
     _floats(FRAME + " side sigma drift_u drift_v") + _integers("octaves octave_count cells cell_count")
 )
 BEAM = np.dtype(_floats("ux uy uz"))
+# unit: 1 over the largest weight.
 TARGET = np.dtype(
     _floats(FRAME + " half_u half_v half_w inner2 outer2 ax ay az bx by bz")
     + _floats("area isotropic lambertian natural unit")
-)  # unit: one over the largest weight
+)
 
 
 def row(kind: np.dtype, **values: float) -> np.ndarray:
-    """A table row of that kind; columns not named are 0."""
+    """Return a table row of that kind; columns that are not named are 0."""
     record = np.zeros((), kind)
     for name, value in values.items():
         record[name] = value
@@ -301,12 +338,12 @@ def row(kind: np.dtype, **values: float) -> np.ndarray:
 
 
 def center_columns(point: tuple[float, float, float]) -> dict[str, float]:
-    """A point as columns of a table."""
+    """Return a point as the columns cx, cy, cz."""
     return dict(zip(("cx", "cy", "cz"), point, strict=True))
 
 
 def frame_columns(frame: tuple[tuple[float, ...], ...]) -> dict[str, float]:
-    """A local frame (e_u, e_v, n) as columns of a table."""
+    """Return a local frame (e_u, e_v, n) as columns."""
     return {
         f"{e}{x}": value
         for e, v in zip(("eu", "ev", "n"), frame, strict=True)

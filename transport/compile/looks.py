@@ -1,4 +1,4 @@
-"""How a detector looks at a piece of a sheet: the rows from which the engine finds a crossing's bin."""
+"""Rows of detectors on sheets: how the engine finds the bin of a crossing."""
 
 import math
 
@@ -11,7 +11,8 @@ from transport.detectors import Detector
 from transport.shapes import Disk, FlatShape, Mesh, Rectangle, Shape, Sphere
 from transport.sheets import Member
 
-PLACES = {  # kind of coordinates, and which of them are lengths; the others are heights on surfaces of revolution
+# Kind of coordinates, and which of them are lengths; the others are heights on surfaces of revolution.
+PLACES = {
     Rectangle: (layout.RECTANGLE_PLACE, ("u", "v")),
     Disk: (layout.DISK_PLACE, ("u",)),
     Sphere: (layout.SPHERE_PLACE, ()),
@@ -19,9 +20,9 @@ PLACES = {  # kind of coordinates, and which of them are lengths; the others are
 
 
 def bin_counts(detector: Detector, shape: Shape, duration: float | None) -> dict[str, int]:
-    """Number of bins of each axis, in the order in which they lie: time, speed, u, v, azimuth, cosine (fastest).
+    """Return the number of bins per axis, in memory order: time, speed, u, v, azimuth, cosine (fastest).
 
-    A block of rows for each time and speed: one row outside of the other bins, then those.
+    Each time and speed has a block of rows: one row outside all other bins, then those bins.
     """
     outer = {"time": detector.time_edges(duration), "speed": detector.speed_edges()}
     edges = {} if detector.positions is None else detector.positions.edges(shape)
@@ -32,17 +33,17 @@ def bin_counts(detector: Detector, shape: Shape, duration: float | None) -> dict
 
 
 def block_rows(counts: dict[str, int]) -> int:
-    """Rows of one time and speed: those of the other bins, and the one outside of them."""
+    """Return the rows of one time and speed: one outside all other bins, then those bins."""
     return 1 + math.prod(counts[name] for name in ("u", "v", "turn", "mu"))
 
 
 def is_blocked(detector: Detector) -> bool:
-    """Whether there are blocks, and so a row outside of all of them."""
+    """Return whether there are blocks of times or speeds, and so one more row outside all of them."""
     return detector.times is not None or detector.speeds is not None
 
 
 def layer_row(plan: Plan, member: Member, detector: Detector, meter: int) -> np.ndarray:
-    """How a lane finds the detector on a sheet: in the first block of its rows."""
+    """Return the row by which a lane finds the detector on a sheet, at the first block of its rows."""
     base = plan.bases[detector.name] + is_blocked(detector)
     look = layout.LOOK | base | (plain_cosines(detector) or 1) << layout.LOOK_CELLS_SHIFT
     if (member.orientation < 0) != detector.is_back:
@@ -51,7 +52,7 @@ def layer_row(plan: Plan, member: Member, detector: Detector, meter: int) -> np.
 
 
 def plain_cosines(detector: Detector) -> int | None:
-    """The number of equal cosine bins over the hemisphere; None where the bins are others or none."""
+    """Return the number of equal cosine bins over the hemisphere; None for other bins or none."""
     directions = detector.directions
     if directions is None or isinstance(directions, DirectionCone) or directions.frame != "local":
         return None
@@ -59,7 +60,7 @@ def plain_cosines(detector: Detector) -> int | None:
 
 
 def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
-    """The meter's finer axes; `plan.axes` learns which kinds there are."""
+    """Return the row of a detector's finer axes, and record their kinds in `plan.axes`."""
     shape, scene_shape = member.shape, plan.scene.shape_of(detector)
     back = -1.0 if detector.is_back else 1.0
     e_u, e_v, normal = shape.frame
@@ -69,8 +70,9 @@ def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
     values |= {"side": member.orientation * back, "handed": 1.0}
     if not isinstance(shape, FlatShape):
         values |= dict(zip(("axis_x", "axis_y", "axis_z"), normal, strict=True))
-    elif detector.is_back:  # seen from behind e_u changes its sign, and with it the frame stays right-handed
+    elif detector.is_back:  # Seen from behind, e_u changes sign, which keeps the frame right-handed.
         values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}
+    # Lay out the axes in memory, the cosine fastest.
     counts = bin_counts(detector, scene_shape, plan.scene.duration)
     values |= _block_axes(plan, detector, counts) | _filters(plan, detector)
     strides = dict(
@@ -83,7 +85,7 @@ def meter_row(plan: Plan, member: Member, detector: Detector) -> np.ndarray:
 
 
 def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[str, float]:
-    """Times and speeds, each bin a block of rows."""
+    """Return the columns of times and speeds, each bin of which is a block of rows."""
     block, values = block_rows(counts), {"outside": plan.bases[detector.name]}
     times, speeds = detector.time_edges(plan.scene.duration), detector.speed_edges()
     if times is not None:
@@ -96,7 +98,7 @@ def _block_axes(plan: Plan, detector: Detector, counts: dict[str, int]) -> dict[
 
 
 def _filters(plan: Plan, detector: Detector) -> dict[str, float]:
-    """What a history must have been through; anything, unless the detector says so."""
+    """Return the columns of conditions on visits and reflections, recorded in `plan.filters`."""
     values = {"most": np.iinfo(np.int64).max}
     if detector.via is not None:
         plan.filters.add("visits")
@@ -111,6 +113,7 @@ def _filters(plan: Plan, detector: Detector) -> dict[str, float]:
 def _direction_axes(
     plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]
 ) -> dict[str, float]:
+    """Return the columns of the cosine and azimuth axes."""
     directions, values = detector.directions, {}
     if directions is None:
         return values
@@ -138,6 +141,7 @@ def _direction_axes(
 
 
 def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[str, int]) -> dict[str, float]:
+    """Return the columns of the axes u and v."""
     plan.axes.add("place")
     place, lengths = PLACES.get(type(shape), (layout.REVOLVED_PLACE, ("u",)))
     values, size = {"place": place}, plan.space.size
@@ -150,7 +154,7 @@ def _position_axes(plan: Plan, detector: Detector, shape: Shape, strides: dict[s
 
 
 def axis_columns(plan: Plan, name: str, edges: np.ndarray, stride: int) -> dict[str, float]:
-    """Columns of one axis; its edges are kept alive by the plan."""
+    """Return the columns of one axis; the plan keeps its edges alive."""
     edges = np.ascontiguousarray(edges, np.float64)
     plan.kept.append(edges)
     return {f"{name}_cells": len(edges) - 1, f"{name}_edges": edges.ctypes.data, f"{name}_stride": stride}

@@ -1,4 +1,4 @@
-"""Media as rows: what each body does to a flight, and the laws by which it scatters."""
+"""Rows of media: how each body's medium attenuates and scatters, and its phase functions."""
 
 from __future__ import annotations
 
@@ -27,30 +27,33 @@ if TYPE_CHECKING:
     from transport.compile.plan import Plan
     from transport.scene import Scene
 
-# [scene lengths]: shorter free paths would be wrong by more than 2^-16 of themselves
+# [scene lengths]: rounding would change a shorter free path by more than 2^-16 of itself
 THINNEST = 2.0**16 * layout.SLACK
 ANALOG, WEIGHTED = "analog", "weighted"
 
 
 def default_tracking(scene: Scene) -> Tracking:
-    """How absorption is treated where the user does not say: by weights (python -m tests.bench.tracking)."""
+    """Return the default treatment of absorption: weighted, or analog with a clock.
+
+    Measured by python -m tests.bench.tracking.
+    """
     return Tracking(absorption=WEIGHTED if scene.duration is None else ANALOG)
 
 
 def fill_media(plan: Plan) -> None:
-    """The plan's tables of media and phase functions, where its scene has any."""
+    """Fill the plan's tables of media and phase functions, where the scene has any."""
     plan.has_media = has_media(plan.scene)
     if not plan.has_media:
         return
     plan.distinct_media = media_of(plan.scene)
     if plan.tracking.forced and any(isinstance(medium, Grid) for medium in plan.distinct_media):
         raise SceneError(
-            "simulate: tracking must not be forced in a scene with a Grid, got forced=True; leave it out"
+            "simulate: tracking must not be forced in a scene with a Grid, got forced=True; omit it"
         )
     if plan.has_clock and plan.has_speeds and any(medium.index != 1 for medium in plan.distinct_media):
         raise SceneError(
-            "Scene: a Snapshot, a PhaseSpace, speeds or moments do not go with a clock in a medium of index other than 1 as"
-            " yet; leave them out, or give the medium index=1"
+            "Scene: with a clock, Snapshots, PhaseSpaces, speeds and moments need media of index=1;"
+            " omit them, or give the medium index=1"
         )
     for medium in plan.distinct_media:
         _check_density(plan, medium)
@@ -64,26 +67,28 @@ def fill_media(plan: Plan) -> None:
 
 
 def _check_density(plan: Plan, medium) -> None:
-    """Collisions keep clear of surfaces by a rounding of the scene's size: next to that a free path must be long.
+    """Refuse media whose mean free path is so short that rounding matters.
 
-    So must it where ways are measured: of what only absorbs the ledger knows all, a VolumeDetector the length of the way.
+    Collisions keep a distance of rounding from surfaces, next to which a free path must be long. So must it
+    where a VolumeDetector sums path lengths; absorbed weight alone is exact in a medium that only absorbs.
     """
     if not (_scatters(medium) or (plan.scene.volumes and np.any(medium.absorption))):
         return
     path, size = 1.0 / float(np.max(medium.extinction)), plan.space.size
     if path < THINNEST * size:
-        cure = "bring what is far away nearer, as a Disk that shines as the far lamp does"
+        cure = "bring far objects nearer, for example replace a far lamp by an equivalent Disk source"
         if not _scatters(medium):
-            cure += ", let it absorb less, which is as black, or leave out the VolumeDetectors"
+            cure += ", reduce the absorption (it stays opaque), or omit the VolumeDetectors"
         raise SceneError(
-            f"{type(medium).__name__}: mean free paths must be above {THINNEST * size:.2g} m in a scene of {size:.2g} m, got"
-            f" {path:.2g} m; {cure}"
+            f"{type(medium).__name__}: mean free paths must be above {THINNEST * size:.2g} m in a scene of"
+            f" {size:.2g} m, got {path:.2g} m; {cure}"
         )
 
 
 def _media_row(plan: Plan, medium) -> np.ndarray:
+    """Return the row (layout.MEDIA) of a medium."""
     length, values = plan.space.size, {"index": medium.index}
-    if isinstance(medium, Grid):  # the rest is in its own row (compile/grids.py)
+    if isinstance(medium, Grid):  # its coefficients are in its own row (compile/grids.py)
         survival = 0.0 if plan.tracking.absorption == ANALOG and medium.absorption.any() else 1.0
         phase = plan.phase_numbers[medium.phase] if _scatters(medium) else 0
         return layout.row(layout.MEDIA, **values, mfp=math.inf, survival=survival, phase=phase)
@@ -98,11 +103,12 @@ def _media_row(plan: Plan, medium) -> np.ndarray:
 
 
 def _inverse(sigma: float) -> float:
+    """Return the mean free path for a coefficient; infinite for 0."""
     return 1.0 / sigma if sigma > 0 else math.inf
 
 
 def _phase_laws(plan: Plan):
-    """The name of the pass and the row of each phase function, in the order of their numbers; mixtures part by part."""
+    """Yield the pass and the row of each phase function, or part of a mixture, by number."""
     number, plan.phase_numbers = 1, {}
     for medium in plan.distinct_media:
         if _scatters(medium) and medium.phase not in plan.phase_numbers:
@@ -136,18 +142,18 @@ def _law(plan: Plan, phase) -> tuple[str, dict[str, float]]:
             rows = tabulated_rows(phase)
             plan.kept.append(rows)
             return "scatter_by_table", {"rows": rows.ctypes.data, "count": len(rows)}
-    raise SceneError(f"Medium: no engine for {shown(phase)}")
+    raise SceneError(f"Medium: the engine does not support {shown(phase)}")
 
 
 def glowing_sources(scene: Scene) -> list[Source]:
-    """Media that emit, as sources that fill their bodies."""
+    """Return media that emit, as sources that fill their bodies."""
     glowing = [body for body in bodies_of(scene) if body.medium.emission > 0]
     shapes = [(scene.surfaces[body.surfaces[0]].shape, body.medium.emission) for body in glowing]
     return [Source(shape, Isotropic(power=4 * math.pi * shape.volume * glow)) for shape, glow in shapes]
 
 
 def importance_row(plan: Plan) -> np.ndarray:
-    """How importance rises from the start of the plan's Splitting to its end."""
+    """Return the row of the importance, which rises from the start of the plan's Splitting to its end."""
     law = plan.tracking.splitting
     start, end = (np.array(plan.space.place(place)) for place in (law.start, law.end))
     way, most = end - start, math.log(law.gain)
@@ -162,13 +168,14 @@ def importance_row(plan: Plan) -> np.ndarray:
     )
 
 
-HALF = 0.5  # where walls alone lessen weights
+HALF = 0.5  # threshold where walls alone reduce weights
 
 
 def roulette_row(plan: Plan) -> np.ndarray:
-    """When roulette is played, and what survivors weigh: where media lessen weights as the plan's Tracking wants it.
+    """Return the row of Russian roulette: its threshold, and the weight of survivors.
 
-    As heavy as they were born survivors would be rare where all else is light, and errors not tell of them.
+    Where media reduce weights, both are those of the plan's Tracking. Survivors as heavy as at birth would be
+    rare among light scores, and standard errors would not show it.
     """
     if not plan.lessens:
         return layout.row(layout.ROULETTE_LAW, threshold=HALF, level=1.0)
@@ -176,15 +183,16 @@ def roulette_row(plan: Plan) -> np.ndarray:
     return layout.row(layout.ROULETTE_LAW, threshold=law.roulette, level=law.survivors_weight)
 
 
-ALONG = 1e-15  # cosine of a direction along a plane, with rounding
+ALONG = 1e-15  # cosine of a direction within rounding of a plane
 AROUND = np.array([way for way in product((-1.0, -0.37, 0.61, 1.0), repeat=3)])
 
 
 def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarray]] | None:
-    """Of a point that sends out into all directions: the row of births, and one for each boundary on which it lies.
+    """Return the row of births at an isotropic point source, and a row per boundary that it lies on.
 
-    None where it lies on one of a kind whose normal is not known here.
+    None where it lies on a boundary whose normal is not known here.
     """
+    # Probe the bodies around the point in 64 directions.
     ways = AROUND / np.linalg.norm(AROUND, axis=1)[:, None]
     bits = body_bits_around(plan.scene, np.tile(position, (len(ways), 1)), ways)
     inside, rows = int(np.bitwise_or.reduce(bits)), []
@@ -204,7 +212,7 @@ def rows_beside(plan: Plan, position: Vector) -> tuple[np.ndarray, list[np.ndarr
 
 
 def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool:
-    """Whether a ray from a position runs along the boundary of a body."""
+    """Return whether a ray from a position runs along the boundary of a body."""
     for body in plan.bodies:
         for surface, _ in body.faces:
             for piece in pieces(plan.scene.surfaces[surface].shape):
@@ -218,7 +226,7 @@ def runs_along_boundary(plan: Plan, position: Vector, direction: Vector) -> bool
 
 
 def box_rows(plan: Plan) -> list[np.ndarray]:
-    """A row for each body that is a Box without an effect at its faces: where it has its edges."""
+    """Return a row of the edges of each body that is a Box with faces that do nothing."""
     rows, size = [], plan.space.size
     for number, body in enumerate(plan.bodies):
         surface = plan.scene.surfaces[body.surfaces[0]]
@@ -232,7 +240,7 @@ def box_rows(plan: Plan) -> list[np.ndarray]:
 
 
 def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
-    """The row of births at these positions, which lie in the same bodies; None where they do not."""
+    """Return the row of births at these positions [m]; None where they lie in different bodies."""
     bits = np.unique(body_bits_around(plan.scene, positions))
     if len(bits) > 1:
         return None

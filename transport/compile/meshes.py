@@ -1,4 +1,4 @@
-"""Meshes in scene lengths: vertices, facets and normals, made once for each mesh of a plan."""
+"""Meshes in scene lengths: vertices, facets and normals, made once per mesh of a plan."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from transport.shapes import Mesh
 
 
 def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:
-    """The table of a mesh, made when first asked for."""
+    """Return the table of a mesh, made at the first call."""
     if mesh not in plan.meshes:
         vertices = (mesh.vertices - np.array(plan.space.origin)) / plan.space.size
         center = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
@@ -19,13 +19,13 @@ def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:
 
 
 def mesh_row(plan: Plan, mesh: Mesh) -> np.ndarray:
-    """A row by which rays meet the mesh."""
+    """Return a row by which rays are intersected with the mesh."""
     table = mesh_table(plan, mesh)
     return _pointing(table, layout.row(layout.MESH, **layout.center_columns(tuple(table.center))))
 
 
 def areas_row(plan: Plan, mesh: Mesh, side: float) -> np.ndarray:
-    """A row by which places on the mesh are drawn."""
+    """Return a row by which places on the mesh are sampled."""
     return _pointing(mesh_table(plan, mesh), layout.row(layout.AREAS, side=side))
 
 

@@ -1,7 +1,8 @@
-"""A tabulated phase function as rows from which the engine draws: segments of the table, by the alias method.
+"""Rows of a tabulated phase function: segments of the table, sampled by the alias method.
 
-Each row keeps one segment for part of its own probability 1/rows and hands the rest to another one (Walker 1977, built as
-by Vose 1991).  So a draw costs one row whatever the table's length, and follows the table's linear density exactly.
+Each row keeps its segment for part of its probability 1/rows and yields the rest to another segment (Walker
+1977, built as in Vose 1991). A sample thus costs one row whatever the table's length, and follows the table's
+piecewise linear density exactly.
 """
 
 from __future__ import annotations
@@ -13,16 +14,17 @@ import numpy as np
 if TYPE_CHECKING:
     from transport.media.phases import Tabulated
 
-# kept: share of the row's draws that its own segment keeps, of the others the other one is.  start: 1 - |mu| at the end of a
-# segment that is nearer to the peak (to mu = 1, or to mu = -1 where width < 0);  |width|: its breadth in mu;  share: the density
-# at that end over the sum of the densities at both.
+# kept: share of the row's samples that its own segment keeps; the others go to the other segment.
+# start: 1 - |mu| at the end of a segment nearer to the peak (mu = 1, or mu = -1 where width < 0); |width|:
+# its width in mu.
+# share: the density at that end over the sum of the densities at both ends.
 COLUMNS = ("kept", "start", "width", "share", "other_start", "other_width", "other_share", "unused")
 SEGMENT = np.dtype([(name, "f8") for name in COLUMNS])
 ENDS = ("start", "width", "share")
 
 
 def tabulated_rows(phase: Tabulated) -> np.ndarray:
-    """Rows of SEGMENT, a power of two of them: the segments that are ever met, then rows that keep none."""
+    """Return rows of SEGMENT: segments of nonzero weight, padded to a power of two."""
     segments, weights = _segments(phase.mu, phase.values)
     count = 1 << max(len(weights) - 1, 0).bit_length()
     kept, other = _aliases(np.concatenate([weights, np.zeros(count - len(weights))]))
@@ -35,9 +37,9 @@ def tabulated_rows(phase: Tabulated) -> np.ndarray:
 
 
 def _segments(mu: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(start, width, share) of the segments that have any weight, and their weights, relative.
+    """Return (start, width, share) of the segments of nonzero weight, and their relative weights.
 
-    A segment across mu = 0 is told from the nearer end: 1 - |mu| runs on beyond 1.
+    A segment across mu = 0 is measured from its nearer end: 1 - |mu| continues beyond 1.
     """
     low, high, at_low, at_high = mu[:-1], mu[1:], density[:-1], density[1:]
     widths, sums = high - low, at_low + at_high
@@ -49,7 +51,7 @@ def _segments(mu: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _aliases(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(kept, other) of each row.  What is lighter than a row stays whole; what is heavier fills up the lighter ones."""
+    """Return (kept, other) per row: rows lighter than average stay whole, and heavier ones fill them up."""
     left = weights * (len(weights) / weights.sum())
     kept, other = np.ones(len(weights)), np.arange(len(weights))
     light = [int(k) for k in np.flatnonzero(left < 1)]

@@ -1,4 +1,4 @@
-"""The pieces of sheets as rows: how a ray meets each shape, and where its edges are drawn back from."""
+"""Rows of the shapes on sheets: how rays intersect them, and where points are clamped inside edges."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from transport.vectors import dot
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-# So close to an edge [scene lengths] a point is drawn back: 2000 roundings of a coordinate, so that it is clear of what it
-# shares the edge with at an angle of a thousandth as well.
+# [scene lengths] A point nearer to an edge is clamped inside it. This is 2000 roundings of a coordinate,
+# which clears a neighbour that meets the edge at an angle of 0.001 as well.
 SETBACK = 2.0**-42
 KINDS = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
 
 
 def piece_row(plan: Plan, member: Member, sheet: Sheet, code: int, number: int) -> tuple[str, np.ndarray]:
-    """The name of the shape's passes, without their verb, and its row."""
+    """Return the name of the shape's passes, without their verb, and its row."""
     shape = member.shape
     row = (
         layout.row(_kind(shape), code=code, sheet=number)
@@ -39,17 +39,19 @@ def piece_row(plan: Plan, member: Member, sheet: Sheet, code: int, number: int) 
 
 
 def name_of(shape: Shape) -> str:
-    """The name of a shape's passes, without their verb."""
+    """Return the name of a shape's passes, without their verb."""
     if isinstance(shape, Revolved):
         return "sphere" if shape.is_closed else "quadric"
     return "holed" if isinstance(shape, Rectangle) and shape.hole is not None else KINDS[type(shape)]
 
 
 def _kind(shape: Shape) -> np.dtype:
+    """Return the record type of a shape's row."""
     return getattr(layout, name_of(shape).upper())
 
 
 def _columns(member: Member, space: Space) -> dict[str, float]:
+    """Return the columns of a member's shape, in scene lengths."""
     shape = member.shape
     slack = slack_of(member, space)
     match shape:
@@ -71,12 +73,16 @@ def _columns(member: Member, space: Space) -> dict[str, float]:
 
 
 def bounds_bodies(member: Member) -> bool:
-    """Whether it is a boundary of media."""
+    """Return whether the member is a boundary of media."""
     return member.bodies[0] != member.bodies[1]
 
 
 def slack_of(member: Member, space: Space) -> float:
-    """What acts takes what rounding carried past its edge: of the point's coordinates and of those that were given."""
+    """Return how far a member reaches over its edges [scene lengths], so that closed boxes do not leak.
+
+    It bounds the rounding of a crossing's coordinates and of the coordinates given by the user; 0 for members
+    that neither act nor bound a body.
+    """
     shape = member.shape
     if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
         return 0.0
@@ -89,6 +95,7 @@ def _sphere(shape: Sphere, space: Space) -> dict[str, float]:
 
 
 def _disk(shape: Disk, space: Space, slack: float) -> dict[str, float]:
+    """Return the columns of a disk: squared radii for hits, and squared radii clear of the edges."""
     outer, inner = shape.radius / space.size, shape.inner_radius / space.size
     most, least = disk_margins(shape, space, slack)
     values = layout.center_columns(space.place(shape.center)) | _vector("n", shape.normal)
@@ -98,13 +105,14 @@ def _disk(shape: Disk, space: Space, slack: float) -> dict[str, float]:
 
 
 def disk_margins(shape: Disk, space: Space, slack: float) -> tuple[float, float]:
-    """The radii between which a point is clear of the edges."""
+    """Return the outer and the inner radius [scene lengths] between which a point is clear of the edges."""
     outer, inner = shape.radius / space.size, shape.inner_radius / space.size
     margin = min(SETBACK + slack, (outer - inner) / 1024)
     return outer - margin, inner + margin if inner > 0 else 0.0
 
 
 def _triangle(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
+    """Return the columns of a triangle: dual vectors, and the least weights clear of the edges."""
     columns = triangle_columns(shape, space)
     values = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
     for name, reach in zip("abc", triangle_reaches(columns), strict=True):
@@ -113,7 +121,7 @@ def _triangle(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
 
 
 def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
-    """Its first vertex, its edges from there as e_u and e_v, its normal, and the dual vectors of the edges."""
+    """Return the columns of a triangle: vertex, edges as e_u and e_v, normal, dual vectors."""
     first, second, third = (space.place(vertex) for vertex in triangle.vertices)
     edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
     matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
@@ -122,13 +130,13 @@ def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
 
 
 def triangle_reaches(columns: dict[str, float]) -> tuple[float, float, float]:
-    """How fast the weights of the second, third and first vertex change with the place [per scene length]."""
+    """Return how fast the weights of the second, third and first vertex change [per scene length]."""
     a, b = (tuple(columns[f"{e}{x}"] for x in "xyz") for e in "ab")
     return math.hypot(*a), math.hypot(*b), math.hypot(*(p + q for p, q in zip(a, b, strict=True)))
 
 
 def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[str, float]:
-    """A surface of revolution in scene lengths; at a pole, where its ends have no radius, it has no edge."""
+    """Return the columns of a surface of revolution, in scene lengths; a pole has no edge."""
     profile, size = shape.profile, space.size
     values = layout.center_columns(space.place(profile.origin)) | _vector("a", shape.axis)
     values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
@@ -141,7 +149,7 @@ def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[s
 
 
 def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, float]:
-    """The hole in the rectangle's frame; what acts reaches into it by the slack."""
+    """Return the columns of the hole, reduced by the slack, in the rectangle's frame."""
     hole, size = shape.hole, space.size
     if hole is None:
         return {}
@@ -157,7 +165,7 @@ def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, floa
 
 
 def rim_row(plan: Plan, member: Member) -> np.ndarray:
-    """Where the member's surface ends, for points that landed within rounding of there."""
+    """Return the row of a member's edges, which clamp points that landed within rounding of them."""
     shape, space = member.shape, plan.space
     slack = slack_of(member, space)
     match shape:
@@ -186,14 +194,17 @@ def rim_row(plan: Plan, member: Member) -> np.ndarray:
 
 
 def outward_of(member: Member, flat: Shape) -> float:
-    """Whether a box's face points the way of that flat shape's normal: +1, or -1; 0 for what is no meter's."""
+    """Return +1 (-1) where a box's face points along (against) a normal; 0 for other members."""
     if not isinstance(member.whole, Box) or member.surface is not None:
         return 0.0
     return math.copysign(1.0, dot(member.shape.normal, flat.normal))
 
 
 def covers_alike(one: Member, other: Member) -> bool:
-    """Whether two members of a sheet cover the same points, so that one pass finds both; of two that act none does."""
+    """Return whether two members of a sheet cover the same points, so that one pass finds both.
+
+    Two acting members never do.
+    """
     if other.surface is not None:
         return False
     if isinstance(one.shape, Plane) and isinstance(other.shape, Plane):
@@ -203,9 +214,10 @@ def covers_alike(one: Member, other: Member) -> bool:
 
 
 def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
-    """The one point and normal by which all flat meters of a sheet are met: those of its smallest member.
+    """Give all flat members of a sheet the point of the smallest one, and detectors its normal.
 
-    Each by its own would put them a rounding apart, and what crosses there could pass between them, or one of them twice.
+    With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
+    both or hit one twice.
     """
     if "sx" in row.dtype.names:
         finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
@@ -218,4 +230,5 @@ def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) ->
 
 
 def _vector(name: str, vector: tuple[float, float, float]) -> dict[str, float]:
+    """Return a vector as columns."""
     return dict(zip((f"{name}x", f"{name}y", f"{name}z"), vector, strict=True))

@@ -1,4 +1,4 @@
-"""The plan of a scene: tables in scene lengths for just the steps that it calls for, and what it calls for."""
+"""The plan of a scene: its tables in scene lengths, and properties that select the passes."""
 
 import math
 from dataclasses import dataclass, field
@@ -20,45 +20,46 @@ Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 
 @dataclass(frozen=True)
 class Emitter:
-    """Names of passes, with the rows of their tables."""
+    """One way in which particles are born: names of the passes, with the rows of their tables."""
 
     source: Source
-    shape: Shape  # the piece of the source's shape that it lies on or fills
+    shape: Shape  # the piece of the source's shape that the emitter lies on or fills
     amount: float  # [J] or particles with a clock, else [W] or [s^-1]
-    weight: float  # largest weight of a history, relative to one that is not aimed
+    weight: float  # largest weight of a particle, relative to a birth without a target
     birth: np.ndarray
     place: Step
-    facing: np.ndarray | None  # the normal of the side that emits; None where places have one each
+    facing: np.ndarray | None  # normal of the emitting side; None where it depends on the place
     law: Step
-    moment: Step | None  # when
-    speed: tuple[Step, ...]  # how fast
+    moment: Step | None  # time of birth
+    speed: tuple[Step, ...]  # speed at birth
     target: tuple[Step, ...] | None
-    medium: np.ndarray | None  # the refractive index that it emits into, where the scene has any
-    inside: np.ndarray | None  # the bodies that it emits into, where the scene has any
+    medium: np.ndarray | None  # refractive index that it emits into, where the scene has any
+    inside: np.ndarray | None  # bodies that it emits into, where the scene has any
     beside: list[np.ndarray]  # boundaries of bodies on which it lies
-    cells: tuple[Step, ...] = ()  # of a detector that histories start at: how they are dealt to its cells
+    # for a detector that particles start at (estimator "backward"): sampling of its cells
+    cells: tuple[Step, ...] = ()
 
     @property
     def bound(self) -> float:
-        """What its histories would stand for if all were born at the largest weight."""
+        """Return what its particles would stand for if all had the largest weight."""
         return self.amount * self.weight
 
 
 @dataclass
 class MeshTable:
-    """A mesh as arrays; the engine puts its facets in order, and adds the nodes of a hierarchy and the shares of area."""
+    """A mesh as arrays; the engine sorts its facets, and adds a hierarchy and cumulative areas."""
 
-    vertices: np.ndarray  # (n, 3)
+    vertices: np.ndarray  # (n, 3) [scene lengths]
     faces: np.ndarray  # (m, 3) int32
     normals: np.ndarray  # (m, 3)
     areas: np.ndarray  # (m,) [m^2]
     center: np.ndarray  # of its bounds
-    rows: list[np.ndarray] = field(default_factory=list)  # that point to all these
+    rows: list[np.ndarray] = field(default_factory=list)  # rows that point to these arrays
     nodes: np.ndarray | None = None
     shares: np.ndarray | None = None
 
     def point(self) -> None:
-        """Tell the rows where the arrays are."""
+        """Write the addresses and lengths of the arrays into the rows."""
         for row in self.rows:
             for name in ("vertices", "faces", "normals", "nodes", "shares"):
                 if name in row.dtype.names and getattr(self, name) is not None:
@@ -71,80 +72,75 @@ class MeshTable:
 
 @dataclass
 class Plan:
-    """All that the engine needs to know of a scene."""
+    """All that the engine needs to know about a scene."""
 
     scene: Scene
     space: Space
     tracking: Tracking
     method: Method = ANALOG
     emitters: list[Emitter] = field(default_factory=list)
-    members: list[tuple[str, np.ndarray, Shape]] = field(
-        default_factory=list
-    )  # ("meet_disk", its row, its shape)
-    contacts: list[np.ndarray] = field(default_factory=list)  # surfaces that cut or touch one another inside
+    # Shape rows: name of the pass, such as "meet_disk", its row, its shape.
+    members: list[tuple[str, np.ndarray, Shape]] = field(default_factory=list)
+    # surfaces that cut or touch the interior of another
+    contacts: list[np.ndarray] = field(default_factory=list)
     sheets: np.ndarray = None
     surfaces: np.ndarray = None
-    optics: np.ndarray = None  # of the same rows as `surfaces`
+    optics: np.ndarray = None  # same rows as `surfaces`
     rims: np.ndarray = None
-    curved_sheets: np.ndarray = None  # of the same rows as `sheets`
+    curved_sheets: np.ndarray = None  # same rows as `sheets`
     meshed_sheets: np.ndarray = None
     meshes: dict[Mesh, MeshTable] = field(default_factory=dict)
     layers: list[np.ndarray] = field(default_factory=list)
     meters: np.ndarray = None
     bases: dict[str, int] = field(default_factory=dict)  # first row of each detector
-    half: int = 1  # rows from a detector's arrivals to its departures
-    owners: list[int] = field(
-        default_factory=list
-    )  # index in scene.surfaces of each row of `surfaces` after the first
-    axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: the finer bins called for
-    filters: set[str] = field(
-        default_factory=set
-    )  # of "visits", "reflections": what detectors ask of a history
-    marks: dict[str, int] = field(
-        default_factory=dict
-    )  # the bit of each detector or surface named in a `via`
-    moments: np.ndarray | None = None  # the extreme speeds, where a detector takes moments
-    phase_spaces: list[np.ndarray] = field(default_factory=list)  # a row for each instant
+    half: int = 1  # number of rows from a detector's arrivals to its departures
+    # Index in scene.surfaces of each row of `surfaces` after the first.
+    owners: list[int] = field(default_factory=list)
+    axes: set[str] = field(default_factory=set)  # of program.REFINEMENTS: kinds of finer bins in use
+    # Subset of "visits", "reflections": conditions of detectors on a particle's path.
+    filters: set[str] = field(default_factory=set)
+    # Bit of each detector or surface named in a `via`.
+    marks: dict[str, int] = field(default_factory=dict)
+    moments: np.ndarray | None = None  # extreme speeds, where a detector records moments
+    phase_spaces: list[np.ndarray] = field(default_factory=list)  # one row per time
     snapshots: list[np.ndarray] = field(default_factory=list)
     long_bases: dict[str, int] = field(default_factory=dict)  # first long row of each PhaseSpace
-    long_rows: int = 0  # rows of four limbs: a meter's moments, then those of phase space
-    ways_room: int = 0  # how many ways are written down for a picture; 0: none
-    volumes: list = field(default_factory=list)  # a compile.volumes.Volume for each volume detector
-    volume_rows: int = 0  # of their sums, behind those of phase space
-    points: list = field(default_factory=list)  # a compile.points.PointPlan for each point detector
-    point_rows: int = 0  # of their sums, behind those of the volumes
-    expectations: list = field(
-        default_factory=list
-    )  # a compile.expected.Expectation for each detector that events tell what they send it
-    guards: list = field(
-        default_factory=list
-    )  # a compile.expected.Guard for each of them that mirrors may send light to
-    expected_layers: list[np.ndarray] = field(default_factory=list)  # as `layers`, of rays to these detectors
-    meter_names: list[str] = field(default_factory=list)  # of the detectors of the rows of `meters`
-    size_numbers: np.ndarray | None = None  # by row of a meter, where its cells of sizes begin, if it has any
-    size_blocks: dict[tuple[str, int], list[int]] = field(
-        default_factory=dict
-    )  # where those of a detector and side (0: arrivals) begin; where it expects, then those of what events tell it
+    long_rows: int = 0  # rows of four limbs: moments of detectors, then of phase spaces
+    ways_room: int = 0  # number of paths to record for a picture; 0: none
+    volumes: list = field(default_factory=list)  # one compile.volumes.Volume per volume detector
+    volume_rows: int = 0  # rows of their sums, after those of phase spaces
+    points: list = field(default_factory=list)  # one compile.points.PointPlan per point detector
+    point_rows: int = 0  # rows of their sums, after those of volumes
+    # One compile.expected.Expectation per detector that events send shadow rays to.
+    expectations: list = field(default_factory=list)
+    # One compile.expected.Guard per such detector that specular surfaces may send light to.
+    guards: list = field(default_factory=list)
+    # like `layers`, for shadow rays to these detectors
+    expected_layers: list[np.ndarray] = field(default_factory=list)
+    meter_names: list[str] = field(default_factory=list)  # names of the detectors in the rows of `meters`
+    # by row of a detector, where its histogram cells of score sizes begin
+    size_numbers: np.ndarray | None = None
+    # By detector and side (0: arrivals), where its cells of score sizes begin; for an expected detector, then
+    # those of shadow rays.
+    size_blocks: dict[tuple[str, int], list[int]] = field(default_factory=dict)
     size_cells: int = 0
-    turned: object = None  # a compile.adjoint.Turned, where it is of a scene that is run backwards
-    cell_rows: int = 0  # of sums by cell of birth, behind all others
+    turned: object = None  # a compile.adjoint.Turned in the plan of an adjoint scene
+    cell_rows: int = 0  # rows of sums by cell of birth, after all others
     has_media: bool = False
-    bodies: tuple = ()  # of scene.bodies, innermost first
+    bodies: tuple = ()  # of the scene, innermost first
     distinct_media: tuple = ()
     media: np.ndarray | None = None  # by body (layout.MEDIA)
     phase_laws: list[tuple[str, np.ndarray]] = field(default_factory=list)  # ("scatter_...", its row)
-    phase_numbers: dict[object, int] = field(
-        default_factory=dict
-    )  # of a phase function, or the first of a mixture's
-    grids: list[np.ndarray] = field(
-        default_factory=list
-    )  # layout.GRID of bodies of voxels where flights collide
-    thinning_grids: list[np.ndarray] = field(default_factory=list)  # and of those that only lessen weights
-    kept: list[np.ndarray] = field(default_factory=list)  # alive: the tables hold their addresses
+    # Number of each phase function; of a mixture, that of its first part.
+    phase_numbers: dict[object, int] = field(default_factory=dict)
+    # layout.GRID of bodies of voxels where particles collide.
+    grids: list[np.ndarray] = field(default_factory=list)
+    thinning_grids: list[np.ndarray] = field(default_factory=list)  # grids that only reduce weights
+    kept: list[np.ndarray] = field(default_factory=list)  # keeps arrays alive whose addresses the tables hold
 
     @property
     def expects(self) -> bool:
-        """Whether events tell detectors what they send there."""
+        """Return whether events send shadow rays to detectors."""
         return self.method.estimator in ("expected", "backward")
 
     @property
@@ -153,22 +149,25 @@ class Plan:
 
     @property
     def tempo(self) -> float:
-        """The unit of time [s]: the duration, or a second where there is no clock."""
+        """Return the unit of time [s]: the duration, or 1 s without a clock."""
         return self.scene.duration if self.has_clock else 1.0
 
     @property
     def speed_unit(self) -> float:
-        """The unit of speed [m/s]: a scene length in a unit of time."""
+        """Return the unit of speed [m/s]: a scene length per unit of time."""
         return self.space.size / self.tempo
 
     @cached_property
     def has_speeds(self) -> bool:
-        """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
+        """Return whether particles carry speeds.
+
+        They do where speeds differ and a clock runs, or where a detector measures speeds.
+        """
         return scene_has_speeds(self.scene)
 
     @cached_property
     def slowness(self) -> float:
-        """One over the speed that all have [durations per scene length]; 0 where speeds differ."""
+        """Return 1/speed of all particles [durations per scene length]; 0 where speeds differ."""
         speeds = scene_speeds(self.scene)
         speed = speeds.pop() if len(speeds) == 1 else None
         if self.has_speeds or not isinstance(speed, float):
@@ -178,17 +177,17 @@ class Plan:
 
     @cached_property
     def fastest(self) -> float:
-        """A bound of all speeds [m/s]."""
+        """Return an upper bound of all speeds [m/s]."""
         return max(fastest_of(speed) for speed in scene_speeds(self.scene))
 
     @property
     def scatters(self) -> bool:
-        """Whether anything happens in a medium that has to be drawn: scattering, or absorption by chance."""
+        """Return whether media collide: they scatter, or absorb analog."""
         return self.has_media and (bool((self.media["mfp"] < math.inf).any()) or bool(self.grids))
 
     @property
     def attenuates(self) -> bool:
-        """Whether media lessen weights along the way."""
+        """Return whether media reduce weights along the path."""
         return self.has_media and bool((self.media["sigma_a"] > 0).any())
 
     @property
@@ -197,7 +196,7 @@ class Plan:
 
     @property
     def absorbs_by_share(self) -> bool:
-        """Whether collisions in grids lessen weights."""
+        """Return whether collisions in grids reduce weights."""
         is_analog = self.tracking.absorption == "analog"
         return not is_analog and any(row["absorbs"] for row in self.grids)
 
@@ -207,17 +206,17 @@ class Plan:
 
     @property
     def lessens(self) -> bool:
-        """Whether flights through media lessen weights, along the way or at collisions."""
+        """Return whether media reduce weights, along the path or at collisions."""
         return self.attenuates or self.absorbs_by_share or bool(self.thinning_grids)
 
     @property
     def has_bodies(self) -> bool:
-        """Whether particles must know where they are."""
+        """Return whether particles must track which bodies they are in."""
         return self.has_media and len(self.media) > 1
 
     @property
     def can_escape_at_once(self) -> bool:
-        """Whether what leaves to where nothing is need not fly to find that out."""
+        """Return whether a particle that leaves towards an empty side escapes without another flight."""
         is_empty = self.has_media and self.media["mfp"][0] == math.inf and self.media["sigma_a"][0] == 0
         is_unseen = not self.scene.volumes and not self.ways_room
         return is_empty and self.scatters and not self.has_clock and is_unseen
@@ -228,12 +227,12 @@ class Plan:
 
     @property
     def media_rows(self) -> int:
-        """Rows of the ledger for what media absorb, behind those of the surfaces."""
+        """Return the number of ledger rows for absorption in media, after those of surfaces."""
         return len(self.media) if self.has_media else 0
 
     @property
     def absorbing_media(self) -> list[int]:
-        """The rows of `media` that absorb."""
+        """Return the rows of `media` that absorb."""
         if not self.has_media:
             return []
         absorbs = (self.media["sigma_a"] > 0) | (
@@ -252,17 +251,17 @@ class Plan:
 
     @property
     def chooses(self) -> bool:
-        """Whether what acts depends on the side or on chance."""
+        """Return whether the acting material depends on the side or on chance."""
         return self.has_mixtures or bool((self.surfaces["back"] != 0).any())
 
     @property
     def transmits(self) -> bool:
-        """Whether a share passes diffusely or straight."""
+        """Return whether a surface transmits a share, diffusely or straight."""
         return bool((self.optics["through"] > 0).any())
 
     @property
     def has_optics(self) -> bool:
-        """Whether lanes must know indices, roughness or what passes."""
+        """Return whether lanes need refractive indices, roughness or transmitted shares."""
         return self.transmits or bool({layout.DIELECTRIC, layout.GLOSSY} & self.materials)
 
     @property
@@ -291,7 +290,7 @@ class Plan:
 
     @property
     def passes_meters(self) -> bool:
-        """Whether rays go on through meters to other sheets, or through a mesh and on through it."""
+        """Return whether rays go on through detectors, to other sheets or to the same mesh or quadric."""
         meters = [name for name, *_ in self.members if name.startswith(("cover", "bound"))]
         return bool(meters) and (len(self.sheets) > 2 or bool({"cover_mesh", "cover_quadric"} & set(meters)))
 
@@ -309,7 +308,7 @@ class Plan:
 
     @property
     def has_roulette(self) -> bool:
-        """Whether a particle can go on at a fraction of its weight."""
+        """Return whether a particle can go on from a surface at a fraction of its weight."""
         is_grey = bool(((self.surfaces["albedo"] > 0) & (self.surfaces["albedo"] < 1)).any())
         return (is_grey or ((self.lessens or self.forces) and self.reflects)) and not self.splits
 
@@ -327,13 +326,17 @@ class Plan:
 
     @property
     def draws(self) -> bool:
-        """Whether crossings need random numbers."""
+        """Return whether crossings need random numbers."""
         is_chancy = bool({layout.DIFFUSE, layout.DIELECTRIC} & self.materials)
         return self.has_roulette or self.draws_again or is_chancy or self.transmits
 
     @property
     def rows(self) -> int:
-        """Rows of sums: the meters' arrivals, their departures, both as expected, phase space, volumes, points."""
+        """Return the number of rows of sums.
+
+        These are detectors (arrivals and departures, then both expected), phase spaces, volumes, points,
+        cells of birth.
+        """
         return (
             2 * self.half * (2 if self.expects else 1)
             + self.volume_rows
@@ -344,5 +347,8 @@ class Plan:
 
     @property
     def unit(self) -> float:
-        """What all histories of a run stand for at the weight 1: [J] or particles with a clock, else [W] or [s^-1]."""
+        """Return what all particles of a run stand for at weight 1.
+
+        [J] or particles with a clock, else [W] or [s^-1].
+        """
         return math.fsum(emitter.bound for emitter in self.emitters)

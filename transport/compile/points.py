@@ -1,7 +1,8 @@
-"""Point detectors as rows: where they are, where their sums lie, what births send them and how media scatter.
+"""Rows of point detectors: positions, sums, rays from births, and densities of phase functions.
 
-A score is not bounded: it is entered into one of POINT_ROWS rows by its exponent, four octaves a row, scaled
-to between 1/16 and 1.  So no sum overflows, none loses digits, and the rows tell how scores are spread.
+The score of a point detector is not bounded. It is added to one of POINT_ROWS rows by its exponent, four
+octaves per row, scaled to between 1/16 and 1. So no sum overflows or loses digits, and the rows give the
+distribution of scores.
 """
 
 from __future__ import annotations
@@ -24,36 +25,36 @@ from transport.validation import SceneError, refuse
 if TYPE_CHECKING:
     from transport.compile.plan import Emitter, Plan
 
-SCALES = np.ldexp(
-    1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1)
-)  # what a sum of 1 in each row is
-# Within so many extents of a volume source from its middle lines are drawn from the point.
+# Value of a sum of 1 in each row.
+SCALES = np.ldexp(1.0, POINT_OCTAVES * (np.arange(POINT_ROWS) - POINT_MIDDLE + 1))
+# [extents] Within this distance of a volume source's center, lines are sampled from the point instead.
 NEAR = 1.5
 
 
-MOST_POINTS = 255  # of their numbers in the counter of random numbers
+MOST_POINTS = 255  # values of a detector's number in the random number counter
 
-Cast = tuple[str, np.ndarray]  # the name of a pass and its row
+Cast = tuple[str, np.ndarray]  # name of a pass, and its row
 
 
 @dataclass(frozen=True)
 class PointPlan:
-    """A point detector made ready: its row of layout.POINT, and how births reach it, emitter by emitter."""
+    """A point detector ready to run: its row of layout.POINT, and by emitter how births reach it."""
 
     detector: PointDetector
     row: np.ndarray
-    births: list[Cast | None]  # straight; None of beams
-    detours: list[Cast | None]  # scattered once more; None where the medium about the point does not scatter
-    by_flights: bool  # whether anything else scatters
+    births: list[Cast | None]  # direct rays; None for beams
+    # rays scattered once more; None where the medium around the point does not scatter
+    detours: list[Cast | None]
+    by_flights: bool  # whether any other medium scatters
 
     @property
     def leg(self) -> int:
-        """What tells rays that are to be scattered once more where to."""
+        """Return the lane's mark of rays to this detector that are to be scattered once more."""
         return 1 + int(self.row["number"])
 
 
 def fill_points(plan: Plan) -> None:
-    """A row for each PointDetector; their sums lie behind those of the volumes."""
+    """Fill a row per PointDetector; its sums follow those of the volumes."""
     if len(plan.scene.points) > MOST_POINTS:
         raise SceneError(f"Scene: at most {MOST_POINTS} PointDetectors, got {len(plan.scene.points)}")
     for number, detector in enumerate(plan.scene.points):
@@ -65,8 +66,10 @@ def fill_points(plan: Plan) -> None:
         medium = medium if medium in scatterers else -1
         by_flights = bool(scatterers - {medium})
         if by_flights and plan.tracking.forced:
-            must = "does not go with Tracking(forced=True) where not all that scatters is the medium about it"
-            refuse(detector, f"{must}; leave forced out")
+            must = (
+                "is not supported with Tracking(forced=True) where other media than the one around it scatter"
+            )
+            refuse(detector, f"{must}; omit forced=True")
         births = [_births(plan, emitter, detector, places) for emitter in plan.emitters]
         detours = [_detour(emitter, places) if medium >= 0 else None for emitter in plan.emitters]
         row = layout.row(layout.POINT, **places, medium=medium)
@@ -75,18 +78,18 @@ def fill_points(plan: Plan) -> None:
 
 
 def _scatterers(plan: Plan) -> set[int]:
-    """The rows of media that scatter."""
+    """Return the rows of media that scatter."""
     return set(np.flatnonzero(plan.media["phase"] != 0).tolist()) if scatters_anywhere(plan) else set()
 
 
 def _row_about(plan: Plan, detector: PointDetector) -> int:
-    """The row of the medium about a point."""
+    """Return the row of the medium around a point."""
     bits = int(body_bits_around(plan.scene, np.array([detector.position]))[0])
     return (bits & -bits).bit_length()
 
 
 def _births(plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[str, float]) -> Cast | None:
-    """How births are seen from the point; not at all those of beams."""
+    """Return the pass and row of direct rays from births to the point; None for beams."""
     shape = emitter.shape
     match emitter.source.emission:
         case Lambertian():
@@ -100,7 +103,7 @@ def _births(plan: Plan, emitter: Emitter, detector: PointDetector, places: dict[
 
 
 def _detour(emitter: Emitter, places: dict[str, float]) -> Cast:
-    """How births are seen by what they send, once it has been scattered."""
+    """Return the pass and row of rays from births that are scattered once before the point."""
     match emitter.source.emission:
         case Lambertian():
             return "detour_from_births", layout.row(layout.POINT_EMISSION, **places, lambertian=1 / math.pi)
@@ -110,7 +113,7 @@ def _detour(emitter: Emitter, places: dict[str, float]) -> Cast:
 
 
 def _glow(plan: Plan, shape, values: dict[str, float]) -> Cast:
-    """A volume that emits uniformly, along lines through the point."""
+    """Return the pass and row of a uniformly emitting volume, sampled along lines through the point."""
     size = plan.space.size
     halves = [side / 2 for side in shape.size] if isinstance(shape, Box) else [shape.radius] * 3
     values |= {f"h{x}": half / size for x, half in zip("xyz", halves, strict=True)}
@@ -119,7 +122,7 @@ def _glow(plan: Plan, shape, values: dict[str, float]) -> Cast:
 
 
 def phase_densities(plan: Plan) -> list[Cast]:
-    """The pass that adds up the density of each phase function, or part of one, and its row."""
+    """Return the pass that adds the density of each phase function, or part of one, and its row."""
     found = []
     for phase, number in plan.phase_numbers.items():
         for part, share in getattr(phase, "parts", ((phase, 1.0),)):
@@ -143,10 +146,10 @@ def _density(plan: Plan, phase) -> tuple[str, dict[str, float]]:
 
 
 def scatters_anywhere(plan: Plan) -> bool:
-    """Whether flights are scattered in any medium, homogeneous or of voxels."""
+    """Return whether any medium scatters, homogeneous or made of voxels."""
     return plan.scatters and bool(plan.phase_numbers)
 
 
 def dims_anywhere(plan: Plan) -> bool:
-    """Whether any homogeneous medium lessens what passes through it."""
+    """Return whether any homogeneous medium attenuates."""
     return any(isinstance(medium, Medium) and medium.extinction > 0 for medium in plan.distinct_media)

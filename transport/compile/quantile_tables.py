@@ -1,9 +1,10 @@
-"""The inverse of a cumulative distribution as polynomials in cells, for the engine to draw speeds from.
+"""Inverse cumulative distributions as piecewise polynomials, from which the engine samples speeds.
 
-Each tail is cut into octaves of probability, each octave into 2^level cells with a polynomial of degree 5: as few as
-keep it within 1e-13 of the function.  Where that cannot be (a kink, a jump, a gap) the cell holds 2^-12 of all draws at most
-and is split at its steepest place, with a polynomial of degree 2 in the root of the way from there on either side: so it
-is where a density comes down to 0.  A jump keeps its probability, and nothing is drawn beyond the function.
+Each tail is cut into octaves of probability, and each octave into 2^level cells with a polynomial of degree
+5: as few as keep it within 1e-13 of the function. Where that is impossible (at a kink, a jump or a gap), the
+cell holds 2^-12 of all samples at most and is split at its steepest place. Each side of the split has a
+polynomial of degree 2 in the square root of the distance from the split, which is the shape at a density that
+falls to 0. A jump keeps its probability, and no sample lies outside the function's range.
 """
 
 from collections.abc import Callable
@@ -14,9 +15,10 @@ import numpy as np
 from transport.compile import layout
 
 TOLERANCE = 1e-13  # of the largest value in a cell
-ROUGH = 1e-6  # relative error from which a polynomial gives way to a split cell
+ROUGH = 1e-6  # relative error above which a polynomial is replaced by a split cell
 MOST_LEVELS = 10
-SPLIT, NEVER, HALVINGS = 6, 2.0, 45  # the column of a cell's split, beyond 1 where there is none
+# SPLIT: column of a cell's split; NEVER: its value without a split, outside [-1, 1].
+SPLIT, NEVER, HALVINGS = 6, 2.0, 45
 TERMS = 6
 NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
 CHECKS = np.linspace(-1.0, 1.0, 9)[:-1]
@@ -28,17 +30,22 @@ Quantile = Callable[[np.ndarray], np.ndarray]
 
 @lru_cache(maxsize=64)
 def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
-    """(octaves, cells) of a function of u in [0, 1): layout.OCTAVE of lower then upper tail, and (cells, CELL_TERMS)."""
+    """Return (octaves, cells) of a quantile function of u in [0, 1).
+
+    octaves: layout.OCTAVE of the lower, then the upper tail; cells: shape (cells, CELL_TERMS).
+    """
+    # Octave 0 holds the probability 1/2 alone.
     halves = {
         0: _constant(quantile),
         layout.OCTAVES: _constant(quantile),
-    }  # octave 0: the probability 1/2 alone
+    }
+    # Refine octaves until every cell is accurate; split the cells that stay rough at the last level.
     fitted, open_octaves = halves, [n for n in range(2 * layout.OCTAVES) if n not in halves]
     for level in range(MOST_LEVELS + 1):
         rows, errors = _fitted(quantile, open_octaves, level)
         for number, of_octave, error in zip(open_octaves, rows, errors, strict=True):
             is_upper, k = divmod(number, layout.OCTAVES)
-            known = 2.0 ** (k - 51) if is_upper else 0.0  # as well as 1 - u knows its octave
+            known = 2.0 ** (k - 51) if is_upper else 0.0  # accuracy to which 1 - u resolves the octave
             if (error <= max(TOLERANCE, known)).all() or level == MOST_LEVELS:
                 rough = np.flatnonzero(error > max(ROUGH, known))
                 of_octave[rough] = _split(quantile, number, level, rough)
@@ -46,6 +53,7 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
         open_octaves = [number for number in open_octaves if number not in fitted]
         if not open_octaves:
             break
+    # Number the cells: the first one of each octave, with the level from bit 32 on.
     octaves, first = np.zeros(2 * layout.OCTAVES, layout.OCTAVE), 0
     for number in range(2 * layout.OCTAVES):
         level, rows = fitted[number]
@@ -55,11 +63,15 @@ def quantile_table(quantile: Quantile) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _constant(quantile: Quantile) -> tuple[int, np.ndarray]:
+    """Return level 0 with one constant cell: the median."""
     return 0, _smooth(np.array([[float(quantile(np.array([0.5]))[0]), 0, 0, 0, 0, 0]]))
 
 
 def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the octaves' 2^level cells, (octaves, cells, CELL_TERMS), and their relative errors, (octaves, cells)."""
+    """Return rows of the octaves' 2^level cells, and their relative errors.
+
+    Shapes (octaves, cells, CELL_TERMS) and (octaves, cells).
+    """
     places = np.concatenate([NODES, CHECKS])
     octaves, cells = np.array(numbers)[:, None, None], np.arange(1 << level)[:, None]
     values = _values(quantile, octaves, level, cells, places)
@@ -70,7 +82,7 @@ def _fitted(quantile: Quantile, numbers: list[int], level: int) -> tuple[np.ndar
 
 
 def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np.ndarray:
-    """Rows of cells with two pieces each, which meet where the function is steepest (found by halving)."""
+    """Return rows of cells of two polynomials, which meet at the steepest place (by bisection)."""
 
     def at(place: np.ndarray) -> np.ndarray:
         return _values(quantile, np.array(number), level, cells, place)
@@ -87,14 +99,17 @@ def _split(quantile: Quantile, number: int, level: int, cells: np.ndarray) -> np
     rows = np.zeros((len(cells), layout.CELL_TERMS))
     for first, end, value, steep in ((0, -1.0, start, low), (3, 1.0, at_end, high)):
         way = np.abs(end - right)
-        half = at(right + 0.25 * (end - right))  # half of the root of the way
+        half = at(right + 0.25 * (end - right))  # at half the square root of the distance
         rows[:, first : first + 3] = _in_roots(np.sqrt(way), steep, half, value)
     rows[:, SPLIT] = right
     return rows
 
 
 def _in_roots(root: np.ndarray, steep: np.ndarray, half: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """c0 + c1 s + c2 s² through values at s = 0, root/2 and root; straight in s² where that would not be monotone."""
+    """Return the coefficients of c0 + c1 s + c2 s² through values at s = 0, root/2 and root.
+
+    It is linear in s² where it would not be monotone.
+    """
     rise, safe = value - steep, np.where(root > 0, root, 1.0)
     bend = 2.0 * (rise - 2.0 * (half - steep))  # c2 root²
     slope = rise - bend  # c1 root
@@ -106,7 +121,7 @@ def _in_roots(root: np.ndarray, steep: np.ndarray, half: np.ndarray, value: np.n
 def _values(
     quantile: Quantile, numbers: np.ndarray, level: int, cells: np.ndarray, places: np.ndarray
 ) -> np.ndarray:
-    """The function at places in [-1, 1] of cells of octaves, all broadcast, in a single call."""
+    """Return the function at places in [-1, 1] of cells of octaves, all broadcast, by a single call."""
     is_upper, k = np.divmod(numbers, layout.OCTAVES)
     x = np.ldexp(1.0 + (cells + 0.5 * (places + 1.0)) / (1 << level), -k - 1)
     u = np.where(is_upper == 1, np.minimum(1.0 - x, np.nextafter(1.0, 0.0)), x)
@@ -114,7 +129,7 @@ def _values(
 
 
 def _smooth(coefficients: np.ndarray) -> np.ndarray:
-    """Rows of polynomials, which are not split."""
+    """Return rows of polynomials without a split."""
     rows = np.zeros((*coefficients.shape[:-1], layout.CELL_TERMS))
     rows[..., :TERMS], rows[..., SPLIT] = coefficients, NEVER
     return rows
@@ -122,17 +137,20 @@ def _smooth(coefficients: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def constant_quantile(speed: float) -> Quantile:
-    """The quantile function of one speed."""
+    """Return the quantile function of a single speed."""
     return lambda u: np.full(np.shape(u), speed)
 
 
 def has_steps(quantile: Quantile) -> bool:
-    """Whether the function has jumps or kinks, so that some of its cells are split."""
+    """Return whether some cells are split, because the function has jumps or kinks."""
     return bool((quantile_table(quantile)[1][:, SPLIT] <= 1.0).any())
 
 
 def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dict[str, int]:
-    """Columns of layout.QUANTILES in a unit, the plan's of speeds [m/s] if none is given; the plan keeps the tables alive."""
+    """Return the columns of layout.QUANTILES; the plan keeps the tables alive.
+
+    unit: of the values, by default the plan's unit of speed [m/s].
+    """
     octaves, cells = quantile_table(quantile)
     cells = cells.copy()
     cells[:, :SPLIT] /= plan.speed_unit if unit is None else unit
@@ -146,5 +164,5 @@ def quantile_columns(plan, quantile: Quantile, unit: float | None = None) -> dic
 
 
 def quantile_row(plan, quantile: Quantile, unit: float | None = None) -> np.ndarray:
-    """The same as a row; in another unit than that of the plan's speeds."""
+    """Return the same as a row of layout.QUANTILES."""
     return layout.row(layout.QUANTILES, **quantile_columns(plan, quantile, unit))

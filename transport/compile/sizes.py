@@ -1,11 +1,12 @@
-"""Where scores can differ in size: there a run also counts how often each size comes (engine/sizes.py).
+"""Histograms of scores by size, where scores can differ in size (engine/sizes.py).
 
-Histories born alike, which walls leave at half of their weight at least, need no such count: how many scores there are
-tells all.  An aim, a medium that lessens weights, splitting, and estimators that weigh what they score make sizes differ.
+Scores of particles born at equal weight, which walls reduce to no less than one half, need no histogram:
+their number suffices. Targets, media that reduce weights, splitting, and estimators with weighted scores make
+sizes differ.
 
-Where all walls are metered nearly every lane scores, and to count them all would cost a tenth of the run.  There one batch
-in EVERY counts for all, as long as nothing but a medium makes weights differ: rare heavy scores in the others are still
-seen, for batches are compared (results/trends.py).
+Where all walls carry detectors nearly every lane scores, and a complete histogram would cost a tenth of the
+run. There one batch in EVERY is counted, as long as only media make weights differ. Rare heavy scores in the
+other batches still show, since batches are compared (results/trends.py).
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from transport.compile.layout import SIZE_CELLS, SIZE_OCTAVE, SIZE_PARTS, SIZES
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-# Edges of the cells of a count [largest birth weight], SIZE_PARTS an octave, equally far apart within one; the first and the
-# last cell take all that is beyond them.
+# Edges of the cells [largest birth weight]: SIZE_PARTS per octave, equally spaced within it. The first and
+# the last cell include everything beyond them.
 EVERY = 8  # a power of two
-LARGE = 0.25  # of the largest score: scores above it tell whether such large ones come
+LARGE = 0.25  # of the largest score: larger scores show that the largest ones occur
 EDGES = np.array(
     [
         math.ldexp(1 + k % SIZE_PARTS / SIZE_PARTS, SIZE_OCTAVE + k // SIZE_PARTS)
@@ -35,25 +36,25 @@ EDGES = np.array(
 
 
 def sizes_differ(plan: Plan) -> bool:
-    """Whether scores of meters differ by more than roulette at walls makes them."""
+    """Return whether scores of detectors differ by more than roulette at walls allows."""
     return bool(plan.meters.size) and (weights_vary(plan) or plan.lessens)
 
 
 def weights_vary(plan: Plan) -> bool:
-    """Whether anything but a medium makes them differ."""
+    """Return whether anything but a medium makes scores differ."""
     is_aimed = any(emitter.target is not None for emitter in plan.emitters)
     return is_aimed or plan.expects or plan.splits or plan.forces
 
 
 def is_dense(plan: Plan, layer: np.ndarray) -> bool:
-    """Whether nearly every lane that arrives somewhere scores in this layer."""
+    """Return whether nearly every lane that lands on a surface scores in this layer."""
     return plan.acts and bool((layer[1:]["look"] != 0).all())
 
 
 def fill_sizes(plan: Plan) -> None:
-    """Cells for each side of each detector, and by row where they begin; the first cells are nobody's.
+    """Give each side of each detector its cells; the first cells belong to no detector.
 
-    What events tell a detector, in rows of its own and in a unit of its own, has cells of its own.
+    Expected scores have rows and a unit of their own, and so cells of their own.
     """
     if not sizes_differ(plan):
         return
@@ -68,7 +69,7 @@ def fill_sizes(plan: Plan) -> None:
 
 
 def size_row(plan: Plan) -> np.ndarray:
-    """The table of the pass that counts."""
+    """Return the table of the pass that counts scores by size."""
     is_costly = not weights_vary(plan) and any(is_dense(plan, layer) for layer in plan.layers)
     numbers = {"numbers": plan.size_numbers.ctypes.data, "count": len(plan.size_numbers)}
     return layout.row(SIZES, **numbers, cells=plan.size_cells, resting=EVERY - 1 if is_costly else 0)

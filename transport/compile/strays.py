@@ -1,4 +1,7 @@
-"""Bodies of finite size: whoever is in one has a surface ahead, and what has none went astray by rounding."""
+"""Bounding boxes of finite bodies, which reveal lost particles.
+
+A particle in a finite body has a surface ahead; one that has none was lost by rounding.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,12 @@ from transport.compile import layout
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-MARGIN = 2.0**-20  # of the size of the box about a body: what ends that far beyond it is outside
-FAR = 1e3  # sizes of a body: surely outside of what its surfaces enclose
+MARGIN = 2.0**-20  # of the size of a body's box: a path that ends that far beyond the box is outside
+FAR = 1e3  # sizes of a body: a distance surely outside its surfaces
 
 
 def bounded_rows(plan: Plan) -> list[np.ndarray]:
-    """Of the surroundings and of each body of a plan (layout.BOUNDED): the box about it, or 0 for what has no end."""
+    """Return a row (layout.BOUNDED) of the surroundings and of each body; 0 where unbounded."""
     return [layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))]
 
 
@@ -34,7 +37,7 @@ def _row(plan: Plan, number: int) -> np.ndarray:
 
 
 def _box_about(plan: Plan, body) -> np.ndarray | None:
-    """Lower and upper corner [m] of a finite body; None for one that reaches to infinity."""
+    """Return the lower and upper corner [m] of a finite body; None for an unbounded one."""
     shapes = [plan.scene.surfaces[number].shape for number in body.surfaces]
     if any(shape.is_infinite for shape in shapes):
         return None

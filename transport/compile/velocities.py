@@ -1,4 +1,4 @@
-"""When and how fast a source's particles are born: the passes, with the rows of their tables."""
+"""Time and speed of births: the passes, with the rows of their tables."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AT_REST = (0.0, 0.0, 0.0)
 
 
 def moment_of(source: Source, duration: float | None) -> Step | None:
-    """When its particles are born [durations]; None without a clock."""
+    """Return the pass and row of the time of birth [durations]; None without a clock."""
     if duration is None:
         return None
     match source.pulse:
@@ -37,7 +37,7 @@ def moment_of(source: Source, duration: float | None) -> Step | None:
 
 
 def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
-    """How fast its particles are born, and where they drift; directions have been drawn before."""
+    """Return the passes that sample the speed and add the drift, after the direction is sampled."""
     emission, nothing = source.emission, layout.row(layout.NO_TABLE)
     unit = plan.speed_unit
     if isinstance(emission.speed, float):
@@ -48,7 +48,7 @@ def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
     drift = getattr(emission.speed, "drift", AT_REST)
     if isinstance(emission, Effusive):
         if drift != AT_REST:
-            return ()  # velocities are drawn in one (drifting_law)
+            return ()  # the pass of drifting_law samples speed and direction together
         quantile = emission.speed.flux_quantile
     else:
         quantile = emission.speed.quantile if emission.direction is None else emission.speed.line_quantile
@@ -60,7 +60,10 @@ def speed_of(plan: Plan, source: Source) -> tuple[Step, ...]:
 
 
 def drifting_law(plan: Plan, source: Source, shape: Shape) -> Step | None:
-    """The pass that draws the velocities of a drifting Maxwellian that effuses through a plane; None for all others."""
+    """Return the pass that samples velocities of a drifting gas effusing through a plane.
+
+    None for all sources but an Effusive one with a drifting Maxwellian.
+    """
     emission = source.emission
     if not isinstance(emission, Effusive) or getattr(emission.speed, "drift", AT_REST) == AT_REST:
         return None

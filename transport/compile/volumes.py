@@ -1,4 +1,4 @@
-"""Volume detectors as rows: where their cells lie, and where their sums."""
+"""Rows of volume detectors: their cells, directions and sums."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from transport.volumes import COLLISION, VolumeDetector
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-LOOKS = 9  # along each axis of a shape: where its media are looked at
+LOOKS = 9  # sample points per axis of a shape at which its media are checked
 
 
 @dataclass(frozen=True)
 class Volume:
-    """A volume detector made ready: its row of layout.VOLUME, and which passes serve it."""
+    """A volume detector ready to run: its row of layout.VOLUME, and what selects its passes."""
 
     detector: VolumeDetector
     shape: Shape
     row: np.ndarray
-    unit: float  # what a sum of 1 is [m]
-    has_cells: bool  # or directions: it is walked through
+    unit: float  # value of a sum of 1 [m]
+    has_cells: bool  # cells or direction bins: paths are traced from cell to cell
     absorbs: bool
     grids: tuple[np.ndarray, ...]  # of layout.VOLUME_IN_GRID: grids that absorb in it
 
@@ -46,8 +46,10 @@ class Volume:
 
 
 def fill_volumes(plan: Plan) -> None:
-    """A row for each VolumeDetector; its sums lie behind those of phase space: a cell's outside of all bins of direction,
-    those bins, and then what the cells absorb."""
+    """Fill a row per VolumeDetector; its sums follow those of phase spaces.
+
+    Per cell: one row outside all direction bins, then the bins. After all cells: the absorbed weight by cell.
+    """
     for detector in plan.scene.volumes:
         volume = _volume(plan, detector)
         plan.volumes.append(volume)
@@ -55,8 +57,10 @@ def fill_volumes(plan: Plan) -> None:
 
 
 def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
+    """Return a volume detector's Volume, and reserve its rows."""
     shape, size = plan.scene.shape_of(detector), plan.space.size
     _check_media(plan, detector, shape)
+    # Reserve rows: per cell its direction bins, then one per cell for absorbed weight.
     cells = detector.volumes(shape).size
     absorbs, first = bool(plan.absorbing_media), plan.rows
     values = layout.center_columns(plan.space.place(shape.center)) | _cells(plan, detector, shape)
@@ -76,7 +80,10 @@ def _volume(plan: Plan, detector: VolumeDetector) -> Volume:
 
 
 def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
-    """One over the largest score of weight 1 [scene lengths]: the longest way, or the longest mean free path."""
+    """Return 1 over the largest score of weight 1: the longest path, or mean free path.
+
+    In scene lengths.
+    """
     if detector.estimator == COLLISION:
         paths = plan.media["mfp"]
         grids = [plan.bodies[int(row["medium"]) - 1].medium for row in plan.grids]
@@ -86,6 +93,7 @@ def _scale(plan: Plan, detector: VolumeDetector, shape: Shape) -> float:
 
 
 def _cells(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, float]:
+    """Return the columns of the cells of a box, or of the shells of a sphere."""
     size, edges = plan.space.size, detector.edges(shape)
     if not isinstance(shape, Box):
         radii = np.ascontiguousarray(edges.get("r", np.array([0.0, shape.radius])) / size)
@@ -100,6 +108,7 @@ def _cells(plan: Plan, detector: VolumeDetector, shape: Shape) -> dict[str, floa
 
 
 def _directions(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
+    """Return the columns of the direction bins."""
     if detector.directions is None:
         return {}
     edges = detector.directions.edges()
@@ -112,18 +121,18 @@ def _directions(plan: Plan, detector: VolumeDetector) -> dict[str, float]:
     are_even = all(
         bins is None or isinstance(bins, int) for bins in (detector.directions.mu, detector.directions.phi)
     )
-    if are_even:  # without an axis, one bin of it
+    if are_even:  # an axis without bins counts as one bin
         values |= {"turn_cells": turns, "is_even": 1}
     return values | {"rows": 1 + (len(cosines) - 1) * turns}
 
 
 def _widened(cosines: np.ndarray) -> np.ndarray:
-    """Edges at -1 and 1 a little beyond: a cosine may be off by its last digit."""
+    """Return the edges with -1 and 1 moved outwards, as a cosine may be off in its last digit."""
     return np.where(np.abs(cosines) == 1.0, 2.0 * cosines, cosines)
 
 
 def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]:
-    """Rows of the grids that absorb and may lie in the volume."""
+    """Yield rows of the grids that absorb and may overlap the volume."""
     for fades, grids in enumerate((plan.grids, plan.thinning_grids)):
         for grid in grids:
             box = plan.bodies[int(grid["medium"]) - 1].medium.box
@@ -135,16 +144,16 @@ def _grids(plan: Plan, shape: Shape, volume: np.ndarray) -> Iterator[np.ndarray]
 
 
 def _check_media(plan: Plan, detector: VolumeDetector, shape: Shape) -> None:
-    """Refuse collisions asked for where there are none, as far as a lattice of places tells."""
+    """Refuse the estimator "collision" in media without collisions, as far as a lattice of points shows."""
     if detector.estimator != COLLISION:
         return
     is_weighted = plan.tracking.absorption == "weighted"
-    cure = "write estimator='track'"
+    cure = "use estimator='track'"
     for medium in dict.fromkeys(media_at(plan.scene, _places(shape))):
         if not _collides_everywhere(medium, is_weighted):
-            what = "scatter, as tracking is weighted," if is_weighted else "absorb or scatter"
-            must = f"all that fills it must {what} for estimator 'collision'"
-            refuse(detector, f"{must}, got {medium!r} in it; {cure}")
+            what = "scatter (tracking is weighted)" if is_weighted else "absorb or scatter"
+            must = f"all media in it must {what} for estimator 'collision'"
+            refuse(detector, f"{must}, got {medium!r}; {cure}")
 
 
 def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
@@ -154,7 +163,7 @@ def _collides_everywhere(medium: AnyMedium, is_weighted: bool) -> bool:
 
 
 def _places(shape: Shape) -> np.ndarray:
-    """Places [m] all over a shape, (n, 3), off its symmetries."""
+    """Return points [m] spread over a shape and off its symmetries, shape (n, 3)."""
     steps = (np.arange(LOOKS) + 0.4817) / LOOKS * 2 - 1
     offsets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     if isinstance(shape, Box):

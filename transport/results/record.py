@@ -20,11 +20,11 @@ BY_CHANCE = -0.5  # slope of the error of independent histories against time
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a pilot foretold: after so many seconds, so many seconds and particles for the whole run."""
+    """Forecast of a pilot, made `after` seconds: seconds and particles of the whole run."""
 
     after: float
     seconds: float
-    particles: int | float  # infinite where nothing can be told yet
+    particles: int | float  # infinite where unknown
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""A run: when it looks, when it stops, on which threads, what it tells meanwhile."""
+"""Run a program: settings, schedules of batches, stopping rules, thread executor, memory check, progress."""

@@ -1,4 +1,4 @@
-"""Who does the batches of a run: threads of this process, or the workers of a cluster."""
+"""Choose the executor of a run: threads of this process, or the workers of a cluster."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from transport.validation import SceneError
 if TYPE_CHECKING:
     from transport.cluster.line import Line
 
-LONG = 30.0  # [s] that a cluster is waited for in silence
+LONG = 30.0  # [s] of waiting for a cluster before a warning
 
 
 @dataclass(frozen=True)
 class Staff:
-    """Who is asked for: threads, or a cluster; of a local one as many processes."""
+    """The requested executor: a number of threads, or a cluster; for cluster="local" as many processes."""
 
     threads: int
     cluster: object = None
@@ -37,10 +37,11 @@ class Staff:
 
 @dataclass(frozen=True)
 class Hands:
-    """A plan, and those who are ready to do its batches.
+    """A plan and a ready executor of its batches.
 
-    hire: the crew of a run, among so many batches of which the sample of a Snapshot is divided;  threads: of all together;
-    doubts: what a reader should know of them, once they have done it.
+    hire: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
+    threads: total number of threads; workers: of a cluster, else 0.
+    doubts: return findings about the executor after the run, as sentences.
     """
 
     plan: Plan
@@ -51,7 +52,7 @@ class Hands:
 
 
 def checked_staff(threads: object, cluster: object) -> Staff:
-    """Who is asked for; threads: None for one a core.  Raises SceneError."""
+    """Return the requested executor; threads: None for one per core. Raise SceneError for invalid input."""
     if cluster is not None:
         from transport.cluster.places import LOCAL, checked_cluster
 
@@ -66,7 +67,7 @@ def checked_staff(threads: object, cluster: object) -> Staff:
 def hands_for(
     scene: Scene, way: Way, staff: Staff, bar: Progress, interruption: Interruption
 ) -> Iterator[Hands]:
-    """Those who can begin at once, until the context ends.  Raises SceneError where the cluster cannot do it."""
+    """Yield an executor that is ready to start. Raise SceneError where the cluster cannot run the scene."""
     if staff.cluster is None:
         machine = machine_for(scene, way.tracking, way.method, bar)
         yield Hands(machine.program.plan, partial(Crew, machine, way.seed, staff.threads), staff.threads)
@@ -87,7 +88,10 @@ def hands_for(
 
 
 def _wait_for(line: Line, bar: Progress, interruption: Interruption) -> None:
-    """Until a worker is ready; told where it takes long, as a job that has no terminal would wait for ever in silence."""
+    """Wait until a worker is ready; warn once after LONG seconds.
+
+    A job without a terminal would otherwise wait forever in silence.
+    """
     due = time.perf_counter() + LONG
 
     def wait(what: str) -> None:

@@ -1,7 +1,7 @@
-"""Ctrl-C between two batches: never while one is being taken, or a file is being written.
+"""Delay Ctrl-C until the end of a batch, never within the bookkeeping of a batch or the writing of a file.
 
-A KeyboardInterrupt may come anywhere, also after a batch has left the crew and before the run has it: then the run that is
-saved would lack it, and its numbers say that it is there.
+A KeyboardInterrupt may come anywhere, also after a batch has left the executor and before the run has stored
+it. A saved run would then lack the batch although its counters include it.
 """
 
 from __future__ import annotations
@@ -11,20 +11,23 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PATIENCE = 2  # times Ctrl-C, of which the last is not put off
+PATIENCE = 2  # Ctrl-C is delayed that many times; the next one interrupts at once
 
 
 class Interruption:
-    """What `Run` asks between batches, once it has begun; before, Ctrl-C comes at once."""
+    """The pending Ctrl-C of a run, checked between batches.
+
+    Before the run begins, Ctrl-C is immediate.
+    """
 
     has_begun, times = False, 0
 
     def begin(self) -> None:
-        """Put Ctrl-C off from now on."""
+        """Delay Ctrl-C from now on."""
         self.has_begun = True
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt where Ctrl-C was pressed since."""
+        """Raise KeyboardInterrupt if Ctrl-C was pressed since the run began."""
         if self.times:
             raise KeyboardInterrupt
 
@@ -36,7 +39,10 @@ class Interruption:
 
 @contextmanager
 def put_off() -> Iterator[Interruption]:
-    """From where it begins Ctrl-C is remembered, where it would raise KeyboardInterrupt in this thread; else nothing is changed."""
+    """Delay Ctrl-C within the context.
+
+    Change nothing where Ctrl-C would not raise KeyboardInterrupt in this thread.
+    """
     interruption = Interruption()
     is_main = threading.current_thread() is threading.main_thread()
     if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:

@@ -1,4 +1,4 @@
-"""When a run ends, and how it is told: input checked before anything runs."""
+"""Limits of a run (particles, error, seconds, batches) and the checks of these arguments."""
 
 import math
 import os
@@ -22,38 +22,41 @@ from transport.validation import SceneError, suggestion
 from transport.volumes import VolumeDetector
 
 FEWEST_FOR_ERROR = 16  # batches
-# batches, and up to twice as many: they know an error to 1 / sqrt(2 × 128) = 6 % or better
+# batches, up to twice as many: the error is then known to 1 / sqrt(2 × 128) = 6 % or better
 MANY_FOR_ERROR = 128
 MOST_BATCHES = 4096
 HOPELESS = 10**7  # particles without a score, after which a run for an error ends
-MOST_PARTICLES = 10**10  # at which a run for an `error` alone ends, with a warning
+MOST_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
 
 
 @dataclass(frozen=True)
 class Limits:
-    """When a run ends: at the first of these that is reached."""
+    """Limits of a run, which ends at the first one that is reached."""
 
     particles: int | None
     error: Mapping[str, float]
     seconds: float | None
     batches: int
-    is_free: bool = False  # whether the number of batches was left open
-    part: tuple[int, int] = (1, 1)  # which of how many parts of the batches
+    is_free: bool = False  # whether the user left the number of batches open
+    part: tuple[int, int] = (1, 1)  # (k, n): the k-th of n parts of the batches
 
     @property
     def is_open(self) -> bool:
-        """Whether it depends on errors or on time how many particles it takes."""
+        """Return whether the number of particles depends on errors or time."""
         return bool(self.error) or self.seconds is not None
 
 
 def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:
-    """The limits of a run, as `simulate` takes them.  Raises SceneError where none is given or one cannot be kept."""
+    """Return the limits of a run from the arguments of `simulate`.
+
+    Raise SceneError where none is given or one is invalid.
+    """
     error = {} if error is None else error
     if not isinstance(error, Mapping):
         raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
     if particles is None and not error and seconds is None:
         raise SceneError(
-            "simulate: no limit given; say particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
+            "simulate: no limit given; pass particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
         )
     if particles is not None:
         particles = checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
@@ -65,8 +68,8 @@ def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> 
     batches = checked_whole("batches", batches, 2, MOST_BATCHES)
     if error and batches < FEWEST_FOR_ERROR:
         raise SceneError(
-            f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches}; of fewer the run"
-            " would end when their error happens to look small"
+            f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches};"
+            " with fewer, the run would end when the error is underestimated by chance"
         )
     for name, target in error.items():
         _check_quantity(scene, name)
@@ -76,17 +79,20 @@ def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> 
 
 
 def _usual_batches(method: Method, error: Mapping[str, float]) -> int:
-    """How many batches, where nothing is said: for an error so many that it is well known."""
+    """Return the default number of batches; with an error target, enough to know the error well."""
     if not error:
         return method.usual_batches
     return MANY_FOR_ERROR if method.sampling == "random" else FEWEST_FOR_ERROR
 
 
 def _check_quantity(scene: Scene, name: str) -> None:
+    """Refuse a name "detector.quantity" that does not exist, or lacks moments, directions or a clock."""
     detector, _, quantity = str(name).partition(".")
     names = [d.name for d in scene.detectors]
     if detector in names and not quantity:
-        raise SceneError(f"simulate: error must name a quantity of {detector!r}; write '{detector}.flux_in'")
+        raise SceneError(
+            f"simulate: error must name a quantity of {detector!r}, such as '{detector}.flux_in'"
+        )
     if detector not in names:
         raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
     asked = scene.detectors[names.index(detector)]
@@ -102,17 +108,17 @@ def _check_quantity(scene: Scene, name: str) -> None:
         raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
     of_moments = {Detector: OF_MOMENTS, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
     if quantity in of_moments and not asked.moments:
-        raise SceneError(f"simulate: error of {name!r} needs moments; write moments=True")
+        raise SceneError(f"simulate: error of {name!r} needs moments; pass moments=True to the detector")
     if isinstance(asked, PhaseSpace | Instrument):
         return
     if quantity in BY_DIRECTION and asked.directions is None:
-        raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...; add them")
+        raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...")
     if quantity in (*CLOCKED, *VOLUMES_CLOCKED) and scene.duration is None:
-        raise SceneError(f"simulate: error of {name!r} needs a clock; write Scene(..., duration=...)")
+        raise SceneError(f"simulate: error of {name!r} needs a clock; use Scene(..., duration=...)")
 
 
 def checked_whole(name: str, value: object, least: int, most: int) -> int:
-    """The value as a whole number within its range; floats such as 1e6 are taken.  Raises SceneError."""
+    """Return the value as an int within [least, most]; floats such as 1e6 are accepted. Raise SceneError."""
     is_whole = _is_number(value) and math.isfinite(value) and value == int(value)
     if not is_whole or not least <= value <= most:
         raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
@@ -126,27 +132,25 @@ def _is_number(value: object) -> bool:
 
 
 def checked_part(part: object, limits: Limits) -> tuple[int, int]:
-    """(k, n): the k-th of n parts of a run for `particles`, (1, 1) where all is done.  Raises SceneError."""
+    """Return (k, n), the k-th of n parts of a run; (1, 1) for the whole run. Raise SceneError."""
     if part is None:
         return 1, 1
     is_pair = isinstance(part, tuple | list) and len(part) == 2
     if not is_pair or not all(_is_number(number) and number == number // 1 for number in part):
-        raise SceneError(
-            f"simulate: part must be (k, n), the k-th of n parts, got {part!r}; write part=(1, 4)"
-        )
+        raise SceneError(f"simulate: part must be (k, n), the k-th of n parts, such as (1, 4), got {part!r}")
     one, of = map(int, part)
     if not 1 <= one <= of:
-        cure = f"; an array counted from 0 says k + 1: part=({one + 1}, {of})" if one == 0 < of else ""
+        cure = f"; parts count from 1: part=({one + 1}, {of})" if one == 0 < of else ""
         raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}{cure}")
     if of > 1 and limits.is_open:
         raise SceneError(
-            f"simulate: part must be of a run for particles alone, got {part!r}; leave out error and seconds"
+            f"simulate: part needs a run limited by particles alone, got {part!r}; omit error and seconds"
         )
     return one, of
 
 
 def checked_threads(threads: object) -> int:
-    """The number of threads; None means one for each core that this process may use.  Raises SceneError."""
+    """Return the number of threads; None means one per core available to this process. Raise SceneError."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return checked_whole("threads", threads, 1, 1024)

@@ -1,4 +1,4 @@
-"""What a scene is run by: its plan, the program of passes that it calls for, and these compiled, wired and kept."""
+"""Caches of what a scene is run with: its plan, its program of passes, and the compiled program."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from transport.tracking import Tracking
 
 
 def plan_for(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
-    """What is read off the scene; nothing of the engine is needed for it."""
+    """Return the plan of a scene; needs nothing of the engine."""
     scene = aimed_scene(scene) if method.estimator == "aimed" else scene
     return compile_scene(scene, tracking, method)
 
 
 @lru_cache(maxsize=32)
 def program_for(scene: Scene, tracking: Tracking | None, method: Method):
-    """The passes that the plan calls for, each with its table."""
+    """Return the program of a plan: its passes, each with its table."""
     from transport.engine.program import program_of
 
     return program_of(plan_for(scene, tracking, method))
 
 
 def machine_for(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
-    """Passes compiled or loaded, and wired; kept for scenes that are run again."""
+    """Return the compiled program of a scene, compiled or loaded; cached for scenes that are run again."""
     from transport.engine.driver import machine_of
 
     program = program_for(scene, tracking, method)

@@ -1,4 +1,4 @@
-"""Refuses a run whose sums would not fit into the memory that is left, before it runs, with the figure and the cure."""
+"""Memory check: refuse a run whose sums exceed the available memory, before it starts."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from transport.validation import SceneError, listed
 
 @dataclass(frozen=True)
 class Need:
-    """Memory that a run takes [bytes], at most.
+    """Upper bound of the memory of a run [bytes].
 
-    counting: of each of so many threads;  kept: of each of so many batches;  on_the_way: of those that come from elsewhere, in all.
+    counting: per thread; kept: per stored batch; on_the_way: total of batches in transit from workers.
     """
 
     counting: float
@@ -41,17 +41,15 @@ class Need:
     def __str__(self) -> str:
         parts = [f"{size_text(self.counting)} on each of {self.threads} threads"] if self.threads else []
         parts += [f"{size_text(self.kept)} in each of {self.batches} batches"] if self.batches else []
-        parts += (
-            [f"{size_text(self.on_the_way)} in those that come from the workers"] if self.on_the_way else []
-        )
+        parts += [f"{size_text(self.on_the_way)} in transit from the workers"] if self.on_the_way else []
         return listed(parts)
 
 
 def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> None:
-    """Raises SceneError where the sums of all threads and the batches that are kept may take more than is left.
+    """Raise SceneError where the sums of all threads and stored batches may exceed the available memory.
 
-    threads: of this process, 0 where workers count elsewhere;  saved: batches of the run to go on with, which are here already.
-    Nothing is refused where the system does not say how much is left.
+    threads: of this process, 0 where workers compute; saved: batches of the resumed run, which are in memory
+    already. Nothing is refused where the system does not report its available memory.
     """
     need = need_of(plan, schedule, threads, saved)
     cures = ["threads=1"] if need.threads > 1 else []
@@ -60,7 +58,10 @@ def check_memory(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -
 
 
 def check_worker_memory(plan: Plan, threads: int) -> None:
-    """The same for the worker of a cluster, whose process counts in so many threads and keeps what they do until it is sent."""
+    """Raise SceneError where a cluster worker's sums may exceed its available memory.
+
+    These are the sums of its threads, and those that wait to be sent.
+    """
     batch = bytes_in_all(plan, _records(plan, 1))
     need = Need(_counting(plan, 1) + 2 * batch, threads, 0.0, 0)
     cures = [*(["workers with fewer threads"] if threads > 1 else []), "workers with more memory"]
@@ -68,13 +69,14 @@ def check_worker_memory(plan: Plan, threads: int) -> None:
 
 
 def need_of(plan: Plan, schedule: Schedule, threads: int, saved: int = 0) -> Need:
-    """What a run takes at most, but for what a file of its batches holds."""
+    """Return the upper bound of a run's memory, without sums that are stored in a file."""
     batches = max(0, _most_kept(schedule, saved) - saved)
     records = _records(plan, schedule.count)
     whole, kept = (of(plan, records) for of in (bytes_in_all, bytes_in_memory))
+    # Count all sums as memory where their file would not fit on the disk.
     if bytes_free() < batches * (whole - kept):
         kept = whole
-    counting = _counting(plan, schedule.count) + kept  # of the batch that it packs
+    counting = _counting(plan, schedule.count) + kept  # kept: the thread's batch while it is packed
     return Need(counting, threads, kept, batches, 0 if threads else 2 * whole)
 
 
@@ -90,17 +92,20 @@ def _refuse_beyond(plan: Plan, need: Need, what: str, cures: list[str]) -> None:
 
 
 def _counting(plan: Plan, batches: int) -> float:
-    """Of a thread, while a batch runs."""
+    """Return the bytes per thread while a batch runs."""
     return bytes_of_counting(plan) + bytes_of_records(_records(plan, batches))
 
 
 def _records(plan: Plan, batches: int) -> float:
-    """Of the sample of snapshots, in a batch."""
+    """Return the records of snapshots per batch."""
     return sum(snapshot.particles for snapshot in plan.scene.snapshots) / batches
 
 
 def _most_kept(schedule: Schedule, saved: int) -> int:
-    """How many batches may be there at a time; of a run for a number of particles that begins, no more than it has."""
+    """Return the largest number of stored batches.
+
+    A new run limited by particles stores no more than it has.
+    """
     limits = schedule.limits
     if saved or limits.error or limits.seconds is not None or limits.particles is None:
         return schedule.most_kept
@@ -108,10 +113,10 @@ def _most_kept(schedule: Schedule, saved: int) -> int:
 
 
 def _fewer_bins(plan: Plan) -> str:
-    """Where most of them are."""
+    """Return the advice to use fewer bins, with the detector that has most of them."""
     meters = {f"detector {meter.name!r}": rows_of(plan.scene, meter) for meter in plan.scene.meters}
     for volume in plan.volumes:
         cells = np.size(volume.detector.volumes(volume.shape))
         meters[f"volume detector {volume.detector.name!r}"] = cells * int(volume.row["rows"])
     name = max(meters, key=meters.get, default=None)
-    return f"take fewer bins ({name} has {meters[name]:_})" if name else "take fewer bins"
+    return f"use fewer bins ({name} has {meters[name]:_})" if name else "use fewer bins"

@@ -1,4 +1,4 @@
-"""Which batches become one where too many would be kept: neighbours, the smallest first, so that all are about as large."""
+"""Merge consecutive batches where too many would be stored, so that all are about equally large."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from transport.results.batches import Batch
 
 
 def unbroken(batches: list[Batch]) -> list[list[Batch]]:
-    """Batches of one seed that follow one another without a gap, together: what is in the gap may be in another run."""
+    """Group batches of one seed that follow one another without a gap.
+
+    Batches in a gap may belong to another run.
+    """
     found: list[list[Batch]] = []
     for batch in batches:
         last = found[-1][-1] if found else None
@@ -23,9 +26,11 @@ def unbroken(batches: list[Batch]) -> list[list[Batch]]:
 def with_room_for(
     leg: list[tuple[int, int]], batches: list[Batch], most: int, records: int
 ) -> tuple[list[Batch], int]:
-    """The batches, neighbours put together, and how many of the leg's are to become one: all about as large, no more than `most`.
+    """Return the stored batches, merged, and how many batches of the leg to merge into one.
 
-    Never of two seeds or over a gap: where these are many, more are kept.  records: that two as one may keep.
+    All are then about equally large, and no more than `most`. Batches of two seeds, or on both sides of a
+    gap, are never merged; where these are many, more are stored. records: snapshot records that two merged
+    batches may keep.
     """
     size, more = leg[0][0], sum(many for _, many in leg)
     most = max(most, len(unbroken(batches)) + 1)
@@ -39,7 +44,7 @@ def with_room_for(
 
 
 def no_more_than(most: int, batches: list[Batch], records: int) -> list[Batch]:
-    """The batches, where they are more than that, neighbours put together: the same where no others are to follow."""
+    """Return at most `most` batches, consecutive ones merged, where no further batches follow."""
     most, aim = max(most, len(unbroken(batches))), min(batch.histories for batch in batches)
     while len(groups := _groups(batches, aim)) > most:
         aim *= 2
@@ -47,22 +52,26 @@ def no_more_than(most: int, batches: list[Batch], records: int) -> list[Batch]:
 
 
 def gathered(batches: list[Batch], size: int, records: int) -> list[Batch]:
-    """Neighbours put together as far as they have no more histories than that."""
+    """Merge consecutive batches up to `size` particles each."""
     return _as_one(_groups(batches, size), records)
 
 
 def _as_one(groups: list[list[Batch]], records: int) -> list[Batch]:
+    """Merge each group into one batch."""
     return [reduce(lambda one, other: one.merged(other, records), group) for group in groups]
 
 
 def net_of(batch: Batch) -> int:
-    """Points of each of the nets that are together in a batch; where they are not alike, of one of average size."""
+    """Return the points per quasi-random net merged into a batch.
+
+    For nets of unequal size, the average rounded down to a power of two.
+    """
     each = max(1, batch.histories // (batch.past - batch.first))
     return 1 << (each.bit_length() - 1)
 
 
 def _groups(batches: list[Batch], size: int) -> list[list[Batch]]:
-    """Neighbours, as many together as have no more histories than that."""
+    """Group consecutive batches up to `size` particles per group."""
     groups: list[list[Batch]] = []
     for row in unbroken(batches):
         histories = math.inf

@@ -1,4 +1,4 @@
-"""Who did the batches of a run: the same sources on a like machine give the same bits, others agree statistically."""
+"""Provenance of batches: equal sources on like machines give equal bits, others agree statistically."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class Origin:
-    """Who did batches: the version and the digest of the sources, the versions of what they stand on, the processor."""
+    """Provenance of batches: version and digest of the sources, versions of libraries, processor."""
 
     version: str
     sources: str
@@ -25,13 +25,13 @@ class Origin:
 
 @cache
 def this_origin() -> Origin:
-    """These sources on this machine."""
+    """Return the provenance of batches of this process."""
     return Origin(_version(), sources_digest(), _versions(), _machine())
 
 
 @cache
 def sources_digest() -> str:
-    """Digest of all sources of the package; what an installation compiled of them is left out."""
+    """Return a digest of all sources of the package, without compiled kernels."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         if "__kernels__" not in path.parts:
@@ -41,21 +41,23 @@ def sources_digest() -> str:
 
 
 def joined(*origins: Iterable[Origin]) -> tuple[Origin, ...]:
-    """All of them, each once, the earlier ones first."""
+    """Return all distinct origins in order of appearance."""
     return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
 def doubts_of(origins: Iterable[Origin]) -> list[str]:
-    """What a reader should know of a run that was not done by one program on one machine."""
+    """Return findings about a run whose batches come from different sources or machines, as sentences."""
     origins, found = list(origins), []
     sources = dict.fromkeys((origin.version, origin.sources) for origin in origins)
     if len(sources) > 1:
         told = ", ".join(f"{number} ({digest})" for number, digest in sources)
-        found.append(f"its batches are of unlike sources of transport, {told}: what one did wrong is in it")
+        found.append(
+            f"its batches come from different sources of transport, {told}: a bug in one affects the result"
+        )
     unlike = dict.fromkeys((*origin.versions, origin.machine) for origin in origins)
     if len(unlike) > 1:
         told = "; ".join(", ".join(each) for each in unlike)
-        found.append(f"its batches were done on unlike machines, {told}: the last digits may not repeat")
+        found.append(f"its batches come from different machines, {told}: the last digits may not repeat")
     return found
 
 
@@ -64,7 +66,7 @@ def _version() -> str:
 
 
 def _versions() -> tuple[str, ...]:
-    """Of Python and of what the batches were done with."""
+    """Return the versions of Python and of the libraries that computed the batches."""
     return (f"Python {platform.python_version()}", *(f"{name} {_found(name)}" for name in ("numpy", "numba")))
 
 
@@ -78,7 +80,7 @@ def _found(name: str) -> str:
 
 
 def _machine() -> str:
-    """Its processor, which decides how products and sums are rounded together."""
+    """Return the system and the processor, which decides on fused multiply-add (its rounding)."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

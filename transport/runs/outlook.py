@@ -1,4 +1,4 @@
-"""What a run for an error will take: how fast its batches were so far, and how many are still to come."""
+"""Forecast of a run for an error: the speed of its batches so far, and how many are still to come."""
 
 from __future__ import annotations
 
@@ -10,37 +10,42 @@ from transport.pricing.slopes import Pace, pace_of
 from transport.results.record import Forecast
 from transport.runs.stopping import Look
 
-# relative error below which it is known well enough to tell by it how many histories another takes
+# relative error below which it predicts how many particles a smaller error takes
 KNOWN = 0.1
-# [s], a batch that tells the time of its histories: in smaller ones lanes idle, and latencies count
+# [s] least time of a batch that measures the time per particle: in smaller ones lanes idle and latency
+# dominates
 LONG = 1e-3
-FAR = 0.1  # of the way to the end, from where on the way itself tells the speed
+FAR = 0.1  # share of the planned particles from which on progress itself measures the speed
 
 
 class Outlook:
-    """How long batches take: a latency and a time for each history, told from legs of unlike batches.
+    """Forecaster of the remaining time, by a latency per batch and a time per particle.
 
-    Latencies of threads follow one another (they are Python's), histories do not; how much longer the last leg took than
-    so explained goes to handing its batches over, and is taken to stay the same for each.
+    Both are fitted to legs of different batch sizes. Latencies of threads add up (they are Python's), times
+    of particles run in parallel. What the last leg took beyond that is attributed to handing over batches, at
+    a constant cost per batch.
     """
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self.typical: list[np.ndarray] = []  # histories and seconds of the median batch of each leg
-        self.handing = 0.0  # [s] of the last leg beyond those explained, a batch
+        self.typical: list[np.ndarray] = []  # particles and seconds of the median batch of each leg
+        self.handing = 0.0  # [s] per batch of the last leg, beyond the fitted time
         self.forecast: Forecast | None = None  # the latest
-        self.particles = 0  # when it was made
+        self.particles = 0  # at the time of the forecast
 
     def add_leg(self, batches: list[tuple[int, float]], seconds: float) -> None:
-        """A leg is done: the histories and seconds of each of its batches, and the seconds that it took in all."""
-        if not batches:  # all of them were saved before
+        """Add a finished leg: particles and seconds per batch, and its total wall time [s]."""
+        if not batches:  # all of its batches were in the saved run
             return
         self.typical.append(np.median(batches, axis=0))
         histories = sum(size for size, _ in batches)
         self.handing = max(0.0, seconds - self._explained(histories, len(batches))) / len(batches)
 
     def plan(self, elapsed: float, particles: int, histories: float, batches: int) -> None:
-        """So many histories in so many batches are still to come, after so many seconds and particles."""
+        """Forecast the end of the run, where so many particles in so many batches are still to come.
+
+        elapsed: seconds so far; particles: so far; histories, batches: still to come.
+        """
         if not self.typical:
             return
         seconds = elapsed + self._explained(histories, batches) + self.handing * batches
@@ -50,7 +55,7 @@ class Outlook:
         )
 
     def end(self, elapsed: float, particles: int) -> float:
-        """When the run will be over [s], now that it is so far; infinite where nothing is planned."""
+        """Return the total time of the run [s], as expected at this point; infinite without a forecast."""
         plan = self.forecast
         if plan is None or plan.particles == math.inf:
             return math.inf
@@ -60,11 +65,12 @@ class Outlook:
         return max(plan.seconds, elapsed)
 
     def is_clear(self, look: Look) -> bool:
-        """Whether the error and the time of a history are known well enough for a forecast."""
+        """Return whether the error and the time per particle are known well enough for a forecast."""
         is_timed = bool(self.typical) and self.typical[-1][1] > LONG
         return bool(is_timed and look.worst.relative <= KNOWN)
 
     def _explained(self, histories: float, batches: int) -> float:
+        """Return the fitted time of so many particles in so many batches [s]."""
         pace: Pace = pace_of(*np.transpose(self.typical))
         return pace.latency * batches + pace.per_particle * histories / self.threads
 

@@ -1,4 +1,4 @@
-"""A progress bar with the time left, where there is a terminal; elsewhere silence, or a line now and then for a log."""
+"""Progress of a run: a bar on a terminal; elsewhere nothing, or occasional lines for a log."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 LINES = "lines"
 BAR = 16  # characters
-FIRST_LINE = 15.0  # [s] until the first line of a log; twice as long to each next
-LONGEST = 600.0  # [s] between two of them at most
-PATIENCE = 0.5  # [s] before the first bar is shown: short work needs none
+FIRST_LINE = 15.0  # [s] until the first line of a log; the interval doubles with each line
+LONGEST = 600.0  # [s] longest interval between lines
+PATIENCE = 0.5  # [s] before the bar is shown: short work needs none
 
 
 class WaitingWarning(UserWarning):
@@ -27,31 +27,34 @@ class WaitingWarning(UserWarning):
 
 
 class Progress:
-    """Says nothing; what a run tells its progress to."""
+    """Receiver of a run's progress; this one shows nothing."""
 
     def compiling(self, done: int, of: int, name: str) -> None:
-        """Before the pass `name` is compiled or loaded."""
+        """Report that pass `name`, number `done` of `of`, is about to be compiled or loaded."""
 
     def waiting(self, what: str) -> None:
-        """While a cluster is not ready yet: what for."""
+        """Report what a cluster is still waiting for."""
 
     def trying(self, way: str) -> None:
-        """Before a pilot of a way to estimate."""
+        """Report that a pilot of an estimator starts."""
 
     def running(self, particles: int, elapsed: float, end: float, worst: Standing | None) -> None:
-        """While batches run: particles so far, seconds since the run began and in all (inf: not known), and the quantity
-        that is furthest from the error asked for."""
+        """Report a running simulation.
+
+        particles: so far; elapsed, end: seconds so far and in total (inf: unknown); worst: the quantity
+        furthest from its target error.
+        """
 
 
 class PilotProgress(Progress):
-    """Of a pilot: what it compiles is shown where the run shows it, its batches are not."""
+    """Progress of a pilot: its compilation is shown in the run's progress, its batches are not."""
 
     def __init__(self, run: Progress) -> None:
         self.compiling = run.compiling
 
 
 class Bar(Progress):
-    """One line of rich that shows what is going on."""
+    """Progress as one line of rich."""
 
     def __init__(self, is_forced: bool = False) -> None:
         self.is_forced = is_forced
@@ -102,7 +105,7 @@ class Bar(Progress):
 
 
 class Lines(Progress):
-    """A plain line on standard error now and then, ever more rarely: what the log of a job is to tell."""
+    """Progress as plain lines on standard error, at growing intervals, for the log of a job."""
 
     def __init__(self) -> None:
         self.begun = time.perf_counter()
@@ -134,7 +137,7 @@ def _clock(later: float = 0.0) -> str:
 
 
 def _ends_at(left: float) -> str:
-    """When the run will be over; nothing where that is not known, or beyond what a calendar has."""
+    """Return when the run will end, as text; empty where that is unknown or beyond the calendar."""
     try:
         return f", until {_clock(max(0.0, left))}" if left < math.inf else ""
     except (OverflowError, ValueError, OSError):
@@ -142,33 +145,32 @@ def _ends_at(left: float) -> str:
 
 
 def running_text(particles: int, elapsed: float, end: float, worst: Standing | None) -> str:
-    """What is going on: "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % of 0.1 % asked".
+    """Return the state of a run as text.
 
-    What a narrow terminal cuts off comes last.
+    For example "12 000 000 particles, about 12 s to go, meter.flux_in 0.31 % (target 0.1 %)". The parts that
+    a narrow terminal may cut off come last.
     """
     parts = [f"{particles:,} particles".replace(",", " ")]
     if end < math.inf:
         parts.append(f"about {duration(max(0.0, end - elapsed))} to go")
     if worst is not None:
         reached = f"{100 * worst.relative:.2g} %" if worst.relative < math.inf else "unknown"
-        parts.append(f"{worst.name} {reached} of {percent(worst.target)} asked")
+        parts.append(f"{worst.name} {reached} (target {percent(worst.target)})")
     return ", ".join(parts)
 
 
 @contextmanager
 def progress_on(wanted: bool | str | Progress | None) -> Iterator[Progress]:
-    """The bar, lines, or silence.  wanted: None for a bar where standard error is a terminal, "lines" for lines where it is none;
-    a Progress for that one.
+    """Yield the receiver of a run's progress.
 
-    Raises SceneError for what is none of these.
+    wanted: None for a bar where standard error is a terminal, True for a bar, False for nothing, "lines" for
+    lines where standard error is no terminal; a Progress for itself. Raise SceneError for any other value.
     """
     if isinstance(wanted, Progress):
         yield wanted
         return
     if wanted not in (None, True, False, LINES):
-        raise SceneError(
-            f"simulate: progress must be True, False or {LINES!r}, got {shown(wanted)}; leave it out"
-        )
+        raise SceneError(f"simulate: progress must be True, False or {LINES!r}, got {shown(wanted)}")
     is_terminal = sys.stderr.isatty()
     if wanted is False or not (wanted or is_terminal):
         yield Progress()

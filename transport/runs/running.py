@@ -1,4 +1,4 @@
-"""Batches leg after leg until enough is known: what `simulate` does once a program is ready."""
+"""The loop of `simulate`: compute batches leg by leg until the errors or another limit are reached."""
 
 import math
 import time
@@ -27,18 +27,21 @@ from transport.runs.stopping import Look, standing_of
 from transport.scene import Scene
 from transport.validation import SceneError
 
-# histories after which a class of paths without a score is taken for one that none may ever score
+# Number of particles after which a class of paths without a score is assumed never to score.
 OPEN = 1 << 18
-SHORT = 1.0  # [s] that a batch may take where one wants to interrupt
+SHORT = 1.0  # [s] that a batch may take in a run that can be interrupted
 
 
 class IdleWarning(UserWarning):
-    """Some threads of a run have nothing to do."""
+    """Some threads of a run have no batches to compute."""
 
 
 @dataclass
 class Run:
-    """Batches taken in order, and errors looked at between legs of them: when a run stops does not depend on timing."""
+    """A run takes batches in order, and checks errors between legs of batches only.
+
+    Its end therefore does not depend on timing.
+    """
 
     scene: Scene
     plan: Plan
@@ -46,32 +49,36 @@ class Run:
     limits: Limits
     threads: int
     bar: Progress
-    hire: Callable[[int], InOrder]  # who does the batches; among so many a Snapshot's sample is divided
+    # makes the executor for so many batches, among which a Snapshot's sample is divided
+    hire: Callable[[int], InOrder]
     choice: Choice | None = None  # how the estimator was chosen
     warnings: list[str] = field(default_factory=list)
     looks: list[Look] = field(default_factory=list)
     forecast: Forecast | None = None
     is_complete: bool = True
-    particles: int = 0  # of all batches, with those that a later round has replaced
+    particles: int = 0  # in all batches, including those replaced by a later round
     crossings: int = 0
     collisions: int = 0
-    saved: State | None = None  # of a run to go on with
-    origins: tuple[Origin, ...] = ()  # who did its batches, once there are new ones
-    between: Callable[["Run"], None] | None = None  # called after each batch, and every GLANCE: to save it
-    seconds_before: float = 0.0  # of wall clock, until it was saved
+    saved: State | None = None  # the saved run to resume
+    origins: tuple[Origin, ...] = ()  # provenance of its batches, once there are new ones
+    # called after each batch and every GLANCE seconds, to save the run
+    between: Callable[["Run"], None] | None = None
+    seconds_before: float = 0.0  # wall time of the saved run
     interruption: Interruption = field(default_factory=Interruption)
-    leg: Leg = field(default_factory=list)  # under way
-    done: int = 0  # batches of it
+    leg: Leg = field(default_factory=list)  # the present leg
+    done: int = 0  # finished batches of the present leg
     is_idle_told: bool = False
 
     def go_on_with(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
-        """Begin where a saved run stood, which cost so much, and of which this is still to be said."""
+        """Resume a saved run, with its cost and its warnings."""
         self.warnings += warnings
         self.saved, self.origins = saved, saved.origins or (this_origin(),)
         self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
 
     def go(self) -> None:
+        """Run until a limit is reached or the run is interrupted; set `state`, `is_complete` and warnings."""
         self.interruption.begin()
+        # Make the schedule and the executor, and refuse what does not fit into memory.
         self.begun = self.shown = time.perf_counter()
         self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
         if self.saved is not None:
@@ -81,11 +88,13 @@ class Run:
         here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
         check_memory(self.plan, self.schedule, self.crew.threads, here)
         try:
+            # Run leg after leg until the errors are reached.
             if self.saved is None or self._takes_up():
                 while self._leg() and not self._is_enough():
                     pass
             self.interruption.check()
         except (KeyboardInterrupt, CrewLost) as why:
+            # Keep the batches finished so far, also those out of order.
             self.is_complete = False
             self.state = self.now()
             self._take_ahead()
@@ -101,24 +110,25 @@ class Run:
 
     @property
     def batches(self) -> list[Batch]:
-        """What the result is made of."""
+        """Return the batches that the result is made of."""
         return self.schedule.kept
 
     @property
     def slopes(self) -> dict[str, float]:
-        """How fast the errors asked for fall with time, where that has been measured."""
+        """Return the slope of each target's error against time, where it was measured."""
         if not self.looks:
             return {}
         found = {name: self.schedule.slope(self.looks, name) for name in self.limits.error}
         return {name: slope for name, slope in found.items() if slope is not None}
 
     def _leg(self) -> bool:
-        """Do the batches until the next look; whether there were any, and time enough for all of them."""
+        """Run the batches until the next error check; return False if there are none or time is up."""
         begun = time.perf_counter()
         if not self.leg:
             self._next_leg()
         if not self.leg:
             return False
+        # Take batches in order. Between them save the run, check Ctrl-C and the time, and show the progress.
         self.size = self.leg[0][0]
         with closing(self.crew.work(sizes_of(self.leg, self.done))) as batches:
             for batch in batches:
@@ -133,33 +143,38 @@ class Run:
                     self._show()
                     if self.shown - begun > SHORT:
                         self._tell_idle()
+        # Finish the leg, and time it for the forecast.
         self.schedule.end_leg()
         self.leg = []
         self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
         return True
 
     def _next_leg(self) -> None:
-        """The batches until the next look, none where the run is over; of a part of a run its own."""
+        """Set the batches until the next error check; none where the run is over.
+
+        A part of a run gets its own batches only.
+        """
         self.leg, self.done = self.schedule.next_leg(self.looks), 0
         if self.limits.part != (1, 1) and self.leg:
             most = math.ceil(batches_in(self.leg) / self.schedule.together)
             if self.limits.part[1] > most:
-                got = f"part must be of {most} parts at most, got {self.limits.part}"
-                cure = f"say batches={self.limits.part[1]} or more, the same in every part"
-                raise SceneError(f"simulate: {got}: no batch is left for some; {cure}")
+                got = f"part must be one of at most {most} parts, got {self.limits.part}"
+                cure = f"pass batches={self.limits.part[1]} or more, the same in every part"
+                raise SceneError(f"simulate: {got}, as each needs a batch; {cure}")
             self.crew.next, self.leg = self.schedule.part(self.leg)
 
     def _take(self, batch: Batch) -> None:
+        """Add a batch to the run."""
         self.particles += batch.histories
         self.crossings += batch.crossings
         self.collisions += batch.collisions
         self.schedule.take(batch)
         self.done += 1
 
-    # ---- what is saved of it, and goes on ----
+    # ---- saving and resuming ----
 
     def now(self) -> State:
-        """Where the run stands between two batches."""
+        """Return the state of the run between two batches."""
         schedule, saved = self.schedule, self.saved
         is_new = saved is None or self.particles > saved.particles
         return State(
@@ -182,11 +197,14 @@ class Run:
 
     @property
     def _doers(self) -> tuple[Origin, ...]:
-        """Who does the new batches, where that needs saying: workers, or after others this process."""
+        """Return the provenance of the new batches.
+
+        It is that of the workers, or of this process where it resumes a run; else empty.
+        """
         return self.crew.origins or (() if self.saved is None else (this_origin(),))
 
     def _takes_up(self) -> bool:
-        """Stand where the saved run stood; whether that is not yet enough."""
+        """Restore the saved state; return whether the run must go on."""
         saved = self.saved
         self.crew.next, self.looks = saved.next, looks_at(saved, self.limits)
         if put_back(saved, self.schedule):
@@ -199,7 +217,7 @@ class Run:
         return not self._is_enough()
 
     def _take_ahead(self) -> None:
-        """For the result of a run that ends early: what was done though others before it were not."""
+        """Take batches that were finished out of order into the result of a run that ends early."""
         for number in sorted(self.crew.ahead):
             self._take(self.crew.ahead[number])
 
@@ -211,31 +229,38 @@ class Run:
         return time.perf_counter() - self.begun
 
     def why_nothing(self) -> str:
-        """What to say of a run that was interrupted before a batch was whole: how long one takes, and how to have shorter ones."""
-        # histories a second of one thread, so of one batch
+        """Return the message of a run interrupted before its first batch.
+
+        It states how long a batch takes, and how to shorten batches.
+        """
+        # particles per second of one thread, which computes one batch at a time
         rate = self.crew.started / self._elapsed / self.threads
-        said = f"interrupted before the first batch, of {self.size} particles, was done, so nothing is known"
+        said = (
+            f"interrupted before the first batch of {self.size} particles was complete, so there is no result"
+        )
         if not rate > 0:
             return said
         takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
-        said += f"; one takes about {duration(takes)} on {self.threads} at a time"
+        said += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
         if not self.limits.batches < wanted or takes < 2 * SHORT:
             return said
-        return f"{said}; batches={min(wanted, MOST_BATCHES)} makes them shorter"
+        return f"{said}; pass batches={min(wanted, MOST_BATCHES)} for shorter ones"
 
-    # ---- between legs: is it enough, and when will it be ----
+    # ---- error checks and forecasts between legs ----
 
     def _is_enough(self) -> bool:
-        """Look at the errors, where any are asked for, and foresee how long they will take."""
+        """Check the target errors and forecast the rest of the run; return whether the run may end."""
         if not self.limits.error:
             return False
         look = self._look()
         self.looks.append(look)
         if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
             return not self._may_settle(look, look.doubted.unseen)
+        # End where a single number has a finding that the other limits leave no room to resolve.
         of_numbers = look.unseen_of_numbers
         if not look.is_blind and of_numbers > 1 and not self._may_settle(look, of_numbers):
             return True
+        # Forecast the rest of the run, and keep the first clear forecast.
         to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
         self.outlook.plan(self._elapsed, self.particles, *to_come)
         is_clear = self.outlook.is_clear(look) and self.schedule.is_foreseen(self.looks)
@@ -244,9 +269,10 @@ class Run:
         return False
 
     def _may_settle(self, look: Look, times: float) -> bool:
-        """Whether what has not scored yet, and matters, may be settled before the other limits of the run are reached.
+        """Return whether the run should go on to resolve relevant paths that have not scored.
 
-        times: as many histories as that takes.  Without any other limit a run ends where its error should be reached, and goes on for nothing else.
+        It should where that is possible before its other limits are reached. times: factor of particles that
+        this takes. Without another limit a run ends where its error should be reached.
         """
         if times <= 1:
             return False
@@ -260,7 +286,7 @@ class Run:
         return enough <= min(by_time, math.inf if limits.particles is None else limits.particles)
 
     def _look(self) -> Look:
-        """What is known about the errors asked for."""
+        """Return an error check: what is known about the target errors."""
         result = Result(self.plan, self.batches, self.seed, None, True, [])
         standings = [
             standing_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
@@ -273,7 +299,7 @@ class Run:
         return Look(result.particles, len(self.batches), tuple(standings))
 
     def _not_reached(self) -> str | None:
-        """What to say when the run ended before the error asked for was reached."""
+        """Return the warning of a run that ended before its target errors; None where they were reached."""
         if not self.limits.error:
             return None
         look = self._look()
@@ -281,9 +307,10 @@ class Run:
         is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
         told = doubted if is_in_doubt else worst
         ratio = told.relative / told.target
+        # Name the quantity furthest from its target, or the one with a finding, and the reason.
         why = []
         if ratio > 1:
-            times = f"at {times_text(ratio)} times the error asked for"
+            times = f"at {times_text(ratio)} times the requested error"
             why.append(times if ratio < math.inf else "without a score for it")
         if is_in_doubt:
             link = "and" if why and told.has_bins else "because"
@@ -295,12 +322,12 @@ class Run:
         return f"{stopped}. {others}" if others else stopped
 
     def _no_way_out(self, times: float) -> str:
-        """Why a doubt stays that this many times as many particles would settle."""
+        """Return why a finding stays that this factor of particles would resolve."""
         if self.limits.particles is not None or self.limits.seconds is not None:
-            return "running on to its limits would not settle a doubt"
+            return "running on to its limits would not resolve a finding"
         if math.isinf(times):
-            return "running on would not settle a doubt"
-        return f"it would take {times_text(times)} times as many particles to settle a doubt"
+            return "running on would not resolve a finding"
+        return f"it would take {times_text(times)} times as many particles to resolve a finding"
 
     def _tell_idle(self) -> None:
         """Warn, once, where there are fewer batches than threads."""
@@ -309,16 +336,16 @@ class Run:
             return
         self.is_idle_told = True
         idle = self.threads - batches
-        told = f"{batches} batches are shared by {self.threads} threads, of which {idle} have nothing to do"
-        told += f"; begin the run with batches={enough} or more, or take threads={batches}"
+        told = f"{batches} batches for {self.threads} threads leave {idle} of them idle"
+        told += f"; start the run with batches={enough} or more, or use threads={batches}"
         self.warnings.append(told)
         warnings.warn(told, IdleWarning, stacklevel=2)
 
     def _show(self) -> None:
-        """Tell the progress how many particles, how far the worst error is, and how long it will take."""
+        """Show the particles so far, the worst error and the expected time on the progress."""
         self.shown = time.perf_counter()
         particles, elapsed = self.particles + self.crew.started, self._elapsed
-        ends = [self.outlook.end(elapsed, particles)]  # [s], the first of which counts
+        ends = [self.outlook.end(elapsed, particles)]  # [s], the earliest of which counts
         if self.limits.particles is not None and particles:
             ends.append(elapsed * self.limits.particles / particles)
         if self.limits.seconds is not None:

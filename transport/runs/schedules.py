@@ -1,7 +1,8 @@
-"""Which batches a run is made of: legs of batches whose sizes depend on earlier ones alone, never on their timing.
+"""Schedules of batches: legs of batches whose sizes depend on earlier batches alone, never on timing.
 
-A leg ends where the run looks at its errors; all batches of it are done before the next begins.  So a run's batches, and
-where it stops, are the same for any number of threads.
+A leg is a stage of a sequential run: the batches between two checks of the errors. All batches of a leg are
+finished before the next leg begins. A run's batches, and where it ends, are therefore the same for any number
+of threads.
 """
 
 from __future__ import annotations
@@ -20,32 +21,33 @@ from transport.runs.limits import FEWEST_FOR_ERROR, MOST_PARTICLES, Limits
 from transport.runs.neighbours import gathered, net_of, unbroken, with_room_for
 from transport.runs.stopping import Look
 
-LARGEST_BATCH = 1 << 24  # histories
-MOST_EVENTS = 1 << 28  # crossings and collisions planned for a batch: sums are exact below 2^30
-FIRST_BATCH = 512  # histories of a batch where only the time is limited; doubled as the run goes on
-SMALL_BATCH = 128  # histories of a batch of a pilot
-MEMORY = 1 << 28  # bytes of sums that a run for an error may keep, where nobody said how many batches
-FEWEST = 32  # batches, unless they are very large
-FEWEST_OF_A_ROUND = 8  # batches, by which a round that was not finished is better than the one before it
-MOST_IN_ONE_GO = 4  # times as many batches as asked for, where those are too large; then neighbours merge
+LARGEST_BATCH = 1 << 24  # particles
+MOST_EVENTS = 1 << 28  # crossings and collisions planned per batch: sums are exact below 2^30
+FIRST_BATCH = 512  # particles of the first batches where only the time is limited; doubled as the run goes on
+SMALL_BATCH = 128  # particles per batch of a pilot
+MEMORY = 1 << 28  # bytes of sums that a run for an error may store, where the number of batches is left open
+FEWEST = 32  # batches, unless these are very large
+FEWEST_OF_A_ROUND = 8  # batches with which an unfinished round is better than the one before it
+# times as many batches as requested, where those would be too large; consecutive ones are then merged
+MOST_IN_ONE_GO = 4
 
-Leg = list[tuple[int, int]]  # histories of a batch, and how many such follow one another
+Leg = list[tuple[int, int]]  # particles per batch, and how many such batches follow one another
 
 
 def sizes_of(leg: Leg, done: int = 0) -> Iterator[int]:
-    """Histories of each batch of a leg, but for the first so many."""
+    """Yield the particles of each batch of a leg, after the first `done` batches."""
     for size, many in leg:
         yield from repeat(size, max(0, many - done))
         done = max(0, done - many)
 
 
 def batches_in(leg: Leg) -> int:
-    """How many batches a leg has."""
+    """Return the number of batches in a leg."""
     return sum(many for _, many in leg)
 
 
 def cut(leg: Leg, first: int, past: int) -> Leg:
-    """The batches of a leg from one number to another."""
+    """Return the batches of a leg with numbers from `first` up to, but not including, `past`."""
     cuts, begin = [], 0
     for size, many in leg:
         within = min(begin + many, past) - max(begin, first)
@@ -55,31 +57,33 @@ def cut(leg: Leg, first: int, past: int) -> Leg:
 
 
 class Schedule:
-    """The batches that are kept, and which come next.  This one is for `seconds`: batches double as the run goes on.
+    """The stored batches and the rule for the next ones.
 
-    Between `count` and twice as many are kept: then pairs become one.
+    This schedule is for `seconds`: batches double as the run goes on. Between `count` and twice as many
+    batches are stored; at the upper limit pairs are merged.
     """
 
-    remembered = ("issued",)  # the numbers by which a saved run goes on
-    most, fewest_most = 2, 2  # times `count` that are kept at most, and where batches are large
+    remembered = ("issued",)  # attributes that a saved run restores
+    # largest number of stored batches in units of `count`, and the same where batches are large
+    most, fewest_most = 2, 2
 
     def __init__(self, limits: Limits, count: int, records: int, is_large: bool = False) -> None:
-        """count: batches;  records: that snapshots may keep in all;  is_large: whether the sums of a batch are."""
+        """count: batches; records: snapshot records in all; is_large: whether a batch's sums are large."""
         self.limits, self.count, self.records = limits, count, records
         self.is_large = is_large
         self.most_kept = (self.fewest_most if is_large else self.most) * count
         self.batches: list[Batch] = []
-        self.current: list[Batch] = []  # of a round that is under way
-        self.issued = 0  # histories of all legs so far
+        self.current: list[Batch] = []  # batches of the present round
+        self.issued = 0  # particles in all legs so far
 
     @property
     def left(self) -> int:
-        """Histories that may still be followed."""
+        """Return the particles that may still be run."""
         most = MOST_PARTICLES if self.limits.particles is None else self.limits.particles
         return max(0, most - self.issued)
 
     def next_leg(self, looks: list[Look]) -> Leg:
-        """The batches until the next look; none where the run is over."""
+        """Return the batches until the next error check; none where the run is over."""
         leg = self._leg(looks)
         self.issued += sum(size * many for size, many in leg)
         return leg
@@ -97,61 +101,68 @@ class Schedule:
         return [*leg, (left, 1)] if left else leg
 
     def take(self, batch: Batch) -> None:
-        """Keep a batch; they come in the order of their numbers."""
+        """Store a batch; batches come in the order of their numbers."""
         self.batches.append(batch)
         if len(self.batches) >= self.most_kept:
-            self._merge(2)  # of a planned run, where larger ones would not have been safe
+            self._merge(2)  # in a planned run, where larger batches would not have been safe
 
     def end_leg(self) -> None:
-        """All batches of the leg have been taken."""
+        """Finish a leg, all batches of which have been taken."""
 
     def adopt(self) -> None:
-        """Go on with batches that a schedule of another kind has taken."""
+        """Continue from batches that a schedule of another kind has taken."""
         self.issued = self.particles
 
     def make_room(self) -> None:
-        """More batches are to follow a whole run: up to twice as many as asked for are kept, however large, else too few were."""
+        """Allow twice the requested number of batches, however large.
+
+        More batches follow a finished run; otherwise too few batches would be left.
+        """
         self.most_kept = max(self.most_kept, 2 * self.count)
 
     @property
     def kept(self) -> list[Batch]:
-        """What the result is made of, should the run end now."""
+        """Return the batches of the result, should the run end now."""
         return self.batches
 
     def is_enough(self, looks: list[Look]) -> bool:
-        """Whether the run may end."""
+        """Return whether the run may end."""
         return looks[-1].is_enough
 
     def to_come(self, looks: list[Look]) -> tuple[float, int]:
-        """Histories and batches that the run will still take, going by what it saw."""
+        """Return the particles and batches that the run will still take, as far as is known."""
         raise NotImplementedError
 
     def is_foreseen(self, looks: list[Look]) -> bool:
-        """Whether that may be relied upon."""
+        """Return whether that forecast is reliable."""
         return True
 
     def slope(self, looks: list[Look], name: str) -> float | None:
-        """The slope of a quantity's error against the time, where it has been measured."""
+        """Return the slope of a quantity's error against time; None where it is not measured."""
         return None
 
     @property
     def particles(self) -> int:
-        """Histories of the batches that are kept."""
+        """Return the particles in stored batches."""
         return sum(batch.histories for batch in self.batches)
 
     def _merge(self, together: int) -> None:
-        """Make one batch of so many that follow one another; never of two seeds, for a batch tells but one."""
+        """Merge groups of so many consecutive batches; never of two seeds, as a batch records one seed."""
         while together > 1:
             self.batches = [pair for batches in unbroken(self.batches) for pair in self._paired(batches)]
             together //= 2
 
     def _paired(self, batches: list[Batch]) -> list[Batch]:
+        """Merge consecutive pairs; an odd last batch stays as it is."""
         firsts, seconds = batches[::2], batches[1::2]
         both = zip(firsts, seconds, strict=False)
         return [one.merged(other, self.most_records(2)) for one, other in both] + firsts[len(seconds) :]
 
     def _sizes(self, more: int) -> Leg:
-        """Batches for so many more histories, so that all are about as large; small ones are merged to that size."""
+        """Return a leg of so many more particles in batches of about equal size.
+
+        Smaller stored batches are merged to that size.
+        """
         largest = self._largest()
         size = min(largest, max((batch.histories for batch in self.batches), default=SMALL_BATCH))
         together = 1
@@ -162,23 +173,23 @@ class Schedule:
         return _evenly(more, max(fewest, math.ceil(more / size)))
 
     def most_records(self, together: int) -> int:
-        """Of the sample of snapshots, that so many batches as one may keep."""
+        """Return the snapshot records that so many merged batches may keep."""
         return math.ceil(together * self.records / self.count)
 
     def _largest(self) -> int:
-        """Histories of the largest batch that is safe, going by the events of those so far."""
+        """Return the particles of the largest safe batch, by the events per particle so far."""
         events = sum(batch.crossings + batch.collisions for batch in self.batches)
         each = events / max(1, self.particles)
         return int(min(LARGEST_BATCH, max(1.0, MOST_EVENTS / max(each, 1.0))))
 
 
 class InOneGo(Schedule):
-    """For `particles` alone: all batches at once."""
+    """Fixed number of particles: all batches in one leg."""
 
     remembered = ("issued", "together", "taken")
     most, fewest_most = MOST_IN_ONE_GO, 1
-    together = 1  # batches that become one: what is kept does not grow with the histories
-    taken = 0  # batches of this leg
+    together = 1  # batches to merge into one, so that storage does not grow with the particles
+    taken = 0  # batches taken of this leg
 
     def _leg(self, looks: list[Look]) -> Leg:
         if self.left == 0:
@@ -194,7 +205,7 @@ class InOneGo(Schedule):
         return leg
 
     def part(self, leg: Leg) -> tuple[int, Leg]:
-        """The part of the first leg that this run does, of several that share it: the number of its first batch, and the batches."""
+        """Return this run's part of the first leg: the number of its first batch, and its batches."""
         one, of = self.limits.part
         groups = math.ceil(batches_in(leg) / self.together)
         first, past = (groups * k // of * self.together for k in (one - 1, one))
@@ -202,7 +213,7 @@ class InOneGo(Schedule):
 
     def _first(self) -> Leg:
         least = math.ceil(self.left / LARGEST_BATCH)
-        if self.is_large:  # as many together in each of those that are kept
+        if self.is_large:  # the same number merged in each stored batch
             least = self.count * math.ceil(least / self.count)
         return _evenly(self.left, max(self.count, least))
 
@@ -214,13 +225,19 @@ class InOneGo(Schedule):
 
 
 class Nets(InOneGo):
-    """The same for points that know of one another: whole nets of them."""
+    """Fixed number of particles in quasi-random sampling: batches are complete nets.
+
+    The sizes of nets are powers of two.
+    """
 
     def _first(self) -> Leg:
         return [equal_powers_of_two(self.left, self.count)]
 
     def _sizes(self, more: int) -> Leg:
-        """Larger nets, as a run of so many has, rather than more; small ones before them are put together, or they spoil errors."""
+        """Return a leg of larger nets rather than more nets, as a run of that size has.
+
+        Smaller stored nets are merged, as they would spoil the errors.
+        """
         size = was = min(LARGEST_BATCH, max(map(net_of, self.batches)))
         while size * self.count < more and 2 * size <= self._largest():
             size *= 2
@@ -230,7 +247,7 @@ class Nets(InOneGo):
 
 
 class Planned(Schedule):
-    """For an `error`: a pilot of small batches, then as many histories as the last look asked for."""
+    """For an `error`: a pilot of small batches, then as many particles as the last error check asks for."""
 
     most = 4
 
@@ -244,10 +261,10 @@ class Planned(Schedule):
 
 
 class Rounds(Schedule):
-    """For an `error` or `seconds` with points that know of one another: rounds of ever larger batches.
+    """For an `error` or `seconds` in quasi-random sampling: rounds of ever larger batches.
 
-    The last round alone is the result: the earlier ones being less accurate than their number says they would only spoil
-    it.  Once batches cannot grow any more, they become more.
+    The last round alone is the result: earlier rounds are less accurate than their number of particles
+    suggests, and would only make it worse. Once batches cannot grow any more, their number grows.
     """
 
     remembered = ("issued", "size", "adds")
@@ -257,8 +274,9 @@ class Rounds(Schedule):
         super().__init__(limits, count, records, is_large)
         few = self.left // count
         self.size = min(SMALL_BATCH, 1 << max(0, few.bit_length() - 1))
-        self.farthest = FARTHEST if limits.seconds is None else 1  # what is not done when time is up is lost
-        self.adds = False  # whether the present round joins those before it
+        # Grow by small steps where time is limited: an unfinished round is lost when time is up.
+        self.farthest = FARTHEST if limits.seconds is None else 1
+        self.adds = False  # whether the present round is added to those before it
 
     def _leg(self, looks: list[Look]) -> Leg:
         batches = self.count
@@ -269,7 +287,8 @@ class Rounds(Schedule):
             if self.adds:
                 batches = min((self.particles << doublings) - self.particles, self.left) // self.size
         else:
-            batches = min(batches, self.left // self.size)  # of fewer particles than batches one each
+            # with fewer particles than batches, one particle per batch
+            batches = min(batches, self.left // self.size)
         return [(self.size, batches)] if 0 < self.size * batches <= self.left else []
 
     def take(self, batch: Batch) -> None:
@@ -277,7 +296,7 @@ class Rounds(Schedule):
 
     def adopt(self) -> None:
         super().adopt()
-        if self.batches:  # none where a run was interrupted before the first one's turn came
+        if self.batches:  # none where the run was interrupted before its first batch was taken
             self.size = min(LARGEST_BATCH, net_of(self.batches[-1]))
 
     def end_leg(self) -> None:
@@ -311,13 +330,16 @@ class Rounds(Schedule):
         return slope_of(looks, name)
 
     def _growth(self) -> int:
-        """By how many doublings batches may grow: as far as that is safe, and as there are particles left for a round."""
+        """Return by how many doublings batches may grow.
+
+        They may grow as far as is safe, and as particles are left for a round.
+        """
         largest = min(self._largest(), self.left // self.count)
         return max(0, (largest // self.size).bit_length() - 1)
 
 
 def schedule_for(limits: Limits, plan: Plan) -> Schedule:
-    """How to spend what the limits allow."""
+    """Return the schedule of a run within its limits."""
     count, records = limits.batches, sum(snapshot.particles for snapshot in plan.scene.snapshots)
     is_random = plan.method.sampling == "random"
     if limits.is_free:
@@ -330,7 +352,7 @@ def schedule_for(limits: Limits, plan: Plan) -> Schedule:
 
 
 def _most_batches(limits: Limits, plan: Plan) -> int:
-    """How many batches a run may have, by the size of their sums."""
+    """Return the largest number of batches, by the size of their sums."""
     fit = batches_that_fit(plan)
     if not limits.error:
         return fit
@@ -338,13 +360,13 @@ def _most_batches(limits: Limits, plan: Plan) -> int:
 
 
 def equal_powers_of_two(particles: int, batches: int) -> tuple[int, int]:
-    """Batches that hold whole nets, their size and how many: as asked, all equal, together no fewer than `particles`."""
+    """Return the size and number of equal batches that hold complete nets, together at least `particles`."""
     size = min(LARGEST_BATCH, 1 << (math.ceil(particles / batches) - 1).bit_length())
     return size, max(batches, math.ceil(particles / size))
 
 
 def _evenly(particles: int, count: int) -> Leg:
-    """So many batches, or one a particle, that differ by one at most."""
+    """Return a leg of so many batches, or one per particle, that differ by one particle at most."""
     count = min(particles, count)
     if count == 0:
         return []

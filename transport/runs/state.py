@@ -1,7 +1,7 @@
-"""What a run has done so far: all that it takes to go on with it, bit for bit.
+"""State of a run between batches: all that is needed to resume it bit for bit.
 
-Batches are pure functions of their numbers, so it is the batches that were taken, where among the others they stand, and
-what the run knew when it last looked.
+Batches are pure functions of their numbers. The state is therefore the batches taken, the position in the
+schedule, and the error checks so far.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from transport.runs.stopping import Look
 
 @dataclass(frozen=True)
 class State:
-    """A run between two of its batches.
+    """State of a run between two of its batches.
 
-    kind: of its schedule, whose numbers are `remembered`;  leg, done: the leg under way, and how many of its batches are
-    taken;  next: the number of the next batch;  ahead: batches that were done before their turn came;  particles, crossings,
-    collisions: all that were followed, with those of rounds that a later one has replaced;  seconds: of wall clock;
-    origins: who did them, where that was not this very process alone.
+    kind: class name of its schedule, whose attributes are `remembered`; leg, done: the present leg, and its
+    number of batches taken; next: number of the next batch; ahead: batches finished before their turn;
+    particles, crossings, collisions: totals, including rounds that a later one has replaced; seconds: wall
+    time; origins: provenance of the batches, empty where this process alone computed them.
     """
 
     limits: Limits
@@ -43,15 +43,16 @@ class State:
 
     @property
     def is_under_way(self) -> bool:
-        """Whether batches of the last leg are missing."""
+        """Return whether batches of the last leg are missing."""
         return self.done < batches_in(self.leg)
 
 
 def put_back(state: State, schedule: Schedule) -> bool:
-    """Let a new schedule go on where the saved one stood.
+    """Restore a new schedule to the saved state; return whether it is restored exactly.
 
-    Exactly there where it is of the same kind, and so returns; else with the batches that the run would have kept: so too
-    where fewer particles are asked for now than the leg under way would come to.
+    It is where the schedule is of the same kind. Otherwise the new schedule continues from the batches that
+    the result would have had. So it does where fewer particles are requested now than the present leg would
+    reach.
     """
     schedule.batches, schedule.current = list(state.batches), list(state.current)
     is_alike = type(schedule).__name__ == state.kind and not _goes_too_far(state, schedule.limits)
@@ -65,14 +66,14 @@ def put_back(state: State, schedule: Schedule) -> bool:
 
 
 def _goes_too_far(state: State, limits: Limits) -> bool:
-    """Whether the leg under way goes beyond the particles that are asked for now."""
+    """Return whether the present leg exceeds the particles requested now."""
     asked, was = limits.particles, state.limits.particles
     is_less = asked is not None and (was is None or asked < was)
     return is_less and state.is_under_way and state.remembered["issued"] > asked
 
 
 def looks_at(state: State, limits: Limits) -> list[Look]:
-    """The looks of a saved run, as they would have been with these errors asked for; none where none is."""
+    """Return the error checks of a saved run, with these target errors; none without targets."""
     looks = []
     for look in state.looks if limits.error else ():
         known = {standing.name: standing for standing in look.standings}

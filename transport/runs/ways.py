@@ -1,4 +1,4 @@
-"""How a scene is run: what is asked of `simulate`, and what that comes to."""
+"""Arguments of `simulate`, and the settings that follow from them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from transport.tracking import Tracking
 
 @dataclass(frozen=True)
 class Asked:
-    """What was said to `simulate`; None for what was not.
+    """Arguments of `simulate` as given by the user; None for those omitted.
 
-    reads_all: whether any quantity may be read of the result, where an `error` names only some.
+    reads_all: whether any quantity of the result may be read, although `error` names some only.
     """
 
     particles: float | None = None
@@ -31,13 +31,16 @@ class Asked:
 
     @property
     def limits(self) -> tuple:
-        """When the run ends."""
+        """Return the limits as given: particles, error, seconds."""
         return self.particles, self.error, self.seconds
 
 
 @dataclass(frozen=True)
 class Way:
-    """What decides every batch of a run; choice: how the method was chosen, where it was."""
+    """Settings that determine every batch of a run.
+
+    choice: how the method was chosen, None where it was given.
+    """
 
     method: Method
     limits: Limits
