@@ -161,7 +161,11 @@ def test_without_the_look_at_lengths_a_short_file_ends_the_process_or_is_garbage
         ("promises.stl", b"\0" * 80 + b"\xff\xff\xff\xff", "truncated"),
         ("text.ply", b"ply nonsense", "no PLY header"),
         ("odd.ply", b"ply\nformat ascii 1.0\nelement vertex many\nend_header\n", "an invalid header"),
-        ("odd2.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty word x\nend_header\n", "an invalid header"),
+        (
+            "odd2.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty word x\nend_header\n",
+            "an invalid header",
+        ),
         ("text.vtp", b"<xml", "save it again"),
         ("text.obj", b"# nothing\n", "no triangles"),
         ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles"),
