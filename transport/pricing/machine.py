@@ -1,4 +1,4 @@
-"""The machine that a time was measured on, in words: a price without it means nothing."""
+"""Name of the machine on which times were measured."""
 
 import os
 import platform
