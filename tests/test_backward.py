@@ -175,7 +175,7 @@ REFUSED = {
         ),
         "unlike shares",
     ),
-    "a plane": (tp.Scene([LAMP], (), [tp.Detector(tp.Plane(center=(0, 0, 1)), name="plane")]), "has no end"),
+    "a plane": (tp.Scene([LAMP], (), [tp.Detector(tp.Plane(center=(0, 0, 1)), name="plane")]), "must be finite"),
 }  # fmt: skip
 
 
