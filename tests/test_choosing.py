@@ -252,7 +252,7 @@ ROOM = {
     ),
     "refracts": (
         tp.Surface(tp.Sphere(center=(3, 0, 0), radius=1), tp.Dielectric(1.5)),
-        r"surfaces\[0\] turns",
+        r"surfaces\[0\] redirects",
     ),
     "grey mirror": (tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Mirror(0.1)), "redirects light"),
 }
@@ -499,7 +499,7 @@ def test_ctrl_c_among_the_pilots_ends_the_run(press_ctrl_c, monkeypatch):
                 press_ctrl_c()
 
     monkeypatch.setattr(sys.modules["transport.simulate"], "Run", Pressed)
-    with pytest.raises(KeyboardInterrupt, match="while pilots tried"):
+    with pytest.raises(KeyboardInterrupt, match="during pilot runs"):
         tp.simulate(scene(), seconds=2)
     assert len(made) == 3
 

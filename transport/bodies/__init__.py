@@ -1,1 +1,3 @@
-"""Regions of media: which bodies a scene's surfaces bound, what is where, and whether that can be."""
+"""Bodies of media: which regions the surfaces bound, what fills each place, and checks that media fit
+together.
+"""

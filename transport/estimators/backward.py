@@ -128,7 +128,7 @@ def _against_surface(scene: Scene, surface: Surface) -> str | None:
     if isinstance(surface.material, TwoSided):
         sides = [_passing(side) for side in (surface.material.front, surface.material.back)]
         if any(abs(a - b) > SAME for a, b in zip(*sides, strict=True)):
-            return f"{title} transmits different shares from its two sides, not reciprocal; make them equal"
+            return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
     return None
 
 
