@@ -166,7 +166,7 @@ def test_a_hemisphere_on_a_disk_that_names_nothing():
     for z, side in ((1, "front"), (-1, "back")):
         floor = tp.Disk(normal=(0, 0, z), radius=1)
         with pytest.raises(
-            tp.SceneError, match=rf"Surface 'cap' bounds.*got None; give Surface 'd' {side}=Medium"
+            tp.SceneError, match=rf"bounded by Surface 'cap'.*got None; give Surface 'd' {side}=Medium"
         ):
             tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d")])
         tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d", **{side: FOG})])

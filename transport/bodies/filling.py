@@ -129,8 +129,8 @@ def _check_half_spaces(scene: Scene, one: Body, other: Body, is_same: bool) -> N
         return
     raise SceneError(
         f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} must not fill half spaces that"
-        f" overlap, got {shown(one.medium)} in both; for the region between planes write Slab(...), Box(...) or"
-        " Box(...).faces()"
+        f" overlap, got {shown(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
+        " or Box(...).faces()"
     )
 
 
