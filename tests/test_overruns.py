@@ -76,7 +76,7 @@ def test_a_batch_of_too_many_crossings_says_what_keeps_it_going():
     ):
         plan = compile_scene(tp.Scene(DOWN if len(surfaces) == 1 else LAMP, surfaces), None)
         error = too_many_crossings(plan, 2**30, started)
-        assert word in str(error) and f"{2**30 / started:.2g} of each" in str(error)
+        assert word in str(error) and f"{2**30 / started:.2g} for each" in str(error)
         assert isinstance(error, tp.SceneError) and isinstance(error, OverflowError)
 
 

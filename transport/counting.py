@@ -91,9 +91,7 @@ def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.
 
 
 def counted_solid_angle(result: Result) -> Estimate:
-    """Solid angle [sr] from a run of a `solid_angle_scene`: power that reached the shape over power,
-    times 4 pi.
-    """
+    """Solid angle [sr] from a run of a `solid_angle_scene`: share of the power on the shape, times 4 pi."""
     [source] = result.scene.sources
     shape = (result.scene.surfaces or result.scene.detectors)[0].shape
     if result.scene.surfaces:

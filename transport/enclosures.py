@@ -172,9 +172,7 @@ def _place(scene: Scene, enclosure: Enclosure) -> str:
 
 
 def _has_absorber(scene: Scene, enclosure: Enclosure) -> bool:
-    """Whether a surface or medium may absorb in the region; a medium beside an open surface may be
-    anywhere.
-    """
+    """Whether anything may absorb in the region; a medium beside an open surface may be anywhere."""
     for number, surface in enumerate(scene.surfaces):
         may_reach = enclosure.may_reach(surface.shape)
         if absorbs(surface.front) or (absorbs(surface.back) and (may_reach or not surface.shape.is_closed)):
@@ -317,9 +315,7 @@ def _leave_no_way(normals: np.ndarray) -> bool:
 
 
 def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
-    """Sets of open surfaces in which every rim is shared by exactly one other surface, so that no gap is
-    left.
-    """
+    """Sets of open surfaces without gaps: every rim is shared by exactly one other surface."""
     found = {number: rims_of(surface.shape) for number, surface in surfaces.items()}
     shapes = {number: surfaces[number].shape for number, its in found.items() if its}
     if not shapes:
@@ -361,9 +357,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
 
 
 class Rim(NamedTuple):
-    """Edge of an open surface: a segment with half its vector, or a circle with its radius along the
-    axis [m].
-    """
+    """Edge of an open surface: a segment with half its vector, or a circle with radius times axis [m]."""
 
     is_circle: bool
     center: Vector

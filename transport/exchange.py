@@ -153,8 +153,9 @@ def view_factor_scene(
     side_b: str = "front",
     caller: str = "view_factor_scene",
 ) -> Scene:
-    """Scene with black surfaces "a", "b" and "blockers[0]" ..., a 1 W source on a or b and a detector on the
-    other.
+    """Scene with black surfaces, a source of 1 W on one of a and b, and a detector on the other.
+
+    The surfaces are named "a", "b" and "blockers[0]" ...
 
     If a is b there is one surface "a". Raises SceneError like `view_factor`.
     """
@@ -204,9 +205,7 @@ def _way(a: Shape, b: Shape) -> tuple[str, str]:
 
 
 def _is_far(start: Shape, target: Shape) -> bool:
-    """Whether aiming is possible and pays: the target's bounding sphere lies well away from the start's
-    middle.
-    """
+    """Whether aiming is possible and pays: the target lies well away from the start's middle."""
     if not math.isfinite(target.area) or start == target:
         return False
     if isinstance(start, FlatShape) and isinstance(target, FlatShape) and are_on_one_support(start, target):
@@ -228,9 +227,7 @@ def _check_shape(caller: str, name: str, shape: object) -> None:
 
 
 def _check_sight(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
-    """Refuse the outside of a sphere or box around the other shape: the view factor is 0, surely by
-    mistake.
-    """
+    """Refuse the outside of a sphere or box around the other shape: a mistake, the view factor is 0."""
     is_round = isinstance(shell, Sphere | Box) and shell.is_closed and shell != other
     if not IS_BACK[side] and is_round and contains(shell, other):
         raise SceneError(

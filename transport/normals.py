@@ -45,9 +45,7 @@ def crossing_rate(drift: np.ndarray) -> np.ndarray:
 
 
 def crossing(u: np.ndarray, drift: float) -> np.ndarray:
-    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: normal speed of crossing
-    particles.
-    """
+    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: normal speed at a crossing."""
     u = np.asarray(u, float)
     w, upper, whole = np.empty(u.shape), u > 0.5, float(crossing_rate(drift))
     w[~upper] = _slow(u[~upper] * whole, drift)
@@ -85,4 +83,5 @@ def _density(w: np.ndarray, drift: float) -> np.ndarray:
 
 
 def _bracket(target: np.ndarray, drift: float) -> tuple[np.ndarray, np.ndarray]:
+    """Interval that contains w."""
     return np.zeros(target.shape), np.full(target.shape, max(drift, 0.0) + WINDOW)

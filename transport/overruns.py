@@ -21,8 +21,8 @@ def too_many_copies(plan: Plan, copies: int, histories: int) -> OverrunError:
     """Error for splitting that makes ever more copies of `histories` started histories."""
     return OverrunError(
         f"Splitting: gain must suit the scene, got {plan.tracking.splitting.gain:g}, which made {copies}"
-        f" copies of {histories} histories, {copies / histories:.2g} of each; lower it: about 1 / transmission"
-        " is best"
+        f" copies of {histories} histories, {copies / histories:.2g} of each; lower it:"
+        " about 1 / transmission is best"
     )
 
 

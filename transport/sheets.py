@@ -1,5 +1,4 @@
-"""Sheets: shapes on one support (the same plane, sphere, cylinder ...) form one sheet; a mesh is a sheet by
-itself.
+"""Sheets: shapes on one support (plane, sphere, cylinder ...) form one sheet; a mesh is its own sheet.
 
 A particle remembers the sheet on which it stands, so that rounding never decides between a detector and the
 wall it lies on, a source and its floor, or two adjacent patches. At each point of a sheet at most one surface
@@ -59,9 +58,7 @@ def pieces(shape: Shape) -> tuple[Shape, ...]:
 
 
 def sheets_of(scene: Scene) -> list[Sheet]:
-    """Sheets of the scene, acting members before detectors; surfaces without effect or detector are left
-    out.
-    """
+    """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
     sheets: list[Sheet] = []
     for member in sorted(_members(scene), key=_precedence):
         home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
@@ -84,9 +81,7 @@ def _precedence(member: Member) -> tuple[bool, float]:
 
 
 def _members(scene: Scene) -> Iterator[Member]:
-    """All members: pieces of surfaces with their detectors and bodies, and detectors with shapes of
-    their own.
-    """
+    """All members: pieces of surfaces with detectors and bodies, and detectors with their own shapes."""
     bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]

@@ -1,6 +1,4 @@
-"""The entry point `simulate`: run batches of a scene until a limit is reached, then reduce them to a
-Result.
-"""
+"""The entry point `simulate`: run batches of a scene until a limit is reached, and return a Result."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -158,8 +156,7 @@ def simulate_for_any_reader(
     every: float = 60.0,
     **asked: object,
 ) -> Result:
-    """Like `simulate`, but any quantity and the energy balance may be read from the result, whatever `error`
-    names.
+    """Like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
 
     asked: fields of Asked.
     """

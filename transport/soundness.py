@@ -1,6 +1,4 @@
-"""Checks of a scene as a whole: one acting surface per point, feasible aims, histories that can end,
-media that fit.
-"""
+"""Checks of a whole scene: one acting surface per point, feasible aims, finite histories, fitting media."""
 
 from __future__ import annotations
 
@@ -49,8 +47,8 @@ def check_supports(scene: Scene) -> None:
                     if all(_refracts(member.surface) for member in (one, other)):
                         cure = (
                             "define the common face once, as a Plane, Disk or Rectangle with"
-                            " Dielectric(index behind, index in front), and make the bodies Transparent() there;"
-                            " a gap would be a film of air"
+                            " Dielectric(index behind, index in front), and make the bodies Transparent()"
+                            " there; a gap would be a film of air"
                         )
                     raise SceneError(
                         f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on"
@@ -59,6 +57,7 @@ def check_supports(scene: Scene) -> None:
 
 
 def _refracts(surface: Surface) -> bool:
+    """Whether a surface is a dielectric."""
     return any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
 
 
@@ -76,4 +75,5 @@ def _support_of(shape: Shape) -> str:
 
 
 def _title(scene: Scene, surface: Surface) -> str:
+    """Name of a surface in messages."""
     return titled(surface, scene.surfaces.index(surface))

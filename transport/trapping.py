@@ -1,5 +1,4 @@
-"""Refuse light that never ends: trapped in clear glass by total internal reflection, or in a medium that
-hardly absorbs.
+"""Refuse light that never ends: trapped by total internal reflection, or in a nearly lossless medium.
 
 Total internal reflection is detected for spheres, boxes and slabs with a source inside, or a scatterer in a
 slab. Trapped light meets the walls at the same angles again and again (in a sphere by symmetry, between
@@ -35,8 +34,7 @@ LIFETIMES = 16
 
 
 def check_trapped(scene: Scene) -> None:
-    """Raise SceneError for a source in a clear, otherwise empty body from which some of its light can never
-    escape.
+    """Raise SceneError for a source whose light is partly trapped in a clear, otherwise empty body.
 
     A clear slab may hold finite bodies: guided light passes them, and anything in it that scatters is a
     source too. Beams and aimed sources are not checked.
@@ -58,8 +56,8 @@ def check_trapped(scene: Scene) -> None:
             raise SceneError(
                 f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
                 f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
-                " absorb a little, as Mixture({Dielectric(...): 0.999, Black(): 0.001}), give the scene a duration,"
-                f" or {cure}"
+                " absorb a little, as Mixture({Dielectric(...): 0.999, Black(): 0.001}), give the scene a"
+                f" duration, or {cure}"
             )
 
 
@@ -162,8 +160,7 @@ def _is_wide(source: Source) -> bool:
 
 
 def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
-    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls that they
-    meet.
+    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they meet.
 
     In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to
     all faces.

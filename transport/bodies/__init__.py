@@ -1,3 +1,1 @@
-"""Bodies of media: which regions the surfaces bound, what fills each place, and checks that media fit
-together.
-"""
+"""Bodies of media: the regions that surfaces bound, what fills each place, and checks that media fit."""

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 
 def may_absorb(scene: Scene, volume: Box | Sphere, hollow: Sphere | None = None) -> bool:
-    """Whether any medium that a volume may hold absorbs; a medium that only touches it from outside does not
-    count.
+    """Whether any medium that a volume may hold absorbs; media that touch it from outside do not count.
 
     hollow: sphere in the volume that is not part of it.
     """

@@ -122,9 +122,7 @@ def _check_pairs(scene: Scene, bodies: tuple[Body, ...]) -> None:
 
 
 def _check_half_spaces(scene: Scene, one: Body, other: Body, is_same: bool) -> None:
-    """Refuse overlapping half spaces of one medium: they fill their union, not the layer between the
-    planes.
-    """
+    """Refuse overlapping half spaces of one medium: they fill their union, not a layer between planes."""
     if is_same or not have_common_part(scene, one, other):
         return
     raise SceneError(

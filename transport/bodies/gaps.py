@@ -167,9 +167,7 @@ def _missing(scene: Scene, body: Body, taken: Taken) -> tuple[int, bool] | None:
 
 
 def _bare(scene: Scene, body: Body, taken: Taken) -> list[tuple[int, bool]]:
-    """Sides of open surfaces that face the body through its gaps and do not name it, the most frequent
-    first.
-    """
+    """Sides of open surfaces that face the body through gaps without naming it, the most frequent first."""
     sides: dict[tuple[int, bool], int] = {}
     for number, surface in enumerate(scene.surfaces):
         if not is_whole(surface.shape) and number not in body.surfaces:

@@ -20,15 +20,14 @@ STEPS = 2.0 ** -(np.arange(1, 6) / 6)  # increments of an evenly distributed seq
 
 
 def size_of(shapes: list[Shape]) -> float:
-    """Length scale [m] of a scene: diagonal of the box around finite shapes and the middles of infinite
-    ones.
-    """
+    """Length scale [m] of a scene: diagonal of the box around finite shapes and middles of infinite ones."""
     corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
     corners = corners[np.isfinite(corners).all(axis=1)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
 
 
 def _middles(shape: Shape) -> list[Vector]:
+    """Points [m] for the size of the scene: the middle of a shape, both faces of a slab."""
     return [plane.center for plane in shape.planes()] if isinstance(shape, Slab) else [shape.middle]
 
 
@@ -51,6 +50,7 @@ def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndar
 
 
 def _within(boxes: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Points at fractions u of boxes."""
     return boxes[:, 0] + u * (boxes[:, 1] - boxes[:, 0])
 
 
@@ -65,9 +65,7 @@ def _box(shape: Shape, size: float) -> np.ndarray:
 
 
 def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (4 n, 3) of n lines, then of three neighbours of each at a distance `close`
-    [m].
-    """
+    """Origins and directions (4 n, 3) of n lines, then of three neighbours of each, `close` [m] away."""
     e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     e_u /= np.linalg.norm(e_u, axis=1)[:, None]
     e_v = np.cross(directions, e_u)
@@ -77,8 +75,7 @@ def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tu
 
 
 def crossed_in_turn(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Crossings of each line in order: places [m] and keys; all keys are -1 for a line that passes close to
-    an edge.
+    """Crossings of each line in order: places [m] and keys; -1 for lines that pass close to an edge.
 
     A key is 2 shapes group + 2 shape + (1: along its normal); coincident crossings have the same group.
     """

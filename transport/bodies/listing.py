@@ -170,6 +170,7 @@ def _compound_bodies(scene: Scene) -> list[Body]:
 
 
 def _body(medium: AnyMedium, faces: list[tuple[int, bool]]) -> Body:
+    """Body of a medium with these faces."""
     return Body(medium, tuple(dict.fromkeys(number for number, _ in faces)), tuple(faces))
 
 
@@ -184,6 +185,7 @@ def _parts(scene: Scene, faces: list[tuple[int, bool]]) -> list[list[tuple[int, 
 
 
 def _do_touch(scene: Scene, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
+    """Whether the bounding boxes of two faces touch."""
     a, b = scene.surfaces[one[0]].shape, scene.surfaces[other[0]].shape
     gap = SKIN * (a.extent + b.extent)
     return all(p <= s + gap and r <= q + gap for p, q, r, s in zip(*a.bounds, *b.bounds, strict=True))

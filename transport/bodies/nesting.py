@@ -157,12 +157,14 @@ def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: 
 
 
 def _size(boundaries: list[Boundary]) -> float:
+    """Length scale [m] of the boundaries."""
     return size_of([b.shape for b in boundaries])
 
 
 def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
-    """Boundaries that each line crosses in order, 2 * boundary + (1: along its normal), -1 for none, and
-    places [m].
+    """Boundaries that each line crosses in order, and places [m].
+
+    A boundary is 2 * index + (1: along its normal), -1 for none.
 
     A line has no crossings if its three neighbours at a distance `close` cross others, or if two crossings
     are within `close`.

@@ -170,4 +170,5 @@ def have_common_part(scene: Scene, one: Body, other: Body) -> bool:
 
 
 def _is_endless(scene: Scene, body: Body) -> bool:
+    """Whether a body is infinite."""
     return scene.surfaces[body.surfaces[0]].shape.is_infinite

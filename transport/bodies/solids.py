@@ -104,6 +104,7 @@ def do_meet(a: Solid, b: Solid) -> bool:
 
 
 def _tolerance(a: Solid, b: Solid) -> float:
+    """Rounding [m] of two solids."""
     return ROUNDING * (magnitude(a) + magnitude(b))
 
 

@@ -1,5 +1,6 @@
-"""Estimator "aimed": every source emits only towards the one detector, with the exact weight: direct light
-only.
+"""Estimator "aimed": every source emits only towards the one detector: direct light only.
+
+Weights correct for the restricted directions exactly.
 
 Light in other directions is not traced, so that nothing in the scene may redirect it to the detector.
 """
@@ -27,9 +28,7 @@ def why_not(scene: Scene) -> str | None:
 
 
 def aimed_scene(scene: Scene) -> Scene:
-    """The scene with every source aimed at its one detector. Raises SceneError if a source cannot be
-    aimed.
-    """
+    """The scene with every source aimed at its one detector; SceneError if a source cannot be aimed."""
     (detector,) = scene.detectors
     aim = scene.shape_of(detector)
     return replace(scene, sources=tuple(replace(source, aim=aim) for source in scene.sources))

@@ -1,5 +1,4 @@
-"""Estimator "backward": histories start at the detectors and score the radiance of the sources that they
-reach.
+"""Estimator "backward": histories start at the detectors and score the radiance of sources that they reach.
 
 Light can be traced in either direction: along a ray L/eta^2 is constant, and reflection and scattering are
 reciprocal. The radiance that arrives at a detector is therefore the mean, over histories sent out from it, of
@@ -7,14 +6,13 @@ their weight times L_s (eta_d/eta_s)^2 of each source that they reach (Veach 199
 Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
 directions costs no more than all directions. At diffuse surfaces and collisions they also cast shadow rays to
 the sources (as "expected" does to detectors), so that small bright sources are not left to chance. Light from
-mirrors, dielectrics and glossy surfaces, and the first flight, are scored on arrival. The energy balance is
+mirrors, dielectrics and glossy surfaces, and of the first flight, is scored on arrival. The energy balance is
 that of these backward histories, with unit 1.
 
 What each part becomes (all others are unchanged):
 
     Lambertian source         detector on its side: arriving weight times radiance
-    Isotropic volume source   volume detector: weight times path length times emission per volume and
-    steradian
+    Isotropic volume source   volume detector: weight times path length times emission per m^3 and sr
     emitting medium           the same, over its body
     Detector                  source with cosine law into its bins, from its receiving side
     PointDetector             point that emits into all directions

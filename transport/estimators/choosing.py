@@ -1,5 +1,4 @@
-"""Estimator "auto": short pilot runs of each method that a scene allows; the run uses the cheapest
-trustworthy one.
+"""Estimator "auto": pilot runs of each method that a scene allows, to find the cheapest trustworthy one.
 
 A run with `error` or `seconds` and no `estimator` uses it. Without `error` any quantity may be read from the
 result; then the methods that estimate only light arriving at detectors (PARTIAL) are tried for the report
@@ -56,9 +55,7 @@ OTHER_NUMBERS = 0x5DEECE66D  # seed offset of pilots: their choice must not depe
 
 @dataclass(frozen=True)
 class Mean:
-    """Pilot estimate of one quantity: value (sum over bins), standard error (nan if unknown), degrees of
-    freedom.
-    """
+    """Pilot estimate of one quantity: value (sum over bins), standard error (nan if unknown), dof."""
 
     name: str
     value: float
@@ -210,8 +207,7 @@ def chosen(
 
 
 def _excess(pilot: Pilot, has_error: bool, particles: float | None, seconds: float | None) -> float:
-    """Factor by which the run would have to be longer until nothing is doubtful; at most 1 for a trustworthy
-    method.
+    """Factor by which the run is too short to remove all doubts; at most 1 for a trustworthy method.
 
     A run for an error continues until observed scores are sufficient, but not for scores never seen.
     """
@@ -261,9 +257,7 @@ def usual_quantities(scene: Scene) -> list[tuple[str, ...]]:
 
 
 def cheapest(pilots: Sequence[Pilot]) -> Pilot:
-    """The simplest pilot within a factor TIE of the lowest cost; if costs are unknown, of the highest
-    rate of scores.
-    """
+    """The simplest pilot within a factor TIE of the lowest cost, or if unknown of the highest rate."""
     least = min(pilot.cost for pilot in pilots)
     if least < math.inf:
         return next(pilot for pilot in pilots if pilot.cost <= TIE * least)
@@ -310,9 +304,7 @@ def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: fl
 
 @dataclass(frozen=True)
 class _Trial:
-    """The last and largest pilot run of a method: quantities seen, and reasons for those it could not
-    give.
-    """
+    """Last and largest pilot run of a method: quantities seen, and reasons for those it could not give."""
 
     method: Method
     particles: int = 0

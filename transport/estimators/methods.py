@@ -1,20 +1,18 @@
-"""Methods to estimate the same quantities: which events score at a detector, and how random numbers are
-sampled.
+"""Methods: which events score at a detector (estimator), and how random numbers are drawn (sampling).
 
 Estimators
   "analog"    score crossings.
   "aimed"     every source emits only towards the detector, with the exact weight: direct light only.
   "expected"  next-event estimation: each emission, diffuse reflection and collision scores its expected
-  contribution to each detector; light from mirrors and lenses scores on crossing.
-  "backward"  histories start at the detectors and score the radiance of sources they reach; with "random"
-  only.
-  "auto"      short pilot runs of each, then the cheapest: default with `error` or `seconds` ("analog" with
-  `particles` alone).
+              contribution to each detector; light from mirrors and lenses scores on crossing.
+  "backward"  histories start at the detectors and score the radiance of sources they reach; "random" only.
+  "auto"      short pilot runs of each, then the cheapest: default with `error` or `seconds`
+              ("analog" with `particles` alone).
 Samplings
   "random"      independent histories (Philox).
   "stratified"  the numbers of each draw are stratified over the histories of a batch, each draw separately.
   "sobol"       as "stratified", and the numbers of a birth are one Owen-scrambled Sobol point, one dimension
-  per number; each batch has its own scrambling.
+                per number; each batch has its own scrambling.
 """
 
 from __future__ import annotations
@@ -68,9 +66,7 @@ ANALOG = Method()
 
 
 def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
-    """Return the method of a run. Raises SceneError for an unknown one or one that the scene does not
-    allow.
-    """
+    """Return the method of a run; SceneError if it is unknown or the scene does not allow it."""
     if estimator is None:
         estimator = "backward" if scene.instruments else "analog"
     choices = (*ESTIMATORS, AUTO)
@@ -89,9 +85,7 @@ def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method
 
 
 def _goes(estimator: str, sampling: str) -> bool:
-    """Whether they combine: backward histories are distributed over detector bins, which would break up
-    a net of points.
-    """
+    """Whether they combine: backward histories are spread over detector bins, which breaks up point nets."""
     return estimator != "backward" or sampling == "random"
 
 

@@ -1,5 +1,4 @@
-"""Cost of accuracy in time: one quantity estimated by every method that a scene allows, in runs of growing
-size.
+"""Cost of accuracy in time: one quantity by every method that a scene allows, in runs of growing size.
 
 For each method the true error (root mean square over independent runs) is listed beside the error that the
 runs claimed, against seconds rather than particle numbers: a method that needs fewer particles may take more

@@ -1,5 +1,4 @@
-"""Error of binned quantities: few bins blur, many bins are noisy, and each particle number has a best number
-of bins.
+"""Error of binned quantities: few bins blur, many are noisy, so each particle number has a best one.
 
 A quantity is taken as constant over a bin. With K bins the mean square of its deviation is
 

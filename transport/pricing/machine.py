@@ -11,6 +11,7 @@ def machine_name() -> str:
 
 
 def _processor() -> str:
+    """Name of the processor."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -24,8 +24,9 @@ KEYS = 1 << 20  # number of seeds reserved for one method
 
 @dataclass(frozen=True)
 class Trial:
-    """One run. value, error: of all bins, (n,) [unit];  seconds: CPU time of all threads [s];  wall:
-    elapsed [s].
+    """One run.
+
+    value, error: of all bins, (n,) [unit];  seconds: CPU time of all threads [s];  wall: elapsed time [s].
     """
 
     particles: int

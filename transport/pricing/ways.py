@@ -68,12 +68,11 @@ class Price:
 
 @dataclass(frozen=True)
 class Way:
-    """One method. line: fit of the true errors, None if they are unknown;  claimed_line: fit of the claimed
-    errors.
+    """Measured cost of one method.
 
-    pace: duration of runs;  z: deviation of the mean of all runs from the truth in standard errors;
-    preparation: time [s] to compile or load its kernels;  estimator: of its runs, None if the name implies
-    it.
+    line: fit of the true errors, None if they are unknown;  claimed_line: fit of the claimed errors;  pace:
+    duration of runs;  z: deviation of the mean of all runs from the truth in standard errors;  preparation:
+    time [s] to compile or load its kernels;  estimator: of its runs, None if the name implies it.
     """
 
     name: str
@@ -99,9 +98,7 @@ class Way:
 
 
 def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) -> Truth:
-    """The exact value; or without one the mean of all runs, methods weighted by the variance of their
-    means.
-    """
+    """The exact value, or without one the mean of all runs, weighted by the variance of each method."""
     if exact is not None:
         return Truth(exact, 0.0, {})
     means = {name: _mean(trials) for name, trials in found.items()}

@@ -57,6 +57,7 @@ def _crossed(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> tuple
 
 @_crossed.register
 def _(shape: FlatShape, origins, directions):
+    """The intersection with the plane, if it lies on the shape."""
     along = directions @ np.array(shape.normal)
     distances = ((np.array(shape.center) - origins) @ np.array(shape.normal)) / along
     points = origins + distances[:, None] * directions
@@ -66,15 +67,14 @@ def _(shape: FlatShape, origins, directions):
 
 @_crossed.register
 def _(shape: Slab, origins, directions):
+    """The intersections with both planes."""
     both = [_crossed(plane, origins, directions) for plane in shape.planes()]
     return tuple(np.concatenate(parts, axis=1) for parts in zip(*both, strict=True))
 
 
 @_crossed.register
 def _(shape: Box, origins, directions):
-    """Entry at the last of the three planes that face the line's origin, exit at the first of the other
-    three.
-    """
+    """Entry at the last of the three planes towards the origin, exit at the first of the others."""
     low, high = (np.array(corner) for corner in shape.bounds)
     ahead = directions > 0
     way = np.where(directions == 0, 1.0, directions)
@@ -114,6 +114,7 @@ def _(shape: Revolved, origins, directions):
 
 @_crossed.register
 def _(shape: Mesh, origins, directions):
+    """The crossings of each line with the mesh, one line after the other."""
     found = [_through_mesh(shape, o, u) for o, u in zip(origins, directions, strict=True)]
     most = max((len(distances) for distances, _ in found), default=0)
     distances, sides = np.full((len(found), most), math.nan), np.full((len(found), most), math.nan)

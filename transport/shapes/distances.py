@@ -57,10 +57,9 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
 
 
 def least_gap(first: Shape, second: Shape) -> float:
-    """Lower bound [m] of the distance between two shapes, from bounding spheres, boxes and flat shapes'
-    planes.
+    """Lower bound [m] of the distance between two shapes; 0 where nothing is known.
 
-    0 where these give no bound.
+    It follows from bounding spheres and boxes, and from the planes of flat shapes.
     """
     if first.is_infinite or second.is_infinite:
         return 0.0
@@ -162,6 +161,7 @@ def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
 
 
 def _distance_to_rim(profile: Profile, height: float, rho: float, w: float) -> float:
+    """Distance [m] from a point at axial distance rho and height w to the rim at `height`."""
     return math.hypot(rho - profile.radius_at(height), w - height)
 
 

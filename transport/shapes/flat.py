@@ -25,6 +25,7 @@ class FlatShape(Shape):
     """Base class of flat shapes: unit normal, and `up`, which fixes the frame's rotation."""
 
     def _settle_plane(self) -> None:
+        """Check and store centre, normal and `up`."""
         settle_vector(self, "center")
         settle_direction(self, "normal")
         if self.up is not None:
@@ -123,6 +124,7 @@ class Rectangle(FlatShape):
         return math.hypot(self.width / 2, self.height / 2)
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
         e_u, e_v, _ = self.frame
         return tuple(
             abs(u) * self.width / 2 + abs(v) * self.height / 2 for u, v in zip(e_u, e_v, strict=True)
@@ -221,6 +223,7 @@ class Disk(FlatShape):
         return self.radius
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
         x, y, z = self.normal
         return tuple(self.radius * min(1.0, math.hypot(*others)) for others in ((y, z), (x, z), (x, y)))
 

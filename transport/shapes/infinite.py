@@ -121,6 +121,7 @@ class Slab(Shape):
 
 
 def _bounds(center: Vector, normal: Vector, half: float) -> tuple[Vector, Vector]:
+    """Corners [m] of the bounding box of a plane or slab with half thickness `half`."""
     reach = [half if abs(x) == 1 else math.inf for x in normal]
     lower, upper = (tuple(c + s * r for c, r in zip(center, reach, strict=True)) for s in (-1, 1))
     return lower, upper

@@ -388,20 +388,24 @@ class Mesh(Shape):
 
     @functools.cached_property
     def _volume(self) -> tuple[float, float]:
+        """Volume [m^3] and the bound on its rounding error."""
         self._refuse_open("a volume")
         return signed_volume(self.vertices, self.faces, self.normals, self.areas)
 
     def _refuse_open(self, what: str) -> None:
+        """Raise SceneError if the mesh is open."""
         if not self.edges.are_paired:
             cure = "close the holes and orient all triangles alike"
             refuse(self, f"{what} needs a closed mesh, got {self!r}; {cure}")
 
     def _freeze(self) -> None:
+        """Make the arrays read-only."""
         for array in (self.vertices, self.faces, self.normals, self.areas):
             array.flags.writeable = False
 
     @classmethod
     def _welded(cls, vertices: np.ndarray, faces: np.ndarray, scale: float, tolerance: float) -> Mesh:
+        """Mesh of scaled vertices after merging; warns of triangles that collapsed."""
         scale = settled_factor(cls, "scale", scale)
         tolerance = settled_tolerance(cls, tolerance)
         found = weld(vertices * scale, faces, tolerance)
@@ -421,6 +425,7 @@ class Mesh(Shape):
 
 
 def _digest(*arrays: np.ndarray) -> bytes:
+    """Hash of the shapes and bytes of arrays."""
     code = hashlib.blake2b(digest_size=16)
     for array in arrays:
         code.update(repr(array.shape).encode())

@@ -150,6 +150,7 @@ def _refuse(mesh: Mesh | type[Mesh], problem: str) -> NoReturn:
 
 
 def _as_table(mesh: Mesh, name: str, given: Any, must: str) -> np.ndarray:
+    """Return the input as an array with three columns of numbers; raises SceneError otherwise."""
     if is_masked(given):
         masked = np.ma.count_masked(given)
         refuse(mesh, f"{name} must have all their values, got {masked} masked; {UNMASK}")
@@ -167,13 +168,16 @@ def _as_table(mesh: Mesh, name: str, given: Any, must: str) -> np.ndarray:
 
 
 def _examples(bad: np.ndarray, faces: np.ndarray) -> str:
+    """The first bad triangles, as text."""
     return "first " + ", ".join(f"triangle {t}: {shown(faces[t])}" for t in bad[:SHOWN])
 
 
 def _counted(number: int, one: str, many: str) -> str:
+    """A number with its noun in singular or plural."""
     return f"{number} {one if number == 1 else many}"
 
 
 def _listed(triangles: tuple[int, ...]) -> str:
+    """Numbers of triangles as text, such as "3, 4 and 7"."""
     *others, last = map(str, triangles[: SHOWN + 1])
     return f"{', '.join(others)} and {last}"

@@ -98,6 +98,7 @@ def _near(file: Path) -> str:
 
 
 def _unreadable(file: Path, found: object) -> SceneError:
+    """SceneError for a file that cannot be read."""
     return SceneError(
         f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix},"
         f" got {str(found).splitlines()[0]}; save it again"

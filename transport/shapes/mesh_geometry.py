@@ -17,9 +17,7 @@ EPSILON = 2.0**-52
 
 
 class Facets(NamedTuple):
-    """Per triangle: unit normals (m, 3), areas (m,) [m^2], and whether its vertices are collinear within
-    rounding.
-    """
+    """Per triangle: unit normals (m, 3), areas (m,) [m^2], and whether its vertices are collinear."""
 
     normals: np.ndarray
     areas: np.ndarray

@@ -26,6 +26,7 @@ def why_not_whole(file: Path) -> str | None:
 
 
 def _why_not_stl(file: Path) -> str | None:
+    """Reason why an STL file is truncated: too short for its number of triangles, or without an end."""
     size = file.stat().st_size
     with file.open("rb") as stream:
         head = stream.read(HEAD)
@@ -41,6 +42,7 @@ def _why_not_stl(file: Path) -> str | None:
 
 
 def _why_not_ply(file: Path) -> str | None:
+    """Reason why a PLY file is truncated: shorter than its header promises."""
     with file.open("rb") as stream:
         start = stream.read(LONGEST_HEADER)
         header, mark, _ = start.partition(b"end_header")

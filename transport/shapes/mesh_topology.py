@@ -8,8 +8,9 @@ MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], 
 
 
 class Edges(NamedTuple):
-    """Numbers of edges that are open (one triangle), crowded (more than two) or turned (two of opposite
-    orientation).
+    """Numbers of edges with one triangle (open), with more than two (crowded), and of turned edges.
+
+    A turned edge joins two triangles of opposite orientation.
 
     crowded_example, turned_example: the triangles at the first such edge.
     """
@@ -50,8 +51,9 @@ def edges_of(faces: np.ndarray) -> Edges:
 
 
 def equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First occurrence of each distinct row of three int64, ascending; and for each row the index of its
-    equal.
+    """First occurrence of each distinct row of three int64, and for each row the index of its equal.
+
+    First occurrences are in ascending order.
     """
     keys = (rows.view(np.uint64) * MIXERS).sum(axis=1, dtype=np.uint64)
     _, first, label = np.unique(keys, return_index=True, return_inverse=True)

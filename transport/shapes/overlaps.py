@@ -29,6 +29,7 @@ def overlap(a: Shape, b: Shape) -> bool:
 
 
 def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
+    """Whether two flat shapes on one plane overlap."""
     if isinstance(a, Plane) or isinstance(b, Plane):
         return True
     if _hole_holds(a, b, tolerance) or _hole_holds(b, a, tolerance):
@@ -65,9 +66,7 @@ def _across(shape: Rectangle | Triangle) -> list[Vector]:
 
 
 def _gap_along(axis: Vector, a: FlatShape, b: FlatShape) -> float:
-    """Distance [m] between the projections of two shapes on an axis; negative if they overlap (separating
-    axes).
-    """
+    """Distance [m] between projections of two shapes on an axis; negative if they overlap."""
     (low_a, high_a), (low_b, high_b) = _shadow(axis, a), _shadow(axis, b)
     return max(low_a, low_b) - min(high_a, high_b)
 

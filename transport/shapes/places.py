@@ -45,6 +45,7 @@ class Point(Shape):
         return self.position
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes: 0."""
         return 0.0, 0.0, 0.0
 
 
@@ -88,4 +89,5 @@ class Cloud(Shape):
         return (2 * math.pi) ** 1.5 * math.prod(self.sigma)
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
         return tuple(REACH * length for length in self.sigma)

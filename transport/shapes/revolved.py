@@ -1,6 +1,4 @@
-"""Surfaces of revolution between two heights: cylinder, cone, paraboloid; base class of spheres and their
-zones too.
-"""
+"""Surfaces of revolution between two heights: cylinder, cone, paraboloid; base class of spheres too."""
 
 import math
 from dataclasses import dataclass
@@ -46,8 +44,9 @@ class Profile:
         return abs(self.alpha + w * (self.beta + self.gamma * w)) ** 0.5
 
     def area_per_height(self, low: float, high: float) -> float:
-        """Mean of rho sqrt(1 + (drho/dw)^2) between two heights [m]: area per azimuth and height; also for
-        arrays.
+        """Mean of rho sqrt(1 + (drho/dw)^2) between two heights [m]: area per azimuth and height.
+
+        Also for arrays.
 
         The square of the integrand is linear in w (sphere, cylinder, paraboloid) or a perfect square (cone).
         The mean is computed from the end values without a difference, so that narrow bands and near-cylinders
@@ -63,8 +62,9 @@ class Profile:
         return (high - low) * self.area_per_height(low, high)
 
     def height_over(self, rho: float, w: float) -> float:
-        """Signed distance [m] of a point from the infinite surface, positive outside: exact for spheres and
-        cylinders, else to first order near it.
+        """Signed distance [m] of a point from the infinite surface, positive outside.
+
+        Exact for spheres and cylinders, else to first order near the surface.
         """
         slope, curve = self.beta / 2 + self.gamma * w, w * (self.beta + self.gamma * w)
         steepness2 = self.alpha + self.beta * self.beta / 4 + (1 + self.gamma) * curve
@@ -98,8 +98,9 @@ class Profile:
         return max(math.hypot(w - middle, self.radius_at(w)) for w in (self.low, self.high))
 
     def reach(self, along: float, across: float) -> float:
-        """Largest projection [m] of the surface, from `origin`, on a direction with this cosine and sine to
-        the axis.
+        """Largest projection [m] of the surface, from `origin`, on a direction.
+
+        along, across: cosine and sine of the direction to the axis.
         """
         heights = (self.low, self.high, min(max(self._summit(along, across), self.low), self.high))
         return max(along * w + across * self.radius_at(w) for w in heights)
@@ -122,9 +123,7 @@ class Profile:
 
 
 class Revolved(Shape):
-    """Base class of surfaces of revolution: an `axis`, a `profile`, and normals that point away from the
-    axis.
-    """
+    """Base class of surfaces of revolution: an axis, a profile, and normals away from the axis."""
 
     @property
     def profile(self) -> Profile:
@@ -163,6 +162,7 @@ class Revolved(Shape):
         return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
 
     def _settle_axis(self) -> None:
+        """Check and store centre and axis."""
         settle_vector(self, "center")
         settle_direction(self, "axis")
 

@@ -221,8 +221,10 @@ class Box(Shape):
         return dot(self._face_areas(), tuple(map(abs, direction)))
 
     def _face_areas(self) -> Vector:
+        """Areas [m^2] of the faces across x, y and z."""
         x, y, z = self.size
         return y * z, x * z, x * y
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
         return tuple(length / 2 for length in self.size)

@@ -1,5 +1,4 @@
-"""Supports: the infinite plane, sphere, cylinder, cone or paraboloid on which a shape lies; a mesh is its own
-support.
+"""Supports: the infinite plane or surface of revolution on which a shape lies; a mesh is its own support.
 
 Two shapes have one support if they differ only by the rounding of their coordinates.
 """
@@ -57,6 +56,7 @@ def place_about_axis(shape: Revolved, position: Vector) -> tuple[float, float]:
 
 def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
     # Compare the offset between the planes and the effect of their tilt over both shapes.
+    """Whether two flat shapes lie on one plane, within rounding."""
     tolerance = rounding_of(a, b)
     apart = math.dist(a.center, b.center)
     sign = orientation(a, b)
@@ -91,6 +91,7 @@ def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
 
 
 def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
+    """Whether a point lies within a tolerance [m] of a shape's support."""
     if isinstance(shape, FlatShape):
         offset = tuple(p - q for p, q in zip(position, shape.center, strict=True))
         return abs(dot(offset, shape.normal)) <= tolerance

@@ -1,6 +1,4 @@
-"""Geometry of one triangle; vectors that cancel for thin triangles are computed in rational numbers, rounded
-once.
-"""
+"""Geometry of one triangle, in rational numbers where thin triangles would cancel; rounded once."""
 
 import math
 from fractions import Fraction
@@ -61,6 +59,7 @@ def distance_beside(corners: tuple[Corner, ...], u: float, v: float) -> float:
 
 
 def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
+    """Distance [m] of a point from a side."""
     length, way = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
     along = dot([x / length for x in way], [x - p for p, x in zip(one, point, strict=True)]) / length
     within = min(max(along, 0.0), 1.0)
@@ -75,8 +74,10 @@ def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
 
 
 def _way(a: Vector, b: Vector) -> tuple[Fraction, ...]:
+    """Exact vector from a to b."""
     return tuple(Fraction(q) - Fraction(p) for p, q in zip(a, b, strict=True))
 
 
 def _square(vector: tuple[Fraction, ...]) -> Fraction:
+    """Exact squared length."""
     return sum(component * component for component in vector)
