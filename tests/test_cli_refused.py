@@ -76,7 +76,7 @@ def test_a_file_that_is_no_experiment_is_refused(call):
         ("def measure(result): return 1\n", "measure must return {{name: Estimate}}, got 1"),
         ("def measure(result): return {'x': 1.0}\n", "measure must return an Estimate for 'x', got 1.0"),
         ("def exact(): return {}['y']\n", ", line {first}: KeyError: 'y'"),
-        ("def cases(): return []\n", "cases() gives none"),
+        ("def cases(): return []\n", "cases() returns no case"),
         ("def verdict(outcomes): return outcomes[7]\n", ", line {first}: IndexError"),
         ("def draw(outcomes, path): raise RuntimeError('no ink')\n", ", line {first}: RuntimeError: no ink"),
     ],

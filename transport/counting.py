@@ -1,4 +1,4 @@
-"""Solid angles by Monte Carlo: the share of all directions that meet a shape, times 4 pi."""
+"""Solid angles by Monte Carlo: the share of all directions that hit a shape, times 4 pi."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def view_factor(
 
     Notes
     -----
-    All surfaces are black on both sides, so that a ray ends at the first surface it meets. Particles start on
+    All surfaces are black on both sides, so that a ray ends at the first surface it hits. Particles start on
     the smaller of the two areas, and reciprocity A_a F_ab = A_b F_ba gives the requested factor. They are
     aimed at the other shape if it is far away. The result is exact, without an error, if two flat shapes lie
     in one plane.
@@ -129,7 +129,7 @@ def etendue(
 
     Notes
     -----
-    The étendue is pi A_a F_ab = pi A_b F_ba: all rays from one aperture to the other that meet nothing in
+    The étendue is pi A_a F_ab = pi A_b F_ba: all rays from one aperture to the other that hit nothing in
     between. Method and errors are those of `view_factor`.
 
     Examples

@@ -1,7 +1,7 @@
 """Refuse light that never ends: trapped by total internal reflection, or in a nearly lossless medium.
 
 Total internal reflection is detected for spheres, boxes and slabs with a source inside, or a scatterer in a
-slab. Trapped light meets the walls at the same angles again and again (in a sphere by symmetry, between
+slab. Trapped light hits the walls at the same angles again and again (in a sphere by symmetry, between
 planes by reflection), so that the engine has to abandon its history. A medium that absorbs or scatters traps
 none.
 """
@@ -160,7 +160,7 @@ def _is_wide(source: Source) -> bool:
 
 
 def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
-    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they meet.
+    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they hit.
 
     In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to
     all faces.
