@@ -100,8 +100,8 @@ def test_all_that_simulate_takes_is_known_as_its_own():
         ("weight", "did you mean 'weighted'?"),
         ("forced", "write tracking=Tracking(forced=...)"),
         ("splitting", "write tracking=Tracking(splitting=...)"),
-        ("russian", "leave it out for what suits the scene"),
-        (3, "leave it out for what suits the scene"),
+        ("russian", "leave it out for the default of the scene"),
+        (3, "leave it out for the default of the scene"),
     ],
 )
 def test_a_word_near_a_tracking_is_told_which(word, cure):

@@ -173,9 +173,9 @@ REFUSED = {
             [tp.Surface(tp.Disk(center=(0, 0, 0.5), radius=1), tp.TwoSided(tp.Diffuse(0.1, 0.5), tp.Diffuse(0.1, 0.2)))],
             [METER],
         ),
-        "unlike shares",
+        "different shares",
     ),
-    "a plane": (tp.Scene([LAMP], (), [tp.Detector(tp.Plane(center=(0, 0, 1)), name="plane")]), "has no end"),
+    "a plane": (tp.Scene([LAMP], (), [tp.Detector(tp.Plane(center=(0, 0, 1)), name="plane")]), "must be finite"),
 }  # fmt: skip
 
 

@@ -122,7 +122,7 @@ def test_cameras_alone_run_backwards_by_themselves_and_forward_histories_are_ref
     scene = occluded(camera())
     assert tp.simulate(scene, 1000, progress=False).plan.method.estimator == "backward"
     with pytest.raises(
-        tp.SceneError, match="only backward histories come to Camera 'view'; write estimator='backward'"
+        tp.SceneError, match="only backward histories reach Camera 'view'; write estimator='backward'"
     ):
         tp.simulate(scene, 1000, estimator="analog", progress=False)
 

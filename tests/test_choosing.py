@@ -147,7 +147,7 @@ def test_a_doubtful_way_is_out_unless_the_run_settles_it():
         pilots = pilots_of((one(0.001, findings=(finding,)), 1.0), (one(0.01), 10.0))
         assert chosen(pilots, has_error=False, particles=longer * 1000).method == taken
     lost = chosen(pilots_of((one(0.001, findings=(unseen,)), 1.0)), has_error=False, particles=1000)
-    assert not lost.is_trusted and "no way can be trusted here" in lost.lines[0]
+    assert not lost.is_trusted and "no method can be trusted here" in lost.lines[0]
 
 
 def test_pilots_that_are_refused_are_told_and_not_taken(monkeypatch):
@@ -225,7 +225,7 @@ def test_the_only_way_is_taken_without_a_pilot(monkeypatch):
     monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG])
     choice = choose(scene(), None, None, run=None)
     assert choice == Choice(ANALOG, (Pilot(ANALOG),))
-    assert "the only way" in choice.lines[0]
+    assert "the only method" in choice.lines[0]
 
 
 def test_auto_with_an_unknown_quantity_is_refused_before_anything_runs(monkeypatch):
@@ -248,13 +248,13 @@ def test_aimed_agrees_with_the_exact_flux_through_an_absorbing_medium_too():
 ROOM = {
     "reflects": (
         tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Diffuse(0.5), "wall"),
-        "'wall' turns light",
+        "'wall' redirects light",
     ),
     "refracts": (
         tp.Surface(tp.Sphere(center=(3, 0, 0), radius=1), tp.Dielectric(1.5)),
-        r"surfaces\[0\] turns",
+        r"surfaces\[0\] redirects",
     ),
-    "grey mirror": (tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Mirror(0.1)), "turns light"),
+    "grey mirror": (tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Mirror(0.1)), "redirects light"),
 }
 
 
@@ -270,8 +270,8 @@ def test_aimed_is_refused_by_name_for_all_else_that_it_cannot_see():
     mirrored = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(radiance=1.0), aim=METER)
     beam = tp.Source(tp.Disk(radius=1.0), tp.Beam((0, 0, 1), power=1.0))
     reasons = {
-        "needs one Detector": scene(detectors=two),
-        "has an aim already": scene(sources=mirrored),
+        "needs exactly one Detector": scene(detectors=two),
+        "already has aim=": scene(sources=mirrored),
         "got Beam": scene(sources=beam),
         "scatters": scene(medium=tp.Medium(absorption=0.1, scattering=0.1)),
     }
@@ -397,7 +397,8 @@ def test_a_camera_is_run_backwards_without_a_pilot(monkeypatch):
     monkeypatch.setattr("transport.estimators.choosing._trial", lambda *_: pytest.fail("a pilot ran"))
     result = tp.simulate(scene(detectors=camera), seconds=0.05)
     assert (
-        result.plan.method == Method("backward") and "the only way that this scene allows" in result.report()
+        result.plan.method == Method("backward")
+        and "the only method that this scene allows" in result.report()
     )
     assert result.ledger["emitted"].value == pytest.approx(1)  # shares, as nobody could have expected watts
 
@@ -419,7 +420,7 @@ def test_a_run_for_seconds_alone_knows_all_and_tells_what_knows_less_for_less():
     assert result.plan.method.estimator in ("analog", "expected")
     assert result.ledger["emitted"].value == pytest.approx(20.0)
     (line,) = (line for line in result.choice.lines if line.startswith("chosen"))
-    assert "times cheaper (estimator='backward', sampling='random'), but knows only what arrives at" in line
+    assert "times cheaper (estimator='backward', sampling='random'), but estimates only arrivals at" in line
     assert tp.simulate(glint(), seconds=0.1, seed=1, estimator="auto").plan.method.estimator == "backward"
     nothing_else = tp.simulate(glint(1e-3), seconds=0.1, seed=1)
     assert nothing_else.plan.method.estimator == "backward" and nothing_else["meter"].radiance.value[0] > 0
@@ -446,7 +447,7 @@ def test_a_plane_without_an_end_is_compared_by_what_it_knows(more):
 
 def test_where_nothing_is_counted_the_simplest_way_is_taken_without_a_pilot():
     result = tp.simulate(scene(detectors=()), seconds=0.05)
-    assert result.plan.method == ANALOG and "no detector counts anything" in result.report()
+    assert result.plan.method == ANALOG and "no detector gives a quantity" in result.report()
 
 
 def test_a_detector_that_faces_away_has_no_say():
@@ -498,7 +499,7 @@ def test_ctrl_c_among_the_pilots_ends_the_run(press_ctrl_c, monkeypatch):
                 press_ctrl_c()
 
     monkeypatch.setattr(sys.modules["transport.simulate"], "Run", Pressed)
-    with pytest.raises(KeyboardInterrupt, match="while pilots tried"):
+    with pytest.raises(KeyboardInterrupt, match="during pilot runs"):
         tp.simulate(scene(), seconds=2)
     assert len(made) == 3
 

@@ -159,7 +159,7 @@ def test_a_warning_names_its_case(call):
     Path("named.py").write_text(EXPERIMENT + CASES + named, encoding="utf-8")
     answer = call("run", "named.py", "--error", "meter.flux_in=0.1")
     assert answer.exit_code == 0, answer.output
-    assert "warning     distance=4: run without the error asked for: " in answer.output
+    assert "warning     distance=4: run without the requested error: " in answer.output
     never = call("run", "named.py", "--error", "meter.flux_in=1e-9", "--particles", "1e4")
     assert "warning     distance=2: meter.flux_in: " in never.output
     nowhere = call("run", "named.py", "--error", "near.flux_in=0.1")

@@ -150,7 +150,7 @@ def test_aimed_is_the_cheapest_way_to_a_small_detector(cost):
 
 def test_a_cost_is_told_as_a_table_and_as_data(cost):
     text = str(cost)
-    assert all(word in text for word in ("way", "1 %", "0.1 %", "0.01 %", "aimed", "exact", cost.machine))
+    assert all(word in text for word in ("method", "1 %", "0.1 %", "0.01 %", "aimed", "exact", cost.machine))
     data = json.loads(cost.to_json())
     assert data["threads"] == 1 and data["machine"] == cost.machine
     (analog, _) = data["ways"]
@@ -183,7 +183,7 @@ def test_the_ways_of_a_scene_are_its_methods_and_with_media_its_trackings():
     [
         ({"quantity": "metre.flux_in"}, "no detector 'metre'"),
         ({"quantity": 3}, "quantity must be a name"),
-        ({"methods": ("analogue",)}, "no way 'analogue'"),
+        ({"methods": ("analogue",)}, "no method 'analogue'"),
         ({"targets": (2.0,)}, "targets must be relative"),
         ({"threads": 0}, "threads must be a whole number"),
     ],

@@ -166,7 +166,7 @@ def test_a_hemisphere_on_a_disk_that_names_nothing():
     for z, side in ((1, "front"), (-1, "back")):
         floor = tp.Disk(normal=(0, 0, z), radius=1)
         with pytest.raises(
-            tp.SceneError, match=rf"Surface 'cap' bounds.*got None; give Surface 'd' {side}=Medium"
+            tp.SceneError, match=rf"bounded by Surface 'cap'.*got None; give Surface 'd' {side}=Medium"
         ):
             tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d")])
         tp.Scene(LAMP, [dome, tp.Surface(floor, T, "d", **{side: FOG})])
@@ -182,7 +182,10 @@ def test_a_dome_on_a_plane_or_a_box_wants_a_floor_of_its_own(across, inside):
     if inside is not None and isinstance(across, tp.Plane) and across.normal[2] < 0:
         across = tp.Plane()
     ground = tp.Surface(across, T, "ground", inside=inside)
-    with pytest.raises(tp.SceneError, match=r"'dome': back must .*'ground' ends no body there; lay a Disk"):
+    with pytest.raises(
+        tp.SceneError,
+        match=r"'dome': back must .*'ground' does not bound the body there; put a Transparent.. Disk",
+    ):
         tp.Scene(LAMP, [dome, ground])
     floor = tp.Surface(tp.Disk(normal=(0, 0, -1), radius=1), T, inside=FOG)
     scene = tp.Scene(LAMP, [dome, ground, floor])
@@ -193,7 +196,7 @@ REFUSED = {
     "can without a lid": (can(FOG)[:2], ["surfaces[", "back must bound a closed body", "to nothing", "close the gaps"]),
     "can with a turned lid": (
         [*can(FOG)[:2], filled(tp.Disk(center=(0, 0, -1), radius=1), FOG)],
-        ["surfaces[2]: back", "turn round its normal, or write front instead of back"],
+        ["surfaces[2]: back", "reverse its normal, or write front instead of back"],
     ),
     "can with a lid that is too small": (
         [*can(FOG)[:2], filled(tp.Disk(center=(0, 0, -1), normal=(0, 0, -1), radius=0.9), FOG)], ["back must bound", "close the gaps"]
@@ -206,11 +209,11 @@ REFUSED = {
     ),
     "fog round a can that nothing else has": (can(None, outside=FOG), ["front must bound a closed body"]),
     "a sheet with a medium": (filled(tp.Rectangle(width=1, height=1), FOG), ["back must bound a closed body", "close the gaps"]),
-    "a ball of triangles that is turned inside out": (filled(tp.Mesh.sphere(radius=1).flipped(), FOG), ["turn round its normal"]),
+    "a ball of triangles that is turned inside out": (filled(tp.Mesh.sphere(radius=1).flipped(), FOG), ["reverse its normal"]),
     "two cans on one another": ([*can(FOG), *can(FOG, center=(0, 0, 2))], ["surfaces[1] and surfaces[5] must not lie back to back", "leave both out"]),
     "a small can on a large one": ([*can(FOG), *can(FOG, center=(0, 0, 1.5), radius=0.5)], ["back to back", "a hole"]),
-    "two cans that overlap": ([*can(FOG), *can(FOG, center=(0, 0, 1))], ["overlap or lie in one another, make them one"]),
-    "a can in a can": ([*can(FOG), *can(FOG, radius=0.5)], ["overlap or lie in one another, make them one"]),
+    "two cans that overlap": ([*can(FOG), *can(FOG, center=(0, 0, 1))], ["overlap or are nested, make them one"]),
+    "a can in a can": ([*can(FOG), *can(FOG, radius=0.5)], ["overlap or are nested, make them one"]),
     "a flask whose walls say what is inside only": (
         [*can(FOG, radius=4), *can(V, radius=3), *can(FOG, radius=2), *can(V, radius=1)], ["surfaces[6]: front must be Vacuum()", "give surfaces[6] front=Vacuum()"]
     ),

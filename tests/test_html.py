@@ -149,7 +149,7 @@ def test_prices_say_what_their_text_says():
     words = {
         word
         for line in str(cost).splitlines()
-        if "particles of the largest" not in line
+        if "particles in the largest" not in line
         for word in line.split()
     }
     assert {word for word in words if word not in seen} == set()

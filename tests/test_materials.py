@@ -124,18 +124,21 @@ REFUSALS = {
     ),
     "trapped in a ball": (
         lambda: scene((BALL, GLASS), source=inside(position=(0.7, 0, 0))),
-        ["total reflection", "sources[0]", "surfaces[0]", "41.81 degrees", "Mixture"],
+        ["total internal reflection", "sources[0]", "surfaces[0]", "41.81 degrees", "Mixture"],
     ),
     "trapped under the skin": (
         lambda: tp.Scene(
             [tp.Source("ball", tp.Lambertian(power=1), side="inside")], [tp.Surface(BALL, GLASS, "ball")]
         ),
-        ["total reflection", "Surface 'ball'"],
+        ["total internal reflection", "Surface 'ball'"],
     ),
-    "trapped in a cube": (lambda: scene((tp.Box(size=2), GLASS), source=inside()), ["total reflection"]),
+    "trapped in a cube": (
+        lambda: scene((tp.Box(size=2), GLASS), source=inside()),
+        ["total internal reflection"],
+    ),
     "trapped in a slab": (
         lambda: scene((tp.Slab(thickness=2), tp.Dielectric(1.01)), source=inside()),
-        ["total reflection"],
+        ["total internal reflection"],
     ),
 }
 
@@ -210,9 +213,9 @@ def test_trapped_light_is_that_beyond_the_critical_angle():
     """A ray across the radius at r meets a ball's wall at sin = r/R; one along a cube's diagonal at cos = 1/sqrt 3."""
     edge = 1 / 1.5
     scene((BALL, GLASS), source=inside(position=(edge * (1 - 1e-9), 0, 0)))
-    with pytest.raises(tp.SceneError, match="total reflection"):
+    with pytest.raises(tp.SceneError, match="total internal reflection"):
         scene((BALL, GLASS), source=inside(position=(edge * (1 + 1e-9), 0, 0)))
     index = math.sqrt(1.5)
     scene((tp.Box(size=1), tp.Dielectric(index * (1 - 1e-9))), source=inside())
-    with pytest.raises(tp.SceneError, match="total reflection"):
+    with pytest.raises(tp.SceneError, match="total internal reflection"):
         scene((tp.Box(size=1), tp.Dielectric(index * (1 + 1e-9))), source=inside())

@@ -68,7 +68,7 @@ def test_a_mesh_says_briefly_what_it_is():
         "Mesh(12 triangles, closed)",
         "Mesh(12 triangles, inverted)",
         "Mesh(3 triangles, 3 open edges)",
-        "Mesh(2 triangles, 4 open edges, 1 turned edge)",
+        "Mesh(2 triangles, 4 open edges, 1 misoriented edge)",
     ]
 
 

@@ -25,7 +25,7 @@ REFUSALS = {
     "vertices bool": (lambda: Mesh(vertices=np.ones((4, 3), bool), faces=ONE), ["vertices", "bool"]),
     "NaN": (
         lambda: Mesh(vertices=[*SQUARE, (0, math.nan, 0)], faces=ONE),
-        ["Mesh: vertices must be finite", "1 of 5, first vertex 4: [0.0, nan, 0.0]", "mend"],
+        ["Mesh: vertices must be finite", "1 of 5, first vertex 4: [0.0, nan, 0.0]", "correct"],
     ),
     "infinity": (
         lambda: Mesh(vertices=[*SQUARE[:3], (0, 0, math.inf)], faces=ONE),

@@ -217,9 +217,9 @@ def test_contradicting_media_are_refused_by_name_and_indices(surfaces):
     words = [
         "contradicting media",
         "light leaves Surface 'part",
-        "comes to Surface 'part",
+        "reaches Surface 'part",
         "index 1",
-        "turn round",
+        "reverse normals",
     ]
     assert [word for word in words if word not in message] == [], message
     assert message.count("Surface 'part") == 2

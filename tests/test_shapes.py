@@ -161,7 +161,7 @@ REFUSED = {
     "hole tilted": (lambda: Rectangle(width=1, height=1, hole=Disk(normal=(0, 1e-6, 1), radius=0.2)), "in its plane"),
     "hole with island": (lambda: Rectangle(width=1, height=1, hole=Disk(radius=0.4, inner_radius=0.2)), "hole of its own"),
     "hole in hole": (lambda: Rectangle(width=2, height=2, hole=Rectangle(width=1, height=1, hole=HOLE)), "hole of its own"),
-    "hole is all": (lambda: Rectangle(width=1, height=1, hole=Rectangle(width=1, height=1)), "leave something"),
+    "hole is all": (lambda: Rectangle(width=1, height=1, hole=Rectangle(width=1, height=1)), "be smaller"),
     "hole is a ball": (lambda: Rectangle(width=1, height=1, hole=Sphere(radius=0.1)), "a Disk or Rectangle.*got Sphere"),
     "cylinder radius": (lambda: Cylinder(radius=0, height=1), "Cylinder: radius must be positive"),
     "cylinder height": (lambda: Cylinder(radius=1, height=-1), "Cylinder: height must be positive"),

@@ -219,7 +219,7 @@ def test_acting_shapes_may_share_an_edge_only(one, other, expected):
     assert overlap(one, other) == overlap(other, one) == expected
     walls = [tp.Surface(shape, tp.Black(), name=name) for name, shape in (("one", one), ("other", other))]
     if expected:
-        with pytest.raises(tp.SceneError, match=r"overlap on one \w+; make them share an edge"):
+        with pytest.raises(tp.SceneError, match=r"overlap on one \w+; let them share an edge"):
             tp.Scene(LAMP, walls)
     else:
         tp.Scene(LAMP, walls)

@@ -1,7 +1,8 @@
-"""Refuse light that can neither be absorbed nor escape, where geometry proves it.
+"""Refuse scenes in which light can neither be absorbed nor escape, as far as geometry proves it.
 
-Enclosures are closed shapes, cells between infinite planes, and open surfaces whose rims join without a gap (the faces of a
-box, a cylinder with its lids).  What is not proven here is stopped while it runs (`engine/driver.py`, PATIENCE).
+Enclosures are closed shapes, cells between infinite planes, and open surfaces whose rims join without a gap
+(the faces of a box, a cylinder with its lids). Endless histories that are not proven here are stopped during
+the run (`engine/driver.py`, PATIENCE).
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ Place = Shape | Vector
 
 
 class ClosedShape(NamedTuple):
-    """The inside of a closed shape."""
+    """Interior of a closed shape."""
 
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
@@ -54,44 +55,44 @@ class ClosedShape(NamedTuple):
 
     @property
     def is_endless(self) -> bool:
-        """Whether the region has no end in some direction."""
+        """Whether the region is infinite in some direction."""
         return self.shapes[0].is_infinite
 
     def holds(self, place: Place) -> bool:
-        """Whether all of a shape, or a point, surely lies in the region."""
+        """Whether a shape or a point surely lies wholly in the region."""
         return contains(self.shapes[0], place)
 
     def clears(self, place: Shape) -> bool:
-        """Whether all of a shape surely lies outside of the region."""
+        """Whether a shape surely lies wholly outside the region."""
         distance = least_distance(self.shapes[0], place.middle, filled=True)
         return not place.is_infinite and distance > place.extent
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether a shape may have a part in the region."""
+        """Whether part of a shape may lie in the region."""
         return _boxes_meet(shape, self.shapes)
 
 
 class Patches(NamedTuple):
-    """The region that open surfaces close together."""
+    """Region that open surfaces enclose together."""
 
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
     word, is_endless = "in the room of", False
 
     def holds(self, place: Place) -> bool:
-        """Whether all of a shape, or a point, surely lies in the region."""
+        """Whether a shape or a point surely lies wholly in the region."""
         if not isinstance(place, Shape):
             return _is_between(self.shapes, place)
         if self._is_apart(place):
             return _is_between(self.shapes, place.middle)
-        return self._are_behind((*self.shapes, place))  # in a convex room, at its walls
+        return self._are_behind((*self.shapes, place))  # touching the walls of a convex room
 
     def clears(self, place: Shape) -> bool:
-        """Whether all of a shape surely lies outside of the region."""
+        """Whether a shape surely lies wholly outside the region."""
         return self._is_apart(place) and not _is_between(self.shapes, place.middle)
 
     def _are_behind(self, shapes: tuple[Shape, ...]) -> bool:
-        """Whether the walls are flat, and no shape has a part beyond one of them."""
+        """Whether the walls are flat, and no shape extends beyond one of them."""
         if not all(isinstance(wall, FlatShape) for wall in self.shapes):
             return False
         outer = [
@@ -101,18 +102,18 @@ class Patches(NamedTuple):
         return all(is_behind(shape, wall, side) for wall, side in sided for shape in shapes)
 
     def _is_apart(self, place: Shape) -> bool:
-        """Whether the ball about a shape touches no patch."""
+        """Whether the bounding sphere of a shape touches no patch."""
         if place.is_infinite:
             return False
         return all(least_distance(shape, place.middle) > place.extent for shape in self.shapes)
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether a shape may have a part in the region."""
+        """Whether part of a shape may lie in the region."""
         return _boxes_meet(shape, self.shapes)
 
 
 class Cell(NamedTuple):
-    """What lies between planes; sides: those that face the region, which is made about a point of it."""
+    """Region between planes; sides: those that face the region, which is built around a point in it."""
 
     numbers: tuple[int, ...]
     shapes: tuple[Shape, ...]
@@ -120,14 +121,14 @@ class Cell(NamedTuple):
     word, is_endless = "between", True
 
     def holds(self, place: Place) -> bool:
-        """Whether all of a shape surely lies in the region; of a point it is known."""
+        """Whether a shape surely lies wholly in the region; always true for a point."""
         faces = zip(self.shapes, self.sides, strict=True)
         return not isinstance(place, Shape) or all(
             is_behind(place, plane, OTHER_SIDE[side]) for plane, side in faces
         )
 
     def may_reach(self, shape: Shape) -> bool:
-        """Whether a shape may have a part in the region."""
+        """Whether part of a shape may lie in the region."""
         return not any(
             is_behind(shape, plane, side) for plane, side in zip(self.shapes, self.sides, strict=True)
         )
@@ -137,9 +138,10 @@ Enclosure = ClosedShape | Patches | Cell
 
 
 def check_endless(scene: SceneParts) -> None:
-    """Refuse a scene in which some histories of a source can never end.  Raises SceneError."""
+    """Raise SceneError if some histories of a source can never end."""
     if scene.duration is not None or absorbs(scene.medium):
         return
+    # Keep the surfaces that neither absorb nor transmit on at least one side.
     walls = {
         number: surface
         for number, surface in enumerate(scene.surfaces)
@@ -147,6 +149,7 @@ def check_endless(scene: SceneParts) -> None:
     }
     if not walls:
         return
+    # Look for a lossless enclosure around each source, without an absorber in it.
     fixed = [room for room in rooms_of(walls) if _is_white_inside(room, walls)]
     for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
         origin = scene.shape_of(source)
@@ -154,22 +157,22 @@ def check_endless(scene: SceneParts) -> None:
             is_sure = not enclosure.is_endless or _spreads(scene, source)
             if is_sure and _starts_in(enclosure, source, origin) and not _has_absorber(scene, enclosure):
                 raise SceneError(
-                    f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there; give a surface there"
-                    " an albedo or reflectance below 1, or the scene a duration"
+                    f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there;"
+                    " give a surface there an albedo or reflectance below 1, or the scene a duration"
                 )
 
 
 def _place(scene: SceneParts, enclosure: Enclosure) -> str:
-    """The region in words."""
+    """Description of the region in messages."""
     names = [titled(scene.surfaces[number], number) for number in enclosure.numbers]
     return f"{enclosure.word} {listed(names)}"
 
 
-# ---- what ends light ----
+# ---- absorption ----
 
 
 def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
-    """Whether a surface or a medium may absorb in the region; a medium beside an open surface may be anywhere."""
+    """Whether anything may absorb in the region; a medium beside an open surface may be anywhere."""
     for number, surface in enumerate(scene.surfaces):
         may_reach = enclosure.may_reach(surface.shape)
         if absorbs(surface.front) or (absorbs(surface.back) and (may_reach or not surface.shape.is_closed)):
@@ -180,19 +183,19 @@ def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
 
 
 def _is_lossy(material: Material, is_back: bool) -> bool:
-    """Whether some of what arrives at a side is absorbed or goes through."""
+    """Whether a side absorbs or transmits some of the incident light."""
     if isinstance(material, TwoSided):
         material = material.back if is_back else material.front
     return lets_through(material) or _absorbs(material)
 
 
 def _absorbs(material: Material) -> bool:
-    """Whether some of what arrives ends there."""
+    """Whether a material absorbs some of the incident light."""
     return any(_kept(part) > 0 for part in simple_parts(material))
 
 
 def _kept(material: Material) -> float:
-    """The share of what arrives that a simple material absorbs."""
+    """Share of incident light that a simple material absorbs."""
     match material:
         case Black():
             return 1.0
@@ -203,26 +206,27 @@ def _kept(material: Material) -> float:
     return 0.0
 
 
-# ---- where light starts ----
+# ---- starting points ----
 
 
 def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
-    """Whether the box about a shape and that about others overlap."""
+    """Whether the bounding box of a shape and that of others overlap."""
     low, high = (np.array(corner) for corner in shape.bounds)
     bounds = np.array([other.bounds for other in others])
     return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
 
 
 def _start(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
-    """The middle of a source; of a flat one, which may lie on a wall, a place just in front of it."""
+    """Middle of a source; for a flat one, which may lie on a wall, a point just in front of it."""
     is_sided = source.emission.has_side and isinstance(origin, FlatShape)
     return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
 
 
 def _spreads(scene: SceneParts, source: Source) -> bool:
-    """Whether almost all of a source's particles come to planes again and again.
+    """Whether almost all of a source's particles reach the planes again and again.
 
-    A beam may run along them for ever, at once or after a mirror: only between two planes alone is it known to meet them.
+    A beam may run along the planes forever, at once or after a mirror: only between two planes alone it
+    surely meets them.
     """
     direction = getattr(source.emission, "direction", None)
     if direction is None:
@@ -233,7 +237,7 @@ def _spreads(scene: SceneParts, source: Source) -> bool:
 
 
 def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
-    """Whether some of a source's particles surely start in the region: in its middle, or all of them."""
+    """Whether some of a source's particles surely start in the region: at its middle, or all of them."""
     is_sided = source.emission.has_side
     if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
         return source.is_back
@@ -256,7 +260,7 @@ def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
 
 
 def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
-    """The regions of finite size that surfaces, by their numbers, enclose: one by itself, or several without a gap."""
+    """Finite regions that surfaces, by index, enclose: one surface alone, or several without a gap."""
     closed = [
         ClosedShape((number,), (surface.shape,))
         for number, surface in surfaces.items()
@@ -266,7 +270,7 @@ def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
 
 
 def _is_white_inside(room: ClosedShape | Patches, walls: dict[int, Surface]) -> bool:
-    """Whether all that arrives at the walls of a room from within is sent back."""
+    """Whether the walls of a room return all light that arrives from inside."""
     for number, shape in zip(room.numbers, room.shapes, strict=True):
         sides = (True,) if isinstance(room, ClosedShape) else (False, True)
         if isinstance(shape, FlatShape):
@@ -277,7 +281,7 @@ def _is_white_inside(room: ClosedShape | Patches, walls: dict[int, Surface]) -> 
 
 
 def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclosure]:
-    """The cell between planes that holds a point, if light has no way out of it but exactly along the planes."""
+    """Cell between planes around a point, if light can leave it only exactly along the planes."""
     numbers, sides = [], []
     for number, surface in walls.items():
         if isinstance(surface.shape, Plane):
@@ -297,7 +301,7 @@ def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclos
 def _leave_no_way(normals: np.ndarray) -> bool:
     """Whether no direction leads away from all planes with these normals (n, 3) towards the cell.
 
-    By Gordan's theorem: whether some of them, not all with weight 0, add up to nothing.
+    By Gordan's theorem this holds if some of the normals, with weights not all 0, sum to zero.
     """
     if any(math.dist(one, -other) <= ROUNDING for one, other in combinations(normals, 2)):
         return True
@@ -311,11 +315,12 @@ def _leave_no_way(normals: np.ndarray) -> bool:
 
 
 def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
-    """Sets of open surfaces of which every rim is the rim of exactly one other surface, so that no gap is left."""
+    """Sets of open surfaces without gaps: every rim is shared by exactly one other surface."""
     found = {number: rims_of(surface.shape) for number, surface in surfaces.items()}
     shapes = {number: surfaces[number].shape for number, its in found.items() if its}
     if not shapes:
         return
+    # List all rims with their surfaces.
     owners = np.array([number for number, its in found.items() for _ in its], int)
     rims = [rim for its in found.values() for rim in its]
     centers, spans = (
@@ -323,7 +328,8 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
     )
     is_circle = np.array([rim.is_circle for rim in rims], bool)
     slack = 4 * ROUNDING * np.array([magnitude(shapes[number]) for number in owners.tolist()])
-    order = np.argsort(centers[:, 0])  # only rims at nearly one x are compared
+    # Find equal rims of other surfaces; sort by x so that only near ones are compared.
+    order = np.argsort(centers[:, 0])
     reach = (slack + slack.max())[:, None] * (-1, 1)
     ends = np.searchsorted(centers[order, 0], centers[:, :1] + reach, side="left") + (0, 1)
     partners: list[list[int]] = []
@@ -334,6 +340,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
         is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (ways <= tolerance)
         is_same &= (is_circle[near] == is_circle[k]) & (owners[near] != owners[k])
         partners.append(near[is_same].tolist())
+    # Grow connected sets; keep those in which every rim has exactly one partner.
     rows: dict[int, list[int]] = {number: [] for number in shapes}
     for k, number in enumerate(owners.tolist()):
         rows[number].append(k)
@@ -350,7 +357,7 @@ def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
 
 
 class Rim(NamedTuple):
-    """An edge of an open surface: a segment, with half its way, or a circle, with its radius along the axis [m]."""
+    """Edge of an open surface: a segment with half its vector, or a circle with radius times axis [m]."""
 
     is_circle: bool
     center: Vector
@@ -358,7 +365,7 @@ class Rim(NamedTuple):
 
 
 def rims_of(shape: Shape) -> list[Rim]:
-    """The rims of an open surface of finite size; none where they are not known."""
+    """Rims of a finite open surface; none if they are not known."""
     match shape:
         case Rectangle(hole=None, frame=(e_u, e_v, _), width=width, height=height):
             corners = [
@@ -384,7 +391,7 @@ def rims_of(shape: Shape) -> list[Rim]:
 
 
 def _segments(corners: list[Vector]) -> list[Rim]:
-    """The sides of a polygon."""
+    """Sides of a polygon."""
     pairs = zip(corners, corners[1:] + corners[:1], strict=True)
     return [
         Rim(

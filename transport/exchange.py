@@ -1,4 +1,4 @@
-"""What two surfaces exchange, by counting: the view factor, and the étendue of the beam that joins them."""
+"""View factors and étendues of two surfaces by Monte Carlo."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from transport.simulate import simulate
 from transport.sources import Source
 from transport.validation import SceneError, shown, suggestion
 
-NEAR = 1.0  # radii of the ball about a target, from whose middle on directions are aimed at it
+# Aim at a target if its centre is at least this many bounding radii away from the start's.
+NEAR = 1.0
 
 
 def view_factor(
@@ -33,21 +34,55 @@ def view_factor(
     side_a: str = "front",
     side_b: str = "front",
 ) -> Estimate:
-    """View factor from a to b: the share of what leaves a diffusely that reaches b, an Estimate [1].
+    """Estimate the view factor from a to b: the share of the flux that leaves a diffusely and reaches b.
 
-    side_a, side_b: the side that emits and the one that receives; a ball's front is its outside, so that what
-    looks outwards at a sphere round it needs side_b="back".  a and b may be the same shape, which then sees
-    itself.  All is black, on both sides, `blockers` as well as a and b: what meets anything else first does
-    not arrive.
+    Parameters
+    ----------
+    a : Shape
+        Emitting shape, of finite area.
+    b : Shape
+        Receiving shape; may be `a`, which then sees itself.
+    blockers : Shape or iterable of Shape, default ()
+        Black obstacles.
+    particles : int, default 1_000_000
+        Number of particles.
+    seed : int, default 0
+        Seed. Pass different seeds for factors that you add: equal seeds share random numbers, so that their
+        errors are correlated.
+    side_a : str, default "front"
+        Emitting side of `a`, "front" or "back". The front of a sphere is its outside.
+    side_b : str, default "front"
+        Receiving side of `b`; "back" for a sphere around `a`.
 
-    Particles start on the smaller of the two areas, whose share is the larger one, and A_a F_ab = A_b F_ba
-    gives the factor asked for; they are aimed at the other one where that is far away.  It is exact, without
-    an error, where a flat side cannot see b at all.  For a single smooth factor with nothing in between this
-    is not the method of choice: closed forms (transport.theory.view_factors and its neighbours) or quadrature
-    give ten digits in milliseconds, where counting needs a hundred times the particles for one more.  Its
-    worth is obstacles, meshes and shapes without a formula, and an error bar.  Calls with the same `seed` share their
-    random numbers: give each its own where you add factors up, lest their errors be correlated.  Raises SceneError for what has
-    no area, for shapes that overlap, and for the outside of a ball or box round the other shape, which it cannot see.
+    Returns
+    -------
+    Estimate
+        View factor F_ab [1].
+
+    Raises
+    ------
+    SceneError
+        If a shape has no area, shapes overlap, or the emitting or receiving side is the outside of a sphere
+        or box around the other shape, which it cannot see.
+
+    Notes
+    -----
+    All surfaces are black on both sides, so that a ray ends at the first surface it hits. Particles start on
+    the smaller of the two areas, and reciprocity A_a F_ab = A_b F_ba gives the requested factor. They are
+    aimed at the other shape if it is far away. The result is exact, without an error, if two flat shapes lie
+    in one plane.
+
+    For an unobstructed pair with a closed form use the formula (`transport.theory.view_factors`) or
+    quadrature: they give ten digits in milliseconds, where Monte Carlo needs a hundred times the particles
+    per digit. This function is for obstacles, meshes and shapes without a formula, and it gives an error.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> a = tp.Disk(radius=1.0)
+    >>> b = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> tp.view_factor(a, b, particles=10_000)
+    <Estimate (0.3824 ± 0.0021), 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "view_factor")
     return counted_view_factor(simulate(scene, particles=particles, seed=seed))
@@ -62,10 +97,48 @@ def etendue(
     side_a: str = "front",
     side_b: str = "front",
 ) -> Estimate:
-    """Étendue of the beam that joins two apertures, ∬ cosθ dω dA, an Estimate [m^2 sr]; refractive index 1.
+    """Estimate the étendue of the beam that joins two apertures, ∬ cosθ dω dA, at refractive index 1.
 
-    It is pi A_a F_ab = pi A_b F_ba, all rays that lead from one to the other and meet nothing in between;
-    parameters, method and errors as for `view_factor`.
+    Parameters
+    ----------
+    a : Shape
+        Emitting shape, of finite area.
+    b : Shape
+        Receiving shape; may be `a`, which then sees itself.
+    blockers : Shape or iterable of Shape, default ()
+        Black obstacles.
+    particles : int, default 1_000_000
+        Number of particles.
+    seed : int, default 0
+        Seed. Pass different seeds for factors that you add: equal seeds share random numbers, so that their
+        errors are correlated.
+    side_a : str, default "front"
+        Emitting side of `a`, "front" or "back". The front of a sphere is its outside.
+    side_b : str, default "front"
+        Receiving side of `b`; "back" for a sphere around `a`.
+
+    Returns
+    -------
+    Estimate
+        Étendue [m^2 sr].
+
+    Raises
+    ------
+    SceneError
+        As for `view_factor`.
+
+    Notes
+    -----
+    The étendue is pi A_a F_ab = pi A_b F_ba: all rays from one aperture to the other that hit nothing in
+    between. Method and errors are those of `view_factor`.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> a = tp.Disk(radius=1.0)
+    >>> b = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> tp.etendue(a, b, particles=10_000)
+    <Estimate (3.774 ± 0.021) m^2 sr, 32 batches>
     """
     scene = view_factor_scene(a, b, blockers, side_a, side_b, "etendue")
     share = counted_view_factor(simulate(scene, particles=particles, seed=seed))
@@ -80,10 +153,11 @@ def view_factor_scene(
     side_b: str = "front",
     caller: str = "view_factor_scene",
 ) -> Scene:
-    """Black surfaces "a", "b" and "blockers[0]" ..., a source of 1 W on one of the first two, a detector on
-    the other.
+    """Scene with black surfaces, a source of 1 W on one of a and b, and a detector on the other.
 
-    Where a is b there is one surface "a".  Raises SceneError for what `view_factor` refuses.
+    The surfaces are named "a", "b" and "blockers[0]" ...
+
+    If a is b there is one surface "a". Raises SceneError like `view_factor`.
     """
     for name, shape in (("a", a), ("b", b)):
         _check_shape(caller, name, shape)
@@ -110,7 +184,7 @@ def view_factor_scene(
 
 
 def counted_view_factor(result: Result) -> Estimate:
-    """View factor from "a" to "b" [1] out of a run of a `view_factor_scene`."""
+    """View factor from "a" to "b" [1] from a run of a `view_factor_scene`."""
     shapes = {surface.name: surface.shape for surface in result.scene.surfaces}
     a, b = shapes["a"], shapes.get("b", shapes["a"])
     share = result["arrived"].flux_in / result.ledger["emitted"]
@@ -126,12 +200,12 @@ def counted_view_factor(result: Result) -> Estimate:
 
 
 def _way(a: Shape, b: Shape) -> tuple[str, str]:
-    """Where particles start, and where they go: from the smaller area to the larger one."""
+    """Names of the shapes where particles start and end: from the smaller area to the larger one."""
     return ("a", "b") if a.area <= b.area else ("b", "a")
 
 
 def _is_far(start: Shape, target: Shape) -> bool:
-    """Whether aiming is allowed and pays: the ball about the target lies well beside the start's middle."""
+    """Whether aiming is possible and pays: the target lies well away from the start's middle."""
     if not math.isfinite(target.area) or start == target:
         return False
     if isinstance(start, FlatShape) and isinstance(target, FlatShape) and are_on_one_support(start, target):
@@ -142,25 +216,28 @@ def _is_far(start: Shape, target: Shape) -> bool:
 
 
 def _check_shape(caller: str, name: str, shape: object) -> None:
+    """Raise if a shape has no area, or an infinite one for a."""
     must = f"{caller}: {name} must be a shape with an area, such as Disk(radius=...)"
     if not isinstance(shape, Shape) or isinstance(shape, Point | Cloud):
         raise SceneError(f"{must}, got {shown(shape)}")
     if not math.isfinite(shape.area) and name == "a":
         raise SceneError(
-            f"{must}, and of finite area, got {shown(shape)}; exchange a and b, A_a F_ab = A_b F_ba"
+            f"{must}, and of finite area, got {shown(shape)}; exchange a and b: A_a F_ab = A_b F_ba"
         )
 
 
 def _check_sight(caller: str, shell: Shape, other: Shape, side: str, name: str, why: str) -> None:
-    """Refuse the outside of a ball or box about the other shape: what they exchange is nothing, and surely not meant."""
+    """Refuse the outside of a sphere or box around the other shape: a mistake, the view factor is 0."""
     is_round = isinstance(shell, Sphere | Box) and shell.is_closed and shell != other
     if not IS_BACK[side] and is_round and contains(shell, other):
         raise SceneError(
-            f"{caller}: {name} must be 'back' where {why}, got {shown(side)}, its outside; write {name}='back'"
+            f"{caller}: {name} must be 'back' where {why}, got {shown(side)}, its outside;"
+            f" write {name}='back'"
         )
 
 
 def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:
+    """The blockers as a tuple of shapes."""
     shapes = (blockers,) if isinstance(blockers, Shape) else blockers
     if not isinstance(shapes, Iterable) or isinstance(shapes, str):
         raise SceneError(f"{caller}: blockers must be shapes, got {shown(blockers)}")
@@ -171,5 +248,5 @@ def _as_shapes(caller: str, blockers: object) -> tuple[Shape, ...]:
 
 
 def _times(share: Estimate, factor: float, unit: str) -> Estimate:
-    """The share times a known number, with its unit; an exact one stays exact."""
+    """Share times a known number, with its unit; an exact share stays exact."""
     return share * Estimate(np.full(len(share.run), factor), share.run, unit, exact=True)

@@ -1,20 +1,22 @@
-"""An experiment is a module: a scene, what is measured in it, the exact values, a question and a verdict.
+"""An experiment is a module with a scene, measured quantities, exact values, a question and a verdict.
 
-    law: str                                  the law in a line, with its source
-    question: str                             what is asked, in a sentence
-    particles: int                            histories of a case by default
-    run: dict                                 how to estimate by default, WAYS of `simulate`: {"estimator": "aimed"}; without an
-                                              estimator pilots choose one for `error` or `seconds`, among those that know all
-    cases() -> list of dict                   the parameter sets of its table; missing: one, the defaults
+    law: str                                  the law in one line, with its source
+    question: str                             the question in one sentence
+    particles: int                            default number of particles per case
+    run: dict                                 default settings of `simulate` (WAYS): {"estimator": "aimed"};
+                                              without an estimator pilot runs choose one for `error` or
+                                              `seconds`, among those that estimate all quantities
+    cases() -> list of dict                   the parameter sets of its table; if missing: one, the defaults
     scene(**parameters) -> Scene
     measure(result) -> {name: Estimate}
-    in_bins(result) -> {name: EstimateArray}  what is told in JSON only; missing: nothing
-    exact(**parameters) -> {name: float}      where there is a closed form; missing, or without a name: unknown
-    verdict(outcomes) -> str                  the answer, in a sentence
-    draw(outcomes, path)                      the figure, a PNG; returns the paths where there are more than one
+    in_bins(result) -> {name: EstimateArray}  further results, for JSON only; optional
+    exact(**parameters) -> {name: float}      closed forms; without a name, or if missing: unknown
+    verdict(outcomes) -> str                  the answer in one sentence
+    draw(outcomes, path)                      draw the figure, a PNG; returns the paths if there are several
 
-Only `scene` and `measure` are needed.  The modules of the package `sims` are experiments; so is any file of the user's,
-and a scene's JSON file is one that measures all that its detectors do (transport.written.experiments).
+Only `scene` and `measure` are required. The modules of the package `sims` are experiments, and so is any
+Python file of a user. A scene's JSON file is an experiment that measures all quantities of its detectors
+(transport.written.experiments).
 """
 
 import importlib
@@ -40,14 +42,14 @@ from transport.simulate import simulate_for_any_reader
 from transport.units import UnitError
 from transport.validation import SceneError, shown, suggestion
 
-PARTICLES = 1_000_000  # histories of a case where neither the experiment nor the user says how many
-WAYS = ("estimator", "sampling", "batches", "tracking")  # of `simulate`, that an experiment may choose
-FILES = ("save", "resume", "checkpoint")  # of a run
+PARTICLES = 1_000_000  # default number of particles per case
+WAYS = ("estimator", "sampling", "batches", "tracking")  # parameters of `simulate` that an experiment may set
+FILES = ("save", "resume", "checkpoint")  # parameters that are files
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of an experiment's table.  exact: nan where no closed form is known."""
+    """One row of an experiment's table. exact: nan if no closed form is known."""
 
     name: str
     estimate: Estimate
@@ -55,7 +57,7 @@ class Row:
 
     @property
     def z(self) -> float:
-        """How many standard errors the estimate is off, as a standard normal score; nan where that is unknown."""
+        """Deviation from the exact value in standard errors, as a standard normal score; nan if unknown."""
         return math.nan if math.isnan(self.exact) else self.estimate.z(self.exact)
 
 
@@ -63,7 +65,7 @@ class Row:
 class Outcome:
     """One case of an experiment: its parameters, the run, and its table.
 
-    notes: warnings beside the run's own;  bins: what it measured over bins, by name.
+    notes: warnings besides those of the run;  bins: measured arrays, by name.
     """
 
     parameters: dict[str, object]
@@ -73,21 +75,22 @@ class Outcome:
     bins: Mapping[str, EstimateArray] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Row:
+        """Row of that name."""
         return next(row for row in self.rows if row.name == name)
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader should know before trusting the numbers."""
+        """Warnings about the results."""
         return [*self.notes, *self.result.warnings]
 
     @property
     def not_saved(self) -> list[str]:
-        """Those of them that tell of a file that could not be written in the end."""
+        """Warnings about files that could not be written at the end."""
         return [told for told in (*self.notes, *self.result._warnings) if told.startswith(NOT_SAVED)]
 
     @property
     def title(self) -> str:
-        """Its parameters in a line."""
+        """Parameters in one line."""
         return ", ".join(
             f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
             for name, value in self.parameters.items()
@@ -95,13 +98,13 @@ class Outcome:
 
 
 def experiment_names() -> list[str]:
-    """The experiments that are installed, by name."""
+    """Names of the installed experiments."""
     sims = importlib.import_module("sims")
     return sorted(module.name for module in pkgutil.iter_modules(sims.__path__))
 
 
 def experiment(name: str) -> ModuleType:
-    """The experiment of that name in `sims`, or in the .py or .json file at that path.  Raises SceneError for neither."""
+    """The experiment of that name in `sims`, or in the .py or .json file at that path; else SceneError."""
     if name.endswith(".json"):
         from transport.written.experiments import experiment_of_file
 
@@ -126,13 +129,13 @@ def experiment(name: str) -> ModuleType:
 
 
 def name_of(module: ModuleType) -> str:
-    """The experiment's name, as `run` takes it."""
+    """Name of the experiment, as `run` accepts it."""
     return module.__name__.removeprefix("sims.")
 
 
 @contextmanager
 def blamed(module: ModuleType, settings: Mapping[str, object] | None = None) -> Iterator[None]:
-    """Turn what goes wrong in an experiment's own code into a SceneError that says which settings, or where."""
+    """Convert an exception in an experiment's own code into a SceneError that names settings or place."""
     try:
         yield
     except Exception as error:
@@ -155,9 +158,9 @@ def _place(module: ModuleType, error: Exception) -> str:
 
 
 def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, object]]:
-    """The parameter sets of an experiment's table, with the user's settings in each.
+    """Parameter sets of an experiment's table, with the user's settings in each.
 
-    Raises SceneError for a setting that the experiment's `scene` does not have.
+    Raises SceneError for a setting that is not a parameter of the experiment's `scene`.
     """
     known = inspect.signature(module.scene).parameters
     for name in settings:
@@ -170,12 +173,12 @@ def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, 
         cases = module.cases() if hasattr(module, "cases") else [{}]
         merged = [case | settings for case in cases]
     if not merged:
-        raise SceneError(f"{module.__name__}: cases() gives none; leave it out, or give [{{}}]")
+        raise SceneError(f"{module.__name__}: cases() returns no case; leave it out, or return [{{}}]")
     return [case for i, case in enumerate(merged) if case not in merged[:i]]
 
 
 def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:
-    """The scene of these parameters.  Raises SceneError where the experiment's code cannot make it."""
+    """Scene with these parameters. Raises SceneError if the experiment's code fails."""
     with blamed(module, settings):
         return module.scene(**parameters)
 
@@ -183,7 +186,7 @@ def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[s
 def run_experiment(module: ModuleType, settings: dict[str, object] | None = None, **limits) -> list[Outcome]:
     """Run each case of an experiment.
 
-    limits: as for `simulate`; particles and the way to estimate are the module's own where they are not given.
+    limits: as for `simulate`; particles and the method default to the module's own.
     """
     return list(outcomes_of(module, settings or {}, limits))
 
@@ -195,28 +198,28 @@ def outcomes_of(
     save: Path | None = None,
     overwrite: bool = False,
 ) -> Iterator[Outcome]:
-    """Each case of the experiment as soon as it is done; after Ctrl-C the last one is incomplete, the rest is left out.
+    """Yield each case of the experiment when it is done; after Ctrl-C the last one is incomplete.
 
-    limits: as for `simulate`; where none is given, as many particles as the module says, in its way.  A case that does
-    not have a quantity whose error is asked for runs without it, with a warning.
-    save: a file for each run; of several cases, as those of `limits`, each by its number: run_1.nc, run_2.nc.  Where it
-    cannot be written in the end, the case is told all the same.  overwrite: whether it may take the place of other files than
-    those that the run goes on with.
+    limits: as for `simulate`; without any, the module's number of particles and method. A case without a
+    quantity named in `error` runs without that error, with a warning. save: file of each run; with several
+    cases the number of the case is added to the names of all files: run_1.nc, run_2.nc. If it cannot be
+    written at the end, the case is still yielded. overwrite: whether it may replace files other than those
+    that the run continues.
     """
     if save is not None:
         checked_place("save", save)
+    # Build and check all scenes before any of them runs.
     ready = []
     for parameters in cases_of(module, settings):
         scene = scene_of(module, parameters, settings)
-        if scene in [
-            known for _, known, *_ in ready
-        ]:  # parameters that these settings leave without a meaning
+        if scene in [known for _, known, *_ in ready]:  # the settings override the parameters that differ
             continue
         if save is not None:
-            scene_text(scene)  # refused before it runs, if no file can hold it
+            scene_text(scene)  # raise before the run if no file can hold the scene
         with blamed(module, settings):
             exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
         ready.append((parameters, scene, exact, *_errors_for(scene, limits.get("error"))))
+    # Raise for quantities that no case has.
     for name, refusal in ready[0][-1].items():
         if all(name in refusals for *_, refusals in ready):
             raise refusal
@@ -225,11 +228,12 @@ def outcomes_of(
         for number in range(1, len(ready) + 1)
     ]
     _check_files(module, files, limits, overwrite)
+    # Run one case after the other.
     for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
         file = own.pop("save")
         result = simulate_for_any_reader(scene, **_settled(module, own | {"error": errors}))
         failure = None if file is None else _failure_to_save(result, file)
-        notes = tuple(f"run without the error asked for: {refusal}" for refusal in refusals.values())
+        notes = tuple(f"run without the requested error: {refusal}" for refusal in refusals.values())
         notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
         with blamed(module):
             bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
@@ -241,7 +245,7 @@ def outcomes_of(
 def _check_files(
     module: ModuleType, files: list[dict[str, object]], limits: dict[str, object], overwrite: bool
 ) -> None:
-    """Refuse to write over other runs, and one run for several cases, before any is run."""
+    """Refuse to overwrite other runs, and to continue one run with several cases, before any is run."""
     for own in files:
         if own["save"] is not None and own["save"] != own.get("resume"):
             check_new("--save", own["save"], overwrite)
@@ -249,12 +253,13 @@ def _check_files(
     if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
         own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"
         raise SceneError(
-            f"--resume: {resume} is one run, and {name_of(module)} has {len(files)} cases, whose files are {own}"
+            f"--resume: {resume} is one run, and {name_of(module)} has {len(files)} cases, whose files are"
+            f" {own}"
         )
 
 
 def _failure_to_save(result: Result, file: Path) -> FileError | None:
-    """Save the run; what went wrong, where the disk is full and the like."""
+    """Save the run; return the error if the disk is full or the like."""
     try:
         result.save(file)
     except FileError as error:
@@ -263,7 +268,7 @@ def _failure_to_save(result: Result, file: Path) -> FileError | None:
 
 
 def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object]:
-    """The limits, with the files in them those of the case of this number."""
+    """The limits, with the number of the case added to the names of files."""
     files = {} if number is None else {name: limits[name] for name in FILES if limits.get(name) is not None}
     return limits | {name: path.with_stem(f"{path.stem}_{number}") for name, path in files.items()}
 
@@ -271,7 +276,7 @@ def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object
 def _errors_for(
     scene: Scene, errors: Mapping[str, float] | None
 ) -> tuple[dict | None, dict[str, SceneError]]:
-    """The relative errors that this scene can be run for, and the refusals of the others."""
+    """Relative errors that this scene can be run for, and the exceptions of the others."""
     found, refusals = {}, {}
     for name, target in (errors or {}).items():
         try:
@@ -282,16 +287,16 @@ def _errors_for(
 
 
 def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
-    """The limits, with the module's own way to estimate, and its number of particles, where there is none."""
+    """The limits, completed by the module's method and number of particles."""
     limits = ways_of(module) | {name: value for name, value in limits.items() if value is not None}
-    goes_on = "resume" in limits and Path(limits["resume"]).exists()  # and says itself how far
+    goes_on = "resume" in limits and Path(limits["resume"]).exists()  # the saved run has limits of its own
     if goes_on or any(name in limits for name in ("particles", "error", "seconds")):
         return limits
     return limits | {"particles": getattr(module, "particles", PARTICLES)}
 
 
 def ways_of(module: ModuleType) -> dict[str, object]:
-    """How an experiment is estimated where the user does not say: its `run`.  Raises SceneError where that says more."""
+    """Default settings of an experiment, its `run`. Raises SceneError for settings that it may not have."""
     ways = getattr(module, "run", {})
     if not isinstance(ways, Mapping):
         example = "{'estimator': 'backward'}"
@@ -303,6 +308,7 @@ def ways_of(module: ModuleType) -> dict[str, object]:
 
 
 def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:
+    """Table of the measured quantities. Raises SceneError if `measure` returns anything else."""
     with blamed(module):
         measured = module.measure(result)
     if not isinstance(measured, Mapping):
@@ -310,7 +316,7 @@ def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tup
     for name, estimate in measured.items():
         if not isinstance(estimate, Estimate):
             raise SceneError(
-                f"{name_of(module)}: measure must give an Estimate for {name!r}, got {shown(estimate)}; of an array"
-                " take .sum() or one bin"
+                f"{name_of(module)}: measure must return an Estimate for {name!r}, got {shown(estimate)};"
+                " of an array take .sum() or one bin"
             )
     return tuple(Row(name, estimate, exact.get(name, math.nan)) for name, estimate in measured.items())

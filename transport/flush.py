@@ -1,7 +1,8 @@
-"""Faces of meshes that lie flush on something else: which of the two is met first, rounding would decide.
+"""Refuse mesh faces that coincide with other shapes: rounding would decide which is hit first.
 
-Other shapes on one plane share a sheet (sheets.py); a mesh is a sheet by itself.  So a mesh that stands on a floor, a meter
-or source on one of its faces, and two meshes with a face in common are refused, with the gap that cures it.
+Other shapes on one plane share a sheet (sheets.py); a mesh is a sheet by itself. A mesh that stands on a
+floor, a detector or source on one of its faces, and two meshes with a common face are therefore refused, with
+the gap that cures it.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ from transport.validation import SceneError
 if TYPE_CHECKING:
     from transport.parts import SceneParts
 
-ALIKE = 1e-12  # squared sine of the angle between planes that may be one
-MOST_PAIRS = 200_000  # of facets of two meshes that are looked at
-GAP = 1e-9  # of the size of the two
+ALIKE = 1e-12  # squared sine of the angle between planes that may coincide
+MOST_PAIRS = 200_000  # most pairs of facets compared between two meshes
+GAP = 1e-9  # suggested gap, relative to the size of both shapes
 
 
 def check_flush(scene: SceneParts) -> None:
-    """Refuse a mesh with a face that lies on another shape of the scene.  Raises SceneError."""
+    """Raise SceneError if a face of a mesh coincides with another shape of the scene."""
     users = list(_users(scene))
     if not any(isinstance(shape, Mesh) for _, shape in users):
         return
@@ -41,13 +42,14 @@ def check_flush(scene: SceneParts) -> None:
                 gap = GAP * (mesh.extent + (0.0 if other.is_infinite else other.extent))
                 cure = f"leave a gap such as {gap:.0e} m between them, or make them one Mesh"
                 raise SceneError(
-                    f"Scene: a face of {title}, a Mesh, lies on {other_title}, a {type(other).__name__}: which is"
-                    f" met first would be left to rounding; {cure}; a mesh itself is metered, and emits, by its surface's name"
+                    f"Scene: a face of {title}, a Mesh, lies on {other_title}, a {type(other).__name__}:"
+                    f" rounding would decide which is hit first; {cure}; detectors and sources on the mesh"
+                    " itself take its surface's name as shape"
                 )
 
 
 def _users(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
-    """Shapes that rays meet or start on, with words for them."""
+    """Shapes that rays hit or start on, with their names."""
     for number, surface in enumerate(scene.surfaces):
         yield titled(surface, number), surface.shape
     for number, source in enumerate(scene.sources):
@@ -59,7 +61,7 @@ def _users(scene: SceneParts) -> Iterator[tuple[str, Shape]]:
 
 
 def _is_flush(mesh: Mesh, other: Shape) -> bool:
-    """Whether a facet has more than an edge in common with a flat piece or with another mesh."""
+    """Whether a facet has more than an edge in common with a flat piece or another mesh."""
     if isinstance(other, Mesh):
         return _are_flush(mesh, other)
     if not isinstance(other, FlatShape):
@@ -77,7 +79,7 @@ def _is_flush(mesh: Mesh, other: Shape) -> bool:
 
 
 def _corners(shape: Rectangle | Triangle) -> np.ndarray:
-    """The corners (n, 2) of a flat polygon in its frame."""
+    """Corners (n, 2) of a flat polygon in its frame."""
     if isinstance(shape, Triangle):
         return np.array(shape.corners)
     half = np.array([shape.width, shape.height]) / 2
@@ -85,7 +87,7 @@ def _corners(shape: Rectangle | Triangle) -> np.ndarray:
 
 
 def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which triangles (k, 3, 2) have an area in common with a convex polygon (n, 2): no edge parts them."""
+    """Which triangles (k, 3, 2) overlap a convex polygon (n, 2): no edge separates them."""
     meet = np.ones(len(facets), bool)
     for edge in np.roll(polygon, -1, axis=0) - polygon:
         meet &= _cross(facets @ _across(edge)[:, None], polygon @ _across(edge), tolerance)
@@ -96,20 +98,20 @@ def _overlap(facets: np.ndarray, polygon: np.ndarray, tolerance: float) -> np.nd
 
 
 def _cross(ones: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
-    """Whether the shadows of triangles (k, 3, 1) and of a polygon (n,) or (k, n) on an axis have a length in common."""
+    """Whether projections of triangles (k, 3, 1) and of a polygon (n,) or (k, n) on an axis overlap."""
     ones = ones[..., 0]
     low, high = others.min(axis=-1), others.max(axis=-1)
     return (ones.min(axis=1) < high - tolerance) & (ones.max(axis=1) > low + tolerance)
 
 
 def _across(edges: np.ndarray) -> np.ndarray:
-    """Unit vectors across edges."""
+    """Unit vectors perpendicular to edges."""
     turned = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
     return turned / np.linalg.norm(turned, axis=-1, keepdims=True)
 
 
 def _distance_from_origin(facets: np.ndarray) -> np.ndarray:
-    """Distance of triangles (k, 3, 2) from the origin of the plane; 0 where they hold it."""
+    """Distance of triangles (k, 3, 2) from the origin of the plane; 0 if they contain it."""
     ends = np.roll(facets, -1, axis=1)
     ways = ends - facets
     share = np.clip(-(facets * ways).sum(axis=2) / (ways * ways).sum(axis=2), 0, 1)
@@ -119,15 +121,17 @@ def _distance_from_origin(facets: np.ndarray) -> np.ndarray:
 
 
 def _are_flush(one: Mesh, other: Mesh) -> bool:
-    """Whether facets of two meshes lie on one plane and have an area in common."""
+    """Whether facets of two meshes lie on one plane and overlap."""
     from scipy.spatial import cKDTree
 
+    # Keep the facets within both bounding boxes.
     tolerance = rounding_of(one, other)
     low, high = (np.array([mesh.bounds[end] for mesh in (one, other)]) for end in (0, 1))
     low, high = low.max(axis=0) - tolerance, high.min(axis=0) + tolerance
     near = [_facets_within(mesh, low, high) for mesh in (one, other)]
     if (low > high).any() or not all(map(len, near)):
         return False
+    # Compare only facets on nearly the same plane.
     size = one.extent + other.extent
     planes = [
         _planes(mesh, facets, size, np.array(one.middle))
@@ -149,6 +153,7 @@ def _are_flush(one: Mesh, other: Mesh) -> bool:
 def _shares_area(
     corners: np.ndarray, normal: np.ndarray, other: Mesh, facets: np.ndarray, tolerance: float
 ) -> bool:
+    """Whether a triangle overlaps one of the coplanar facets of another mesh."""
     along = corners[1] - corners[0]
     e_u = along / np.linalg.norm(along)
     frame = np.array([e_u, np.cross(normal, e_u)]).T
@@ -158,13 +163,13 @@ def _shares_area(
 
 
 def _facets_within(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Numbers of the facets that reach into a box."""
+    """Indices of the facets that reach into a box."""
     corners = mesh.vertices[mesh.faces]
     return np.flatnonzero(((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1))
 
 
 def _planes(mesh: Mesh, facets: np.ndarray, size: float, origin: np.ndarray) -> np.ndarray:
-    """Normals, the same for both senses, and distances from the origin over the size: (k, 4)."""
+    """Normals, independent of their sign, and distances from the origin relative to `size`: (k, 4)."""
     normals = mesh.normals[facets]
     lead = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
     normals = normals * np.sign(lead)

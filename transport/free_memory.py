@@ -1,4 +1,4 @@
-"""How much memory this process may still take, as the system and its control groups say."""
+"""Memory that this process may still use, from the system and its control groups."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-ALWAYS = 1 << 28  # bytes that are there
+ALWAYS = 1 << 28  # bytes assumed to be available
 PROC, GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 
 
 def memory_left() -> int | None:
-    """Bytes that this process may still take, as the system and its control groups tell; None where they do not."""
+    """Bytes that this process may still use, from the system and its control groups; None if unknown."""
     return min(_told(), default=None)
 
 
 def _told() -> Iterator[int]:
+    """Limits on further memory [bytes]."""
     with contextlib.suppress(OSError, ValueError, KeyError):
         yield _fields(PROC / "meminfo")["MemAvailable"] * 1024
     groups = []
@@ -30,23 +31,23 @@ def _told() -> Iterator[int]:
 
 
 def _of_group(root: Path, path: str, most: str, used: str, cache: str) -> Iterator[int]:
-    """What a control group and those above it leave; files that are only remembered make room."""
+    """Memory left by a control group and its ancestors; page cache counts as free."""
     here = Path(path.lstrip("/"))
     for group in (here, *here.parents):
         with contextlib.suppress(OSError, ValueError):
-            limit = int((root / group / most).read_text())  # "max" where there is none
+            limit = int((root / group / most).read_text())  # "max" (ValueError) if there is no limit
             remembered = _fields(root / group / "memory.stat").get(cache, 0)
             yield max(0, limit - int((root / group / used).read_text()) + remembered)
 
 
 def _fields(path: Path) -> dict[str, int]:
-    """The numbers of a file of names and numbers."""
+    """Numbers of a file with lines of name and number."""
     lines = (line.replace(":", " ").split() for line in path.read_text().splitlines())
     return {line[0]: int(line[1]) for line in lines if len(line) > 1}
 
 
 def size_text(number: float) -> str:
-    """A number of bytes in MB, GB or TB."""
+    """Number of bytes in MB, GB or TB."""
     if number >= 1e12:
         return f"{number / 1e12:.3g} TB"
     return f"{number / 1e9:.3g} GB" if number >= 1e9 else f"{number / 1e6:.3g} MB"

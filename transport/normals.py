@@ -1,6 +1,6 @@
-"""Laws of one velocity component of a Maxwellian gas, in units of its standard deviation.
+"""Distribution of one velocity component of a Maxwellian gas, in units of its standard deviation.
 
-Positive terms only: nothing cancels for a drift away from the plane, where next to nothing crosses.
+Only positive terms are summed: nothing cancels for a drift away from the plane, where almost nothing crosses.
 """
 
 import math
@@ -9,16 +9,17 @@ import numpy as np
 
 from transport.speeds.inversion import increasing_root, log_ratio
 
-REACH = 8.5  # standard deviations; `line` stays within
-LEAST = 2.0**-54
-TERMS = 120  # of the continued fraction
-WINDOW = 10.0  # standard deviations below a speed, beyond which what crosses more slowly is nothing (e^-45)
+REACH = 8.5  # standard deviations; bound of `line`
+LEAST = 2.0**-54  # least probability
+TERMS = 120  # terms of the continued fraction
+# Standard deviations below a speed, beyond which the crossing rate of slower particles is negligible (e^-45).
+WINDOW = 10.0
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
 
 
 def line(u: np.ndarray) -> np.ndarray:
-    """Quantile of a standard normal; u below 2^-54 stands for 2^-54, so that 0 gives a number."""
+    """Quantile of the standard normal distribution; u is at least 2^-54, so that u = 0 is finite."""
     from scipy.special import ndtri
 
     u = np.asarray(u, float)
@@ -26,10 +27,10 @@ def line(u: np.ndarray) -> np.ndarray:
 
 
 def crossing_rate(drift: np.ndarray) -> np.ndarray:
-    """Mean of max(w, 0) for a normal w with that mean: phi(d) + d Phi(d).
+    """Mean of max(w, 0) for a normal w with mean d = `drift`: phi(d) + d Phi(d).
 
-    For d < -2 by the continued fraction of the ratios of repeated integrals of erfc, r[n-1] = 1/(2 z + 2 n
-    r[n]) at z = -d/sqrt 2 (Abramowitz and Stegun 1964, 7.2.5), where the closed form cancels.
+    For d < -2, where this form cancels, by the continued fraction for ratios of repeated integrals of erfc,
+    r[n-1] = 1/(2 z + 2 n r[n]) at z = -d/sqrt 2 (Abramowitz and Stegun 1964, 7.2.5).
     """
     from scipy.special import ndtr
 
@@ -44,7 +45,7 @@ def crossing_rate(drift: np.ndarray) -> np.ndarray:
 
 
 def crossing(u: np.ndarray, drift: float) -> np.ndarray:
-    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: of normal speeds that cross."""
+    """Quantile of the density proportional to w exp(-(w - d)²/2), w > 0: normal speed at a crossing."""
     u = np.asarray(u, float)
     w, upper, whole = np.empty(u.shape), u > 0.5, float(crossing_rate(drift))
     w[~upper] = _slow(u[~upper] * whole, drift)
@@ -53,7 +54,7 @@ def crossing(u: np.ndarray, drift: float) -> np.ndarray:
 
 
 def _slow(target: np.ndarray, drift: float) -> np.ndarray:
-    """w below which the target crosses."""
+    """w below which the crossing rate is `target`, by Gauss-Legendre quadrature."""
 
     def misfit(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         start = np.maximum(w - WINDOW, 0.0)
@@ -66,7 +67,7 @@ def _slow(target: np.ndarray, drift: float) -> np.ndarray:
 
 
 def _fast(target: np.ndarray, drift: float) -> np.ndarray:
-    """w above which the target crosses."""
+    """w above which the crossing rate is `target`, in closed form."""
     from scipy.special import ndtr
 
     def misfit(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,8 +78,10 @@ def _fast(target: np.ndarray, drift: float) -> np.ndarray:
 
 
 def _density(w: np.ndarray, drift: float) -> np.ndarray:
+    """w times the normal density with mean `drift`."""
     return w * np.exp(-0.5 * (w - drift) ** 2) / math.sqrt(2 * math.pi)
 
 
 def _bracket(target: np.ndarray, drift: float) -> tuple[np.ndarray, np.ndarray]:
+    """Interval that contains w."""
     return np.zeros(target.shape), np.full(target.shape, max(drift, 0.0) + WINDOW)

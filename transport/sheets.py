@@ -1,7 +1,8 @@
-"""Sheets: shapes on one support (the same plane, sphere, cylinder, ...) form one sheet; a mesh is one by itself.
+"""Sheets: shapes on one support (plane, sphere, cylinder ...) form one sheet; a mesh is its own sheet.
 
-A particle remembers the sheet that it stands on, so a meter on a wall, a source on a floor and two patches side by side
-are never a tie of roundings.  Over one point of a sheet at most one surface may act.
+A particle remembers the sheet on which it stands, so that rounding never decides between a detector and the
+wall it lies on, a source and its floor, or two adjacent patches. At each point of a sheet at most one surface
+may act.
 """
 
 from __future__ import annotations
@@ -23,30 +24,31 @@ if TYPE_CHECKING:
 
 @dataclass
 class Member:
-    """A piece of a sheet: what acts on it (None: a transparent meter), and who looks at it."""
+    """Piece of a sheet: its acting surface (None: transparent) and the detectors on it."""
 
     shape: Shape
     surface: Surface | None
     detectors: list[Detector] = field(default_factory=list)
-    orientation: float = 1.0  # of its normal against the sheet's
-    mark: str | None = None  # the surface's name, where a detector's `via` asks for it
-    whole: Shape | None = None  # the shape of which it is a piece
-    bodies: tuple[int, int] = (0, 0)  # bits of the bodies just in front of it, and just behind
+    orientation: float = 1.0  # sign of its normal relative to the sheet's
+    mark: str | None = None  # name of the surface if a detector's `via` refers to it
+    whole: Shape | None = None  # shape of which it is a piece
+    bodies: tuple[int, int] = (0, 0)  # bits of the bodies just in front and just behind
 
 
 @dataclass
 class Sheet:
-    """Members on one support; the first one gives the sheet its normal."""
+    """Members on one support; the first one defines the sheet's normal."""
 
     members: list[Member]
 
     @property
     def support(self) -> Shape:
+        """Shape that defines the support."""
         return self.members[0].shape
 
 
 def pieces(shape: Shape) -> tuple[Shape, ...]:
-    """The pieces of a shape that lie on one support each: the faces of a box or slab, else the shape itself."""
+    """Pieces of a shape with one support each: the faces of a box or slab, else the shape itself."""
     match shape:
         case Box():
             return tuple(shape.faces().values())
@@ -56,7 +58,7 @@ def pieces(shape: Shape) -> tuple[Shape, ...]:
 
 
 def sheets_of(scene: SceneParts) -> list[Sheet]:
-    """The scene's sheets, acting members before meters; surfaces that do nothing and are not looked at are left out."""
+    """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
     sheets: list[Sheet] = []
     for member in sorted(_members(scene), key=_precedence):
         home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
@@ -69,7 +71,7 @@ def sheets_of(scene: SceneParts) -> list[Sheet]:
 
 
 def _precedence(member: Member) -> tuple[bool, float]:
-    """What acts comes first; then what knows its support best, for the first one gives it to the sheet."""
+    """Sort key: acting members first, then those that define the support most accurately."""
     shape, breadth = member.shape, math.inf
     if isinstance(shape, Triangle):
         breadth = shape.area / shape.extent
@@ -79,6 +81,7 @@ def _precedence(member: Member) -> tuple[bool, float]:
 
 
 def _members(scene: SceneParts) -> Iterator[Member]:
+    """All members: pieces of surfaces with detectors and bodies, and detectors with their own shapes."""
     bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
     for surface, sides in zip(scene.surfaces, bounds, strict=True):
         looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
@@ -96,7 +99,7 @@ def _members(scene: SceneParts) -> Iterator[Member]:
 
 
 def sheets_of_source(shape: Shape, sheets: list[Sheet]) -> list[int]:
-    """Numbers, from 1, of the sheets on which a source's piece or point lies."""
+    """Numbers, from 1, of the sheets on which a source's shape or point lies."""
     return [
         number
         for number, sheet in enumerate(sheets, start=1)

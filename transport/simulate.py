@@ -1,4 +1,4 @@
-"""The one entry point: run batches of a scene until enough is known, then reduce them to a result."""
+"""The entry point `simulate`: run batches of a scene until a limit is reached, and return a Result."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -45,35 +45,95 @@ def simulate(
     part: tuple[int, int] | None = None,
     cluster: object = None,
 ) -> Result:
-    """Run a scene and return what its detectors counted, every number with its standard error.
+    """Run a scene and return the results of its detectors, each with its standard error.
 
-    particles: histories to emit, a whole number such as 1e6, exactly as many, or with "sobol" and "stratified" as many as fill equal batches whose sizes
-    are powers of two: up to twice as many, result.particles says how many;  error: {"meter.flux_in": 1e-3}, relative standard errors to reach;
-    seconds: wall-clock time, besides that of compiling and of pilots.  The run ends at the first limit reached, in whole batches; Ctrl-C returns the batches
-    done so far, labelled incomplete, and before the first one raises KeyboardInterrupt, which says how long a batch takes.  The same seed gives bitwise the same result for any number of threads.
-    tracking: how histories go through media, "analog", "weighted" or a Tracking; None for what suits the scene (its report
-    says which, and what of it had nothing to do).
-    estimator: see transport.estimators.methods.  None for "auto" with `error` or `seconds`, for "analog" with `particles` alone, and
-    for "backward" where a Camera or an EnvironmentMap needs it.  "auto" takes the cheapest that can be trusted, found by short pilots,
-    which take about half a second together; one where the scene allows but one is taken without.  Pilots measure times, so two runs may choose
-    differently: the report names the choice, and a run repeats bitwise under that name.  A run by default with `seconds` alone may be
-    read for everything: then "aimed" and "backward", which know only what arrives at detectors, are taken only where no other one
-    tells anything, and the report says what they would save.
-    sampling: None for "random", or for any with "auto"; a name restricts "auto" to it.
-    batches: independent replicates, from whose spread errors are told; None for 32, for 128 to 256 with `error` (fewer where
-    sums are large), and for fewer with "sobol" and "stratified".  These take `error` and `seconds` in rounds, each twice as
-    large as the one before, of which the last complete one is the result.
-    A run for an `error` looks at its errors a few times only, where an earlier look has planned it, so that its intervals
-    cover what they claim; it also goes on while its means are lopsided, of few or unlike scores (transport.runs.stopping).
-    seed: None for 0;  threads: None for one a core;  progress: a bar on the terminal, None where there is one;
-    "lines" for a line now and then where there is none, as in the log of a job.
-    resume: a saved run to go on with, limits counting from its beginning; what is not said is as it was, its estimator too.
-    checkpoint: a file, .nc or .npz, to save the run to every so many seconds and at its end, new or that of `resume`; with the
-    same file for both the call begins, goes on or has nothing to do.  part: (k, n), only the k-th of n parts of the batches, for `tp.merge`; "auto" is
-    refused with it, as parts that choose apart could not be merged.
-    cluster: where the batches are done, bit for bit as here: a dask.distributed Client or cluster, the address of a scheduler, or
-    "local" for a process a thread.
-    Raises SceneError for input that cannot be run.
+    The run ends at the first limit reached, after a whole batch: `particles`, `error` or `seconds`, of which
+    at least one is required for a new run. The same seed gives bitwise the same result on any number of
+    threads. Ctrl-C returns the completed batches as an incomplete result.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene to run.
+    particles : float, optional
+        Number of particles to emit, a whole number such as 1e6. With sampling "sobol" or "stratified" it is
+        rounded up so that all batches have equal sizes that are powers of two, at most to twice the number;
+        `result.particles` is the number emitted.
+    error : mapping of str to float, optional
+        Relative standard errors to reach by quantity, such as {"meter.flux_in": 1e-3}. Errors are checked
+        only at a few times planned in advance, so that the reported intervals keep their coverage. The run
+        also continues while a mean rests on few or very unequal scores.
+    seconds : float, optional
+        Wall-clock time [s], without compilation and pilot runs.
+    seed : int, optional
+        Seed, 0 to 2^64 - 1. Default 0; with `resume` that of the saved run.
+    batches : int, optional
+        Number of batches, independent replicates whose spread gives the errors. Default 32; 128 to 256 with
+        `error` (fewer if the sums are large); fewer with "sobol" and "stratified". With these, `error` and
+        `seconds` are run in rounds of doubled size, and the last complete round is the result.
+    threads : int, optional
+        Number of threads. Default all cores.
+    estimator : str, optional
+        "analog" (score crossings), "aimed" (sources emit only towards the detector), "expected" (next-event
+        estimation), "backward" (histories start at the detectors) or "auto" (choose the cheapest trustworthy
+        method by pilot runs of about half a second in total). Default "auto" with `error` or `seconds`,
+        "analog" with `particles` alone, "backward" for scenes with a Camera or an EnvironmentMap. See Notes.
+    sampling : str, optional
+        "random", "stratified" or "sobol". Default "random"; with "auto" any, and a name restricts the choice
+        to it.
+    tracking : Tracking or str, optional
+        Treatment of absorption in media: "analog", "weighted", or a Tracking with more options. Default
+        depends on the scene; the report names it and the options without effect.
+    progress : bool or str, optional
+        Progress bar on the terminal; "lines" prints a line at increasing intervals, for log files. Default: a
+        bar if the output is a terminal.
+    resume : Result, str or Path, optional
+        Saved run to continue. Limits count from its beginning; settings that you omit are taken from it, and
+        settings that you pass must match it.
+    checkpoint : str or Path, optional
+        File (.nc or .npz) to which the run is saved at intervals and at its end: a new file or that of
+        `resume`. With the same file for both, the call starts the run, continues it, or returns at once if it
+        is complete.
+    every : float, default 60
+        Interval between checkpoints [s].
+    part : tuple of two ints, optional
+        (k, n) runs only the k-th of n parts of the batches, for `tp.merge`. Not with "auto", because parts
+        could choose different methods.
+    cluster : object, optional
+        Where batches run, with bitwise the same result: a dask.distributed Client or cluster, the address of
+        a scheduler, or "local" for one process per thread.
+
+    Returns
+    -------
+    Result
+        Quantities of all detectors, energy balance (`ledger`), warnings and report.
+
+    Raises
+    ------
+    SceneError
+        If the scene or a parameter cannot be run.
+    KeyboardInterrupt
+        If interrupted before the first batch; the message gives the time per batch.
+
+    Notes
+    -----
+    "auto" measures times, so that two runs may choose different methods. The report names the choice;
+    repeated with that name, the run is bitwise the same. With `seconds` alone any quantity may be read from
+    the result. "aimed" and "backward" estimate only light that arrives at detectors, so they are then chosen
+    only if no other method scores; the report states what they would save.
+
+    Examples
+    --------
+    The disk subtends (1 - cos 45°) / 2 = 0.1464 of all directions.
+
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> result = tp.simulate(scene, particles=1e4, seed=1, progress=False)
+    >>> result["meter"].flux_in
+    <Estimate (0.151 ± 0.003) W, 32 batches>
     """
     return _begin(
         scene,
@@ -97,7 +157,7 @@ def simulate_for_any_reader(
     every: float = 60.0,
     **asked: object,
 ) -> Result:
-    """As `simulate`, of which any quantity may be read, and the ledger, whatever `error` names.
+    """Like `simulate`, but any quantity and the energy balance may be read, whatever `error` names.
 
     asked: fields of Asked.
     """
@@ -116,7 +176,7 @@ def _begin(
     checkpoint: str | PathLike | None,
     every: float,
 ) -> Result:
-    """Check what is asked for, and run it."""
+    """Check the parameters and run."""
     if not isinstance(scene, Scene):
         raise SceneError(
             f"simulate: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
@@ -124,7 +184,8 @@ def _begin(
     seed = None if asked.seed is None else checked_whole("seed", asked.seed, 0, 2**64 - 1)
     asked = replace(asked, seed=seed, tracking=checked_tracking(scene, asked.tracking))
     staff = checked_staff(threads, cluster)
-    with _checkpoints(checkpoint, every, scene) as keep:  # before a run is read that another might be writing
+    # Lock the file before it is read: another run might be writing it.
+    with _checkpoints(checkpoint, every, scene) as keep:
         return _run(scene, asked, _saved(resume, checkpoint), staff, keep, progress)
 
 
@@ -136,7 +197,7 @@ def _run(
     keep: "Checkpoints | None",
     progress: bool | str | Progress | None,
 ) -> Result:
-    """Begin, or go on with the saved run, until enough is known."""
+    """Start a run, or continue the saved one, until a limit is reached."""
     begun = time.perf_counter()
     with progress_on(progress) as bar:
         way = _way(scene, asked, saved, bar)
@@ -161,7 +222,7 @@ def _run(
 
 
 def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | None) -> Result | None:
-    """The run to go on with, None for one that begins."""
+    """The saved run to continue; None for a new run."""
     if resume is None and checkpoint is None:
         return None
     from transport.saved.resuming import run_to_go_on_with
@@ -170,13 +231,14 @@ def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | 
 
 
 def _lasting_warnings(saved: Result) -> list[str]:
+    """Warnings of the saved run that still hold for the continued one."""
     from transport.saved.resuming import lasting_warnings
 
     return lasting_warnings(saved)
 
 
 def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way:
-    """How the scene is run: as it is asked for, and as it was begun."""
+    """Settings of the run: as requested, or as in the saved run."""
     if saved is not None:
         from transport.saved.resuming import way_of
 
@@ -197,11 +259,12 @@ def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way
 
 
 def _check_no_part(part: tuple[int, int]) -> None:
-    """Refuse pilots for a part of a run: each part would choose by seconds of its own, and the parts could not be merged."""
+    """Refuse pilot runs for a part of a run: parts that choose different methods cannot be merged."""
     if part != (1, 1):
-        cure = "name one, such as that which the report of a short run without part= names"
+        cure = "name one, such as the choice in the report of a short run without part="
         raise SceneError(
-            f"simulate: estimator {AUTO!r} does not go with part={part}, as parts may choose apart; {cure}"
+            f"simulate: estimator {AUTO!r} does not go with part={part}, as parts could choose differently;"
+            f" {cure}"
         )
 
 
@@ -209,7 +272,7 @@ def _check_no_part(part: tuple[int, int]) -> None:
 def _checkpoints(
     checkpoint: str | PathLike | None, every: float, scene: Scene
 ) -> Iterator["Checkpoints | None"]:
-    """What saves the run while it goes on, its file to itself; None where nobody asked for it."""
+    """Object that saves the run at intervals, with its file locked; None without a checkpoint file."""
     if checkpoint is None:
         yield None
         return
@@ -222,7 +285,7 @@ def _checkpoints(
 
 
 def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, ready: float) -> Result:
-    """What the batches of a run come to, now."""
+    """Reduce the batches done so far to a Result."""
     cost = Cost(
         seconds=time.perf_counter() - ready + run.seconds_before,
         preparation=ready - begun,
@@ -241,7 +304,7 @@ def _result(run: Run, is_complete: bool, way: Way, hands: Hands, begun: float, r
 
 
 def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress) -> Choice:
-    """The cheapest way, by pilots that have random numbers of their own."""
+    """Choose the cheapest method by pilot runs, which use random numbers of their own."""
     quiet, staff = PilotProgress(bar), Staff(1)
 
     def pilot(method: Method, particles: int) -> Result:
@@ -255,7 +318,7 @@ def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress
         )
         result = _run(scene, of_method, None, staff, None, quiet)
         if not result.is_complete:
-            raise KeyboardInterrupt("interrupted while pilots tried the estimators, so nothing is known")
+            raise KeyboardInterrupt("interrupted during pilot runs, so there is no result")
         return result
 
     return choose(
@@ -270,7 +333,7 @@ def _choice(scene: Scene, asked: Asked, limits: Limits, seed: int, bar: Progress
 
 
 def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking | None:
-    """How to follow histories through media; None where that is left to the scene."""
+    """Return the tracking as a Tracking, or None for the default of the scene."""
     given = tracking
     if isinstance(tracking, str) and tracking in ("analog", "weighted"):
         tracking = Tracking(absorption=tracking)
@@ -286,11 +349,11 @@ def checked_tracking(scene: Scene, tracking: Tracking | str | None) -> Tracking 
 
 
 def _tracking_cure(tracking: object) -> str:
-    """What to write instead of a tracking that is none."""
+    """Suggest a valid tracking for an invalid one."""
     if isinstance(tracking, str):
         if tracking in ("roulette", "forced", "splitting"):
             return f"write tracking=Tracking({tracking}=...)"
         meant = suggestion(tracking, ("analog", "weighted"))
         if meant.startswith("did you mean"):
             return meant
-    return "leave it out for what suits the scene"
+    return "leave it out for the default of the scene"

@@ -1,4 +1,4 @@
-"""Whether a scene makes sense as a whole: one surface acts at a point, aims can be met, light can end somewhere."""
+"""Checks of a whole scene: one acting surface per point, feasible aims, finite histories, fitting media."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def check_scene(scene: SceneParts) -> None:
-    """Refuse a scene whose parts do not go together.  Raises SceneError."""
+    """Raise SceneError if the parts of a scene do not fit together."""
     check_points(scene)
     check_supports(scene)
     check_flush(scene)
@@ -39,39 +39,43 @@ def check_scene(scene: SceneParts) -> None:
 
 
 def check_supports(scene: SceneParts) -> None:
-    """Refuse two acting surfaces over one point of a sheet."""
+    """Refuse two acting surfaces at one point of a sheet."""
     for sheet in sheets_of(scene):
         acting = [m for m in sheet.members if m.surface is not None]
         for i, one in enumerate(acting):
             for other in acting[:i]:
                 if overlap(one.shape, other.shape):
-                    cure = "make them share an edge at most, leave a gap of a billionth between them, or leave one out"
+                    cure = "let them share an edge only, leave a gap of 1e-9 of their size, or leave one out"
                     if all(_refracts(member.surface) for member in (one, other)):
                         cure = (
-                            "give the common face once, as a Plane, Disk or Rectangle with Dielectric(index behind,"
-                            " index in front), and make the bodies there Transparent(); a gap would be a film of air"
+                            "define the common face once, as a Plane, Disk or Rectangle with"
+                            " Dielectric(index behind, index in front), and make the bodies Transparent()"
+                            " there; a gap would be a film of air"
                         )
                     raise SceneError(
-                        f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on one"
-                        f" {_support_of(one.shape)}; {cure}"
+                        f"Scene: {_title(scene, other.surface)} and {_title(scene, one.surface)} overlap on"
+                        f" one {_support_of(one.shape)}; {cure}"
                     )
 
 
 def _refracts(surface: Surface) -> bool:
+    """Whether a surface is a dielectric."""
     return any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
 
 
 def check_aims(scene: SceneParts) -> None:
-    """Refuse a flat source that aims into its own plane, where none of its directions lead."""
+    """Refuse a flat source that aims into its own plane, into which it does not emit."""
     for source in scene.sources:
         shape, aim = scene.shape_of(source), source.aim
         if isinstance(aim, FlatShape) and isinstance(shape, FlatShape) and are_on_one_support(shape, aim):
-            refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim above it")
+            refuse(source, f"aim must not lie in the source's own plane, got {shown(aim)}; aim elsewhere")
 
 
 def _support_of(shape: Shape) -> str:
+    """Kind of support in messages."""
     return "plane" if isinstance(shape, FlatShape) else type(shape).__name__.lower()
 
 
 def _title(scene: SceneParts, surface: Surface) -> str:
+    """Name of a surface in messages."""
     return titled(surface, scene.surfaces.index(surface))

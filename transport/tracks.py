@@ -1,4 +1,4 @@
-"""The ways of a few particles through a scene, for pictures: written down by the engine that simulates it, and no other."""
+"""Paths of a few particles through a scene, for pictures, recorded by the engine itself."""
 
 from __future__ import annotations
 
@@ -13,17 +13,45 @@ from transport.simulate import checked_tracking
 from transport.tracking import Tracking
 from transport.validation import SceneError, shown
 
-EACH = 64  # ways of a history, for which there is room at first
-MOST_WAYS = 1 << 24  # 1.4 GB
+EACH = 64  # flights per particle for which memory is allocated at first
+MOST_WAYS = 1 << 24  # most flights: 1.4 GB
 
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """Flights of particles, in the order in which each history made them.
+    """Straight flights of particles, grouped by particle in the order in which they were made.
 
-    starts: (N, 3) where each begins [m];  directions: (N, 3) unit vectors;  lengths: (N,) [m], infinite where nothing is ahead;
-    weights: (N,) at their beginning, in birth weights of the brightest source;  histories: (N,) which particle;
-    meets: (N,) whether they end at a surface.  scene: the one that they are of.  A meter in the way parts a flight in two.
+    A detector on the path splits a flight in two.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the flights.
+    starts : array (N, 3)
+        Start of each flight [m].
+    directions : array (N, 3)
+        Unit vectors.
+    lengths : array (N,)
+        Lengths [m], infinite where nothing is ahead.
+    weights : array (N,)
+        Weights at the start, relative to the birth weight of the brightest source.
+    histories : array (N,)
+        Number of the particle.
+    meets : array (N,) of bool
+        Whether the flight ends at a surface.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> paths = tp.tracks(scene, particles=3)
+    >>> paths.meets
+    array([ True, False, False])
+    >>> paths.ends(reach=2.0).shape
+    (3, 3)
     """
 
     scene: Scene
@@ -41,22 +69,35 @@ class Tracks:
         return f"<Tracks of {len(np.unique(self.histories))} particles in {len(self)} flights>"
 
     def _repr_html_(self) -> str:
+        """Interactive drawing for notebooks."""
         from transport.html.flights import tracks_html
 
         return tracks_html(self)
 
     def ends(self, reach: float) -> np.ndarray:
-        """Where each ends, (N, 3) [m]; what flies off is drawn so far [m]."""
+        """Return the end of each flight.
+
+        Parameters
+        ----------
+        reach : float
+            Length [m] that stands for infinite flights.
+
+        Returns
+        -------
+        array (N, 3)
+            Ends [m].
+        """
         lengths = np.where(np.isfinite(self.lengths), self.lengths, reach)
         return self.starts + lengths[:, None] * self.directions
 
     @property
     def ages(self) -> np.ndarray:
-        """The length of way that a history has behind it where each flight begins, (N,) [m]."""
+        """Path length of the particle before each flight, (N,) [m]."""
         goes_on = self.histories[1:] == self.histories[:-1]
         before = np.zeros(len(self))
         before[1:] = np.where(goes_on, self.lengths[:-1], 0.0)
-        step = 1  # sums over 2, 4, 8 flights of one history: a sum over all would lose the digits of the short ones
+        # Sum over 2, 4, 8 ... flights: one cumulative sum over all would lose the digits of short flights.
+        step = 1
         while (same := self.histories[step:] == self.histories[:-step]).any():
             before[step:] += np.where(same, before[:-step], 0.0)
             step *= 2
@@ -66,10 +107,40 @@ class Tracks:
 def tracks(
     scene: Scene, particles: int = 300, seed: int = 0, tracking: Tracking | str | None = None
 ) -> Tracks:
-    """The ways of that many histories: those of the first batch of a run with this seed and so many particles a batch.
+    """Record the paths of a few particles: those of the first batch of a run with this seed and batch size.
 
-    tracking: as for `simulate`.  Where a scene is estimated backwards (cameras), they lead from the camera.  Raises SceneError
-    for what cannot be run, for a Splitting or forced collisions, whose copies share a history, and for more than 2^24 flights.
+    Parameters
+    ----------
+    scene : Scene
+        Scene to trace.
+    particles : int, default 300
+        Number of particles.
+    seed : int, default 0
+        Seed.
+    tracking : Tracking or str, optional
+        As for `simulate`.
+
+    Returns
+    -------
+    Tracks
+        Flights of all particles. For scenes with cameras, which are estimated backward, paths start at the
+        camera.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be run, for splitting or forced collisions (whose copies share a particle number),
+        and for more than 2^24 flights.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> tp.tracks(scene, particles=3)
+    <Tracks of 3 particles in 3 flights>
     """
     if not isinstance(scene, Scene):
         raise SceneError(
@@ -95,7 +166,7 @@ def tracks(
 
 
 def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None):
-    """A plan that writes ways down, and what its one batch gave; run again where there was no room for all."""
+    """A plan that records flights, and the sums of its one batch; repeated if the memory was too small."""
     from transport.compile import compile_scene
     from transport.engine.driver import machine_of, run_batch
     from transport.engine.program import program_of
@@ -103,7 +174,7 @@ def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None
     plan = compile_scene(scene, tracking, checked_method(scene, None, "random"))
     if plan.splits or plan.forces:
         raise SceneError(
-            "tracks: copies of one history share its number; take a tracking without splitting or forced"
+            "tracks: copies of one particle share its number; use a tracking without splitting or forced"
         )
     room = EACH * particles
     while True:
@@ -113,6 +184,7 @@ def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None
             return plan, raw
         if raw.walked > MOST_WAYS:
             raise SceneError(
-                f"tracks: at most {MOST_WAYS} flights, got {raw.walked} of {particles} particles; take fewer of them"
+                f"tracks: at most {MOST_WAYS} flights, got {raw.walked} of {particles} particles;"
+                " trace fewer particles"
             )
         room = raw.walked

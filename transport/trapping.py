@@ -1,8 +1,9 @@
-"""Light that never ends: kept in clear glass by total reflection, or in a medium that hardly absorbs.
+"""Refuse light that never ends: trapped by total internal reflection, or in a nearly lossless medium.
 
-Total reflection is told for balls, boxes and slabs with a lamp inside, or a scatterer in a slab.
-It comes to the walls at the same angles again and again (in a ball by symmetry, between planes by
-reflection), so that a history of it ends only when it is given up.  A medium that absorbs or scatters keeps none.
+Total internal reflection is detected for spheres, boxes and slabs with a source inside, or a scatterer in a
+slab. Trapped light hits the walls at the same angles again and again (in a sphere by symmetry, between
+planes by reflection), so that the engine has to abandon its history. A medium that absorbs or scatters traps
+none.
 """
 
 from __future__ import annotations
@@ -27,15 +28,16 @@ if TYPE_CHECKING:
     from transport.parts import SceneParts
     from transport.sources import Source
 
-MOST_EVENTS = 1 << 24  # after which the engine gives a history up (engine/surfaces.py)
-LIFETIMES = 16  # mean numbers of scatterings before absorption, in which all but one history in 10^7 ends
+MOST_EVENTS = 1 << 24  # events after which the engine abandons a history (engine/surfaces.py)
+# Mean numbers of scatterings before absorption, after which all but 1e-7 of the histories have ended.
+LIFETIMES = 16
 
 
 def check_trapped(scene: SceneParts) -> None:
-    """Refuse a lamp in a clear body with nothing else in it, where some of its light can never leave.
+    """Raise SceneError for a source whose light is partly trapped in a clear, otherwise empty body.
 
-    In a clear slab there may be bodies of finite size: light that is guided passes them, and what scatters within
-    it is a lamp as well.  Beams and lamps that aim are not asked.  Raises SceneError.
+    A clear slab may hold finite bodies: guided light passes them, and anything in it that scatters is a
+    source too. Beams and aimed sources are not checked.
     """
     if scene.duration is not None:
         return
@@ -52,16 +54,17 @@ def check_trapped(scene: SceneParts) -> None:
         for lamp, cure in _trapped_lamps(scene, surface.shape, sine, company):
             title = titled(surface, number)
             raise SceneError(
-                f"Scene: total reflection keeps light of {lamp} in {title} for ever, got a critical angle"
-                f" of {math.degrees(math.asin(sine)):.4g} degrees and nothing that absorbs; let the material absorb"
-                f" a little, as Mixture({{Dielectric(...): 0.999, Black(): 0.001}}), give the scene a duration, or {cure}"
+                f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
+                f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
+                " absorb a little, as Mixture({Dielectric(...): 0.999, Black(): 0.001}), give the scene a"
+                f" duration, or {cure}"
             )
 
 
 def _trapped_lamps(
     scene: SceneParts, shape: Shape, sine: float, company: list[Surface]
 ) -> Iterator[tuple[str, str]]:
-    """What sends light into a clear body that can never leave it, and another cure, in words."""
+    """Sources whose light is trapped in a clear body, with an additional cure, as text."""
     lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
     lamps |= {f"the medium of surfaces[{k}]": source for k, source in glowing_sources(scene)}
     for lamp, source in lamps.items():
@@ -73,11 +76,11 @@ def _trapped_lamps(
         if _scatters(surface) and _lies_deep(surface.shape, shape) and not _is_hidden(surface.shape, others):
             number = scene.surfaces.index(surface)
             title = titled(surface, number)
-            yield f"what scatters at {title}", "let the slab end, as a Box"
+            yield f"scattering at {title}", "replace the slab by a finite Box"
 
 
 def check_sluggish(scene: SceneParts) -> None:
-    """Refuse an endless medium that absorbs so little that histories are given up before it ends them."""
+    """Refuse an infinite medium that absorbs so little that histories are abandoned before they end."""
     around = surrounding_of(scene)
     sigma_a, sigma_s = float(np.max(around.absorption)), float(np.max(around.scattering))
     if not 0 < sigma_a < sigma_s * LIFETIMES / MOST_EVENTS:
@@ -85,19 +88,19 @@ def check_sluggish(scene: SceneParts) -> None:
     is_open = all(_is_bounded(s) and not _acts_otherwise(s) for s in scene.surfaces)
     if is_open and not any(absorbs(m) for s in scene.surfaces for m in (s.front, s.back)):
         raise SceneError(
-            f"Scene: medium without end must absorb more, got {shown(scene.medium)}, in which a history scatters"
-            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is given up after {MOST_EVENTS:.2g}; raise its"
-            " absorption, put it into a Box, or give the scene a duration"
+            f"Scene: infinite medium must absorb more, got {shown(scene.medium)}, in which a history scatters"
+            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after {MOST_EVENTS:.2g};"
+            " raise its absorption, put it into a Box, or give the scene a duration"
         )
 
 
 def _acts_otherwise(surface: Surface) -> bool:
-    """Whether a surface may absorb, scatter or mirror what arrives."""
+    """Whether a surface may absorb, scatter or mirror light."""
     return any(not isinstance(part, Dielectric | Transparent) for part in simple_parts(surface.material))
 
 
 def _escape_sine(material: Material) -> float:
-    """Sine of the critical angle from inside, where nothing but clear smooth glass acts; else 1."""
+    """Sine of the critical angle from inside for clear smooth dielectrics; 1 for all other materials."""
     parts = simple_parts(material)
     glass = [part for part in parts if isinstance(part, Dielectric)]
     if not glass or any(part not in glass and part != Mirror(1.0) for part in parts):
@@ -106,12 +109,12 @@ def _escape_sine(material: Material) -> float:
 
 
 def _acts(medium: AnyMedium | None) -> bool:
-    """Whether a medium turns light round or ends it."""
+    """Whether a medium absorbs or scatters."""
     return medium is not None and bool(np.max(medium.extinction) > 0)
 
 
 def _company(scene: SceneParts, number: int) -> list[Surface]:
-    """Other surfaces that act and may be within, as far as their boxes tell."""
+    """Other surfaces with an effect that may lie within, judged by bounding boxes."""
     shape, others = scene.surfaces[number].shape, enumerate(scene.surfaces)
     return [
         other for k, other in others if k != number and not _is_inert(other) and _meet(other.shape, shape)
@@ -119,11 +122,12 @@ def _company(scene: SceneParts, number: int) -> list[Surface]:
 
 
 def _is_inert(surface: Surface) -> bool:
+    """Whether a surface has no effect."""
     return surface.material == Transparent() and not (_acts(surface.front) or _acts(surface.back))
 
 
 def _meet(shape: Shape, other: Shape) -> bool:
-    """Whether the boxes about two shapes overlap."""
+    """Whether the bounding boxes of two shapes overlap."""
     return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
 
 
@@ -134,30 +138,32 @@ def _lies_deep(shape: Shape, slab: Slab) -> bool:
 
 
 def _is_hidden(shape: Shape, walls: list[Surface]) -> bool:
-    """Whether something may stand about it that keeps its light."""
+    """Whether a surface around the shape may hold back its light."""
     return any(_acts_otherwise(wall) and _meet(shape, wall.shape) for wall in walls)
 
 
 def _is_bounded(surface: Surface) -> bool:
+    """Whether a surface is finite."""
     return bool(np.isfinite(surface.shape.bounds).all())
 
 
 def _scatters(surface: Surface) -> bool:
-    """Whether it sends what arrives into directions of all kinds."""
+    """Whether a surface, or the medium it names, scatters light diffusely."""
     media = [medium for medium in (surface.front, surface.back) if medium is not None]
     is_rough = any(isinstance(part, Diffuse) and part.albedo > 0 for part in simple_parts(surface.material))
     return is_rough or any(np.max(medium.scattering) > 0 for medium in media)
 
 
 def _is_wide(source: Source) -> bool:
-    """Whether it sends light into half of all directions at least."""
+    """Whether a source emits into at least half of all directions."""
     return source.aim is None and not isinstance(source.emission, Beam)
 
 
 def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
-    """Whether a wide lamp inside the body has rays beyond the critical angle wherever they meet its walls.
+    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they hit.
 
-    In a ball those from places beyond `sine` of its radius across it; in a box those as oblique to all faces.
+    In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to
+    all faces.
     """
     offset = tuple(p - q for p, q in zip(origin.middle, shape.middle, strict=True))
     is_own = origin == shape

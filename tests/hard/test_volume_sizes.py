@@ -72,5 +72,5 @@ def test_a_batch_that_scores_too_much_is_refused_before_a_sum_overflows(monkeypa
         lanes["scored"] = driver.MOST_SCORED
 
     monkeypatch.setattr(driver, "drive", full)
-    with pytest.raises(OverflowError, match="ask for more batches"):
+    with pytest.raises(OverflowError, match="pass more batches"):
         run_batch(machine, seed=1, batch=0, histories=100)

@@ -1,1 +1,1 @@
-"""Regions of media: which bodies a scene's surfaces bound, what is where, and whether that can be."""
+"""Bodies of media: the regions that surfaces bound, what fills each place, and checks that media fit."""

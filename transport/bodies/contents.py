@@ -1,4 +1,4 @@
-"""Which media a volume may hold, and whether any of them absorbs there: surely not, or perhaps."""
+"""Absorption in a volume: whether the media that it may hold absorb there."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 
 def may_absorb(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = None) -> bool:
-    """Whether anything that a volume may hold absorbs; what only touches it from outside does not count.
+    """Whether any medium that a volume may hold absorbs; media that touch it from outside do not count.
 
-    hollow: a ball in it that is no part of it.
+    hollow: sphere in the volume that is not part of it.
     """
     return any(_absorbs_in(medium, volume) for medium in _media_within(scene, volume, hollow))
 
 
 def most_absorption(scene: SceneParts, volume: Box | Sphere) -> float:
-    """The largest absorption coefficient [1/m] that a volume may hold."""
+    """Largest absorption coefficient [1/m] that a volume may hold."""
     return max(float(np.max(medium.absorption)) for medium in _media_within(scene, volume))
 
 
 def _media_within(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None = None) -> list[AnyMedium]:
-    """The media of which a part may lie in a volume.
+    """Media that may fill part of a volume, the innermost first.
 
-    The innermost first: beyond a body that holds all of it there is nothing more.
+    The search ends at the first body that holds the whole volume.
     """
     found = []
     for body in bodies_of(scene):
@@ -50,18 +50,20 @@ def _media_within(scene: SceneParts, volume: Box | Sphere, hollow: Sphere | None
 
 
 def _boxes_meet(volume: Box | Sphere, corners: np.ndarray) -> bool:
+    """Whether the volume's bounding box and a box (2, 3) overlap."""
     (low, high), (least, most) = volume.bounds, corners
     return bool(((np.array(low) < most) & (least < np.array(high))).all())
 
 
 def _absorbs_in(medium: AnyMedium, volume: Box | Sphere) -> bool:
+    """Whether a medium absorbs in a volume; of a Grid the voxels that reach into it count."""
     if not isinstance(medium, Grid):
         return medium.absorption > 0
     return bool(medium.absorption[_voxels_in(medium, volume)].any())
 
 
 def _voxels_in(grid: Grid, volume: Box | Sphere) -> tuple[slice, ...]:
-    """The voxels of a grid that may have a part in a volume."""
+    """Slices of the voxels of a grid that may reach into a volume."""
     found = []
     sides = zip(*grid.box.bounds, *volume.bounds, grid.absorption.shape, strict=True)
     for start, end, low, high, count in sides:

@@ -1,8 +1,8 @@
-"""Whether the bodies of a scene fit together: one lies in another or beside it, and what fills it has a place there.
+"""Checks that the bodies of a scene fit together: nested or disjoint, and filled by media that fit there.
 
-Balls, boxes, slabs and half spaces that cut one another are told exactly.  Meshes and bodies of open surfaces are
-judged by some dozens of places just under their surfaces: what cuts less of them than lies between these may be
-missed.  What surfaces have on their two sides is asked in frontiers.py.
+Intersections of spheres, boxes, slabs and half spaces are decided exactly. Meshes and bodies of open surfaces
+are tested at dozens of points just below their surfaces; an overlap smaller than their spacing may be missed.
+The media on both sides of each surface are checked in frontiers.py.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def check_filling(scene: SceneParts) -> None:
-    """Refuse media that do not go together.  Raises SceneError; what is looked at is said above."""
+    """Raise SceneError for media that do not fit together, within the limits stated above."""
     if not names_media(scene):
         return
     bodies = bodies_of(scene)
@@ -46,20 +46,20 @@ def check_filling(scene: SceneParts) -> None:
 
 
 def names_media(scene: SceneParts) -> bool:
-    """Whether any medium is named in a scene."""
+    """Whether the scene has any medium."""
     return scene.medium is not None or any(
         medium is not None for surface in scene.surfaces for medium in (surface.front, surface.back)
     )
 
 
 def glows(scene: SceneParts) -> bool:
-    """Whether a medium in a scene emits."""
+    """Whether a medium in the scene emits."""
     media = [scene.medium, *(m for surface in scene.surfaces for m in (surface.front, surface.back))]
     return any(medium is not None and medium.emission > 0 for medium in media)
 
 
 def glowing_sources(scene: SceneParts) -> list[tuple[int, Source]]:
-    """Surfaces, by their numbers, whose inside emits, as sources of 1 W that fill them."""
+    """Surfaces whose inside emits, by index, as sources of 1 W that fill them."""
     return [
         (number, Source(surface.shape, Isotropic(power=1.0)))
         for number, surface in enumerate(scene.surfaces)
@@ -71,7 +71,7 @@ def glowing_sources(scene: SceneParts) -> list[tuple[int, Source]]:
 
 
 def _bounds_of(scene: SceneParts, body: Body) -> str:
-    """The surfaces of a body, in words."""
+    """Names of the surfaces of a body."""
     return listed([title_of(scene, number) for number in body.surfaces], most=len(body.surfaces))
 
 
@@ -79,7 +79,7 @@ def _bounds_of(scene: SceneParts, body: Body) -> str:
 
 
 def _check_grids(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse a body that reaches beyond the voxels which fill it."""
+    """Refuse a body that extends beyond the voxels that fill it."""
     for body in bodies:
         if not isinstance(body.medium, Grid):
             continue
@@ -96,7 +96,7 @@ def _check_grids(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 
 def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse what is of light in a scene of particles."""
+    """Refuse optical properties in a scene of particles."""
     if scene.measured_in == "watts":
         return
     named = [("medium", surrounding_of(scene)), *((_bounds_of(scene, body), body.medium) for body in bodies)]
@@ -105,12 +105,12 @@ def _check_units(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
             got = f"index={medium.index}" if medium.index != 1 else f"emission={medium.emission}"
             cure = "leave it out, or emit watts"
             raise SceneError(
-                f"Scene: {what}: a medium of particles bends and emits nothing, got {got}; {cure}"
+                f"Scene: {what}: a medium of particles must not refract or emit, got {got}; {cure}"
             )
 
 
 def _check_pairs(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse two bodies of unlike media of which neither lies in the other, or each does."""
+    """Refuse two bodies of different media unless one lies in the other or they are disjoint."""
     _, holders = nested(scene)
     for k, n in np.argwhere(np.triu(_boxes_meet(scene, bodies), 1)).tolist():
         one, other = bodies[k], bodies[n]
@@ -122,35 +122,37 @@ def _check_pairs(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 
 def _check_half_spaces(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
-    """Refuse half spaces of one medium that overlap: it would fill all that lies in either, not what lies between."""
+    """Refuse overlapping half spaces of one medium: they fill their union, not a layer between planes."""
     if is_same or not have_common_part(scene, one, other):
         return
     raise SceneError(
-        f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} must not fill half spaces that overlap, got"
-        f" {shown(one.medium)} in both; for what lies between planes write Slab(...), Box(...) or Box(...).faces()"
+        f"Scene: {_bounds_of(scene, one)} and {_bounds_of(scene, other)} must not fill half spaces that"
+        f" overlap, got {shown(one.medium)} in both; for the region between planes write Slab(...), Box(...)"
+        " or Box(...).faces()"
     )
 
 
 def _check_layers(scene: SceneParts) -> None:
-    """Refuse a plane that ends no layer: the medium named in front of it goes on behind it."""
+    """Refuse a plane that does not end a layer: the medium named in front of it continues behind it."""
     for number, surface in enumerate(scene.surfaces):
         is_one_sided = isinstance(surface.shape, Plane) and surface.front is not None and surface.back is None
         if is_one_sided and is_layer(scene, surface):
             raise SceneError(
-                f"Scene: {title_of(scene, number)}: back must be named below a layer of {shown(surface.front)}, which would"
-                " go on behind it, got None; write back=Vacuum(), or what is there"
+                f"Scene: {title_of(scene, number)}: back must be named below a layer of"
+                f" {shown(surface.front)}, which would continue behind it, got None;"
+                " write back=Vacuum(), or the medium there"
             )
 
 
 def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> None:
-    """Refuse two bodies that are one region, or that have a part in common."""
+    """Refuse two bodies that are the same region or overlap."""
     if not is_same and not have_common_part(scene, one, other):
         return
     words = "are one region of two media" if is_same else "overlap in part, and their media differ"
     cure = (
         "leave one out"
         if is_same
-        else "move them apart, put one wholly into the other, or give both one medium"
+        else "move them apart, put one wholly into the other, or give both the same medium"
     )
     got = f"{shown(one.medium)} and {shown(other.medium)}"
     raise SceneError(
@@ -159,7 +161,7 @@ def _check_pair(scene: SceneParts, one: Body, other: Body, is_same: bool) -> Non
 
 
 def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
-    """Of which bodies, (bodies, bodies), the boxes about them have a volume in common."""
+    """Which pairs of bodies, (bodies, bodies), have bounding boxes with a common volume."""
     low, high = np.array([box_of(scene, body) for body in bodies]).reshape(-1, 2, 3).transpose(1, 0, 2)
     sizes = np.where(np.isfinite(low), abs(low), 0) + np.where(np.isfinite(high), abs(high), 0)
     across = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
@@ -167,11 +169,11 @@ def _boxes_meet(scene: SceneParts, bodies: tuple[Body, ...]) -> np.ndarray:
 
 
 def _check_glow(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse emission of what is not a whole Box or ball of its own."""
+    """Refuse emission of anything but a whole Box or Sphere that holds no other body."""
     if surrounding_of(scene).emission:
         got = f"emission={surrounding_of(scene).emission}"
         cure = "give it to a body, as Surface(Box(...), Transparent(), inside=Medium(emission=...))"
-        raise SceneError(f"Scene: medium must not emit without end, got {got}; {cure}")
+        raise SceneError(f"Scene: medium must not emit, because it is infinite, got {got}; {cure}")
     _, holders = nested(scene)
     meet = _boxes_meet(scene, bodies)
     for k, body in enumerate(bodies):
@@ -179,7 +181,7 @@ def _check_glow(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
             continue
         if not isinstance(solid_of(scene, body), Box | Sphere):
             got = shown(scene.surfaces[body.surfaces[0]].shape)
-            cure = "fill a Box or a Sphere with what emits"
+            cure = "fill a Box or a Sphere with the emitting medium"
             raise SceneError(
                 f"Scene: {_bounds_of(scene, body)}: emission needs a Box or Sphere, got {got}; {cure}"
             )
@@ -187,13 +189,13 @@ def _check_glow(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
             is_beside = other is body or number in holders[k] or not meet[k, number]
             if not is_beside and have_common_part(scene, body, other):
                 raise SceneError(
-                    f"Scene: {_bounds_of(scene, body)}: a body that emits must hold no other one, got {_bounds_of(scene, other)}"
-                    " in it; make boxes side by side of it"
+                    f"Scene: {_bounds_of(scene, body)}: a body that emits must hold no other body,"
+                    f" got {_bounds_of(scene, other)} in it; divide it into boxes side by side"
                 )
 
 
 def _check_end(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse endless scattering where nothing in the scene absorbs and no clock runs."""
+    """Refuse an infinite scattering medium if nothing in the scene absorbs and no duration is set."""
     around = surrounding_of(scene)
     if scene.duration is not None or not around.scattering or absorbs(around):
         return
@@ -203,11 +205,11 @@ def _check_end(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
         for part in simple_parts(surface.material)
     )
     if not walls and not any(absorbs(body.medium) for body in bodies):
-        must = "medium must absorb, or have an end"
+        must = "medium must absorb or be finite"
         cure = "add absorption=..., put it into a Box, or give the scene a duration"
         raise SceneError(f"Scene: {must}, got {shown(scene.medium)}, in which no history ends; {cure}")
 
 
 def absorbs(medium: AnyMedium | None) -> bool:
-    """Whether some of what flies through a medium ends there."""
+    """Whether a medium absorbs."""
     return medium is not None and bool(np.max(medium.absorption) > 0)

@@ -1,10 +1,10 @@
-"""What surfaces have on their two sides: the media that they name, and indices of refraction that fit them.
+"""Checks of the media on both sides of each surface: named media, and matching refractive indices.
 
-Looked at along some hundred straight lines, always the same ones: what is smaller than their spacing may be
-missed.  Which bodies hold a place on a line is told by inequalities, or, of closed meshes and bodies of open
-surfaces (that they are closed is asked in gaps.py), by what the line crossed before, as the engine tells it.
-Sides are not judged where surfaces lie closer together than 1e-11 of the scene's size (and the rounding of their
-coordinates), nor by lines that pass within 1e-9 of it of an edge or a tangent.
+Surfaces are probed along some hundred fixed straight lines; anything smaller than their spacing may be
+missed. Which bodies hold a point of a line is decided by inequalities; for closed meshes and bodies of open
+surfaces (gaps.py checks that they are closed) by the surfaces crossed before, as in the engine. Sides are not
+judged where surfaces are closer than 1e-11 of the scene's size (and the rounding of their coordinates), nor
+by lines that pass within 1e-9 of it of an edge or a tangent.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
 
 class Crossed(NamedTuple):
-    """Surfaces that a line crosses in one place, each with +1 where it goes along the normal, else -1."""
+    """Surfaces that a line crosses at one place, each with +1 if the line runs along the normal, else -1."""
 
     surfaces: tuple[tuple[int, int], ...]
     place: np.ndarray
-    before: int  # bits of the bodies there
+    before: int  # bits of the bodies before and behind the crossing
     behind: int
 
 
 def title_of(scene: SceneParts, number: int) -> str:
-    """What a message calls a surface."""
+    """Name of a surface in messages."""
     return titled(scene.surfaces[number], number)
 
 
 def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse named sides that lie in something else, and indices of refraction that do not fit a surface."""
+    """Refuse named media that differ from what is there, and refractive indices that do not match."""
     seen = set()
     for crossed in _crossed_by_lines(scene, bodies):
         kind = crossed.surfaces, crossed.before, crossed.behind
@@ -57,11 +57,12 @@ def check_sides(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 
 def _medium_of(scene: SceneParts, bodies: tuple[Body, ...], bits: int) -> AnyMedium:
+    """Medium of the innermost body in a bit set; the surrounding medium if it is empty."""
     return bodies[(bits & -bits).bit_length() - 1].medium if bits else surrounding_of(scene)
 
 
 def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: list[AnyMedium]) -> None:
-    """Refuse a surface whose named media are not what is there: the body that it bounds, or the same medium."""
+    """Refuse a surface whose named media are not there: neither its own body nor the same medium."""
     surface = scene.surfaces[number]
     sides = [(True, crossed.behind, media[1]), (False, crossed.before, media[0])]
     if way < 0:
@@ -78,27 +79,29 @@ def _check_named(scene, bodies, number: int, way: int, crossed: Crossed, media: 
 def _refuse_named(
     scene: SceneParts, number: int, is_front: bool, found: AnyMedium, place: np.ndarray
 ) -> None:
+    """Raise the SceneError for a named medium that is not there."""
     surface = scene.surfaces[number]
     side = _side(scene, number, is_front)
     where = ", ".join(f"{x:.6g}" for x in place)
-    cure = f"leave {side} out: what surrounds a body is said by what lies about it, or by Scene(medium=...)"
+    cure = f"leave {side} out: the medium outside comes from the body around, or from Scene(medium=...)"
     if not surface.shape.is_closed:
-        cure = f"close the gaps of what bounds it, turn round its normal, or leave {side} out"
+        cure = f"close the gaps between its surfaces, reverse its normal, or leave {side} out"
     named = shown(surface.front if is_front else surface.back)
     raise SceneError(
-        f"Scene: {title_of(scene, number)}: {side} must be what is there, {shown(found)} at ({where}), got {named}; {cure}"
+        f"Scene: {title_of(scene, number)}: {side} must be the medium there, {shown(found)} at ({where}),"
+        f" got {named}; {cure}"
     )
 
 
 def _side(scene: SceneParts, number: int, is_front: bool) -> str:
-    """What a message calls a side of a surface."""
+    """Name of a side of a surface in messages."""
     if scene.surfaces[number].shape.is_closed:
         return "outside" if is_front else "inside"
     return "front" if is_front else "back"
 
 
 def _check_index(scene: SceneParts, crossed: Crossed, media: list[AnyMedium]) -> None:
-    """Refuse another index on the other side without a Dielectric, and a Dielectric that says something else."""
+    """Refuse a change of index without a Dielectric, and a Dielectric with other indices."""
     acting = [(k, way) for k, way in crossed.surfaces if scene.surfaces[k].material != Transparent()]
     if len(acting) > 1:
         return
@@ -121,35 +124,38 @@ def _check_index(scene: SceneParts, crossed: Crossed, media: list[AnyMedium]) ->
         medium, index = (inside, glass.index_inside) if is_inside else (outside, glass.index_outside)
         side = _side(scene, number, not is_inside)
         named = "Vacuum()" if index == 1 else f"Medium(index={index:g})"
-        cure = f"name what is there, {side}={named}, or write {words}"
+        cure = f"name the medium there, {side}={named}, or write {words}"
         raise SceneError(
-            f"Scene: {title_of(scene, number)}: {shown(glass)} contradicts the medium {side}, {shown(medium)} of index"
-            f" {medium.index:g}, at ({where}); {cure}"
+            f"Scene: {title_of(scene, number)}: {shown(glass)} contradicts the medium {side}, {shown(medium)}"
+            f" of index {medium.index:g}, at ({where}); {cure}"
         )
 
 
 def _crossed_by_lines(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[Crossed]:
-    """Where straight lines through the surfaces that bound media cross anything, with the bodies before and behind."""
+    """Crossings of straight lines through the bounding surfaces, with the bodies before and behind each."""
     shapes = [surface.shape for surface in scene.surfaces]
     aimed = [surface.shape for surface in scene.surfaces if _bounds_media(surface)]
     if not aimed:
         return
+    # Choose the lines and find all their crossings.
     size = size_of(shapes)
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
     count = max(4, min(max(LINES, 4 * len(aimed)), FACETS // max(4 * facets, 1)))
     origins, ways = lines_through(aimed, count, size)
     places, keys = crossed_in_turn(shapes, origins, ways, size)
     base = 2 * len(shapes)
+    # Group coincident crossings, and take a point between each pair of groups.
     lines = [_groups(row, key, base) for row, key in zip(places, keys, strict=True)]
     kept = [k for k, groups in enumerate(lines) if groups]
     between = [_between([step for step, _ in lines[k]], size) for k in kept]
     points = [origins[k] + steps[:, None] * ways[k] for k, steps in zip(kept, between, strict=True)]
+    # Find the bodies at these points: solids by inequalities, others by the surfaces crossed.
     solids = [number for number, body in enumerate(bodies) if solid_of(scene, body) is not None]
     crossed = sum(1 << number for number in range(len(bodies)) if number not in solids)
     sides = [[sum(1 << number for number in side) & crossed for side in pair] for pair in sides_of(scene)]
     bits = iter(bits_at(scene, np.concatenate(points), solids).tolist() if points else [])
     for k in kept:
-        before, held = next(bits), 0  # by bodies that are closed surfaces: none before the first crossing
+        before, held = next(bits), 0  # bits of bodies of surfaces: none before the first crossing
         for step, surfaces in lines[k]:
             behind = next(bits)
             was_held = held
@@ -161,7 +167,7 @@ def _crossed_by_lines(scene: SceneParts, bodies: tuple[Body, ...]) -> Iterator[C
 
 
 def _groups(row: np.ndarray, keys: np.ndarray, base: int) -> list[tuple[float, tuple[tuple[int, int], ...]]]:
-    """What one line crosses in turn: where [m], and the surfaces that are flush there."""
+    """Crossings of one line in order: distance [m], and the surfaces that coincide there."""
     groups: dict[int, tuple[float, list[tuple[int, int]]]] = {}
     for step, key in zip(row[keys >= 0].tolist(), keys[keys >= 0].tolist(), strict=True):
         _, members = groups.setdefault(key // base, (step, []))
@@ -170,11 +176,12 @@ def _groups(row: np.ndarray, keys: np.ndarray, base: int) -> list[tuple[float, t
 
 
 def _bounds_media(surface: Surface) -> bool:
+    """Whether a surface is a dielectric or names a medium."""
     is_glass = any(isinstance(part, Dielectric) for part in simple_parts(surface.material))
     return is_glass or surface.front is not None or surface.back is not None
 
 
 def _between(steps: list[float], size: float) -> np.ndarray:
-    """Places before, between and behind those of crossings."""
+    """Distances before, between and behind the crossings."""
     ends = np.array([steps[0] - 2 * size, *steps, steps[-1] + 2 * size])
     return (ends[:-1] + ends[1:]) / 2

@@ -1,10 +1,10 @@
-"""Whether the surfaces that name a medium close a body: gaps, turned normals, faces back to back.
+"""Checks that the surfaces which name a medium close a body: gaps, reversed normals, faces back to back.
 
-What crosses a surface is from then on in the bodies that this surface names on that side.  So along any straight
-line a body's own surfaces must take turns: nothing of it before the first, in it behind one that leads in, out of
-it behind the next, nothing left at the end.  Whatever else lies in a gap, a surface without media above all,
-changes nothing of this, and it does not matter which way the line goes.  Each body is looked at along some hundred
-lines through its surfaces: a gap smaller than their spacing may be missed.
+A particle that crosses a surface is from then on in the bodies that this surface names on that side. Along
+any straight line a body's surfaces must therefore alternate: outside before the first, inside behind an
+entry, outside behind the next, outside at the end. Other objects in a gap, such as a surface without media,
+do not matter, nor does the direction of the line. Each body is probed along some hundred lines through its
+surfaces: a gap smaller than their spacing may be missed.
 """
 
 from __future__ import annotations
@@ -25,33 +25,33 @@ from transport.validation import SceneError, shown
 if TYPE_CHECKING:
     from transport.parts import SceneParts
 
-A_SURFACE = 16  # lines at least through each
-SHARE = 0.9  # of gaps in which a surface lies, to be named
-TURNS, SIDES = 16, 4  # faces that are tried turned round, and sides with a medium, to find what is wrong
+A_SURFACE = 16  # least number of lines per surface
+SHARE = 0.9  # a surface in this share of the gaps is named
+TURNS, SIDES = 16, 4  # most faces tried reversed, and most sides tried with the medium, to find the cause
 
-Faces = tuple[tuple[int, bool], ...]  # surface, and whether the body is in front of it
+Faces = tuple[tuple[int, bool], ...]  # index of the surface, and whether the body is in front of it
 
 
 class Taken(NamedTuple):
-    """What lines cross of some faces, in turn, and where they do not take turns."""
+    """Crossings of lines with some faces, in order, and the places where they do not alternate."""
 
     origins: np.ndarray
     ways: np.ndarray
-    surfaces: np.ndarray  # (lines, most); -1 where there is none
-    sides: np.ndarray  # +1 where a line goes along the normal, else -1
+    surfaces: np.ndarray  # (lines, most); -1 for none
+    sides: np.ndarray  # +1 where a line runs along the normal, else -1
     places: np.ndarray  # [m]
-    is_in: np.ndarray  # (lines, most + 1): whether the last one crossed leaves a line in the body
-    is_gap: np.ndarray  # (lines, most + 1): before each, and behind the last one
-    is_double: np.ndarray  # (lines, most - 1): it and the next lie in one place and do not say the same
+    is_in: np.ndarray  # (lines, most + 1): whether the line is in the body by the crossing before
+    is_gap: np.ndarray  # (lines, most + 1): whether there is a gap before each crossing, and behind the last
+    is_double: np.ndarray  # (lines, most - 1): whether a crossing and the next coincide and disagree
 
     @property
     def share(self) -> float:
-        """Of the lines, those that find something wrong."""
+        """Share of the lines that find an error."""
         return float((self.is_gap.any(axis=1) | self.is_double.any(axis=1)).mean())
 
 
 def check_closed(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
-    """Refuse a body of open surfaces that do not close it.  Raises SceneError; its limits are said above."""
+    """Raise SceneError for open surfaces that do not close their body, within the limits stated above."""
     for body in bodies:
         if not is_whole(scene.surfaces[body.surfaces[0]].shape):
             taken = _taken(scene, body.faces)
@@ -62,7 +62,7 @@ def check_closed(scene: SceneParts, bodies: tuple[Body, ...]) -> None:
 
 
 def _taken(scene: SceneParts, faces: Faces) -> Taken:
-    """What lines through some faces come to."""
+    """Crossings of lines through some faces, with gaps and contradictions."""
     numbers = np.array(list(dict.fromkeys(number for number, _ in faces)))
     shapes = [scene.surfaces[number].shape for number in numbers]
     facets = sum(shape.triangles for shape in shapes if isinstance(shape, Mesh))
@@ -73,12 +73,13 @@ def _taken(scene: SceneParts, faces: Faces) -> Taken:
     group, code = np.divmod(keys, 2 * len(shapes))
     code[keys < 0] = 2 * len(shapes)
     held = np.array([[(number, is_front) in faces for is_front in (True, False)] for number in numbers])
-    # A line against the normal comes from the front, one along it from the back.
+    # Decide whether the body is before and behind each crossing: against the normal the front is before.
     before = np.append(held.reshape(-1), False)[code]
     behind = np.append(held[:, ::-1].reshape(-1), False)[code]
     outside = np.zeros((count, 1), bool)
     is_in, must = np.hstack([outside, behind]), np.hstack([before, outside])
     is_gap = is_in != must
+    # Find crossings at one place whose faces disagree; crossings at one place leave no gap between them.
     flush = (group[:, 1:] == group[:, :-1]) & (keys[:, 1:] >= 0)
     is_double = flush & ((before[:, 1:] != before[:, :-1]) | (behind[:, 1:] != behind[:, :-1]))
     is_gap[:, 1:-1] &= ~flush
@@ -87,20 +88,23 @@ def _taken(scene: SceneParts, faces: Faces) -> Taken:
 
 
 def _refuse_double(scene: SceneParts, body: Body, taken: Taken) -> None:
+    """Raise the SceneError for two faces back to back."""
     line, k = np.argwhere(taken.is_double)[0]
     one, other = (title_of(scene, number) for number in taken.surfaces[line, k : k + 2])
     where = _where(taken, line, taken.places[line, k])
     must = f"must not lie back to back at {where}, got {shown(body.medium)} on both sides"
-    cure = "leave both out, so that what is about them bounds one body; give one larger than the other a hole"
+    cure = "leave both out, so that the other surfaces bound one body; if one is larger, give it a hole"
     raise SceneError(f"Scene: {one} and {other} {must}; {cure}")
 
 
 def _refuse_gap(scene: SceneParts, body: Body, taken: Taken) -> None:
-    """Name what would close a body, turned round or naming its medium, as far as trying tells; else where a gap is."""
+    """Raise the SceneError for a gap, naming the face to reverse or to give the medium, or else the place."""
+    # Try to find the cause: one reversed face, or one face that does not name the medium.
     turned = _turned(scene, body)
     if turned is None and (side := _missing(scene, body, taken)) is not None:
         _refuse_bare(scene, body, taken, *side)
     at_turned = taken.is_gap & _ends_at(taken, turned)
+    # Otherwise describe the gap by its two ends.
     line, k = np.argwhere(at_turned if at_turned.any() else taken.is_gap)[0]
     here, there = (k - 1, k) if taken.is_in[line, k] else (k, k - 1)
     number, side = int(taken.surfaces[line, here]), taken.sides[line, here]
@@ -111,40 +115,42 @@ def _refuse_gap(scene: SceneParts, body: Body, taken: Taken) -> None:
         ends = f"{title_of(scene, taken.surfaces[line, there])} at {end}"
     start = _where(taken, line, taken.places[line, here])
     must = f"{word} must bound a closed body, got {shown(body.medium)} from {start} to {ends}"
-    cure = f"close the gaps of what bounds it by surfaces that name it, turn round its normal, or leave {word} out"
+    cure = f"close the gaps by surfaces that name it, reverse its normal, or leave {word} out"
     if ends != "nothing":
-        cure += "; where two bodies of it overlap or lie in one another, make them one"
+        cure += "; if two bodies of it overlap or are nested, make them one"
     if turned is not None:
-        cure = f"turn round its normal, or write {'back' if word == 'front' else 'front'} instead of {word}"
+        cure = f"reverse its normal, or write {'back' if word == 'front' else 'front'} instead of {word}"
     elif (across := _whole_across(scene, body, taken)) is not None:
         cure = (
-            f"close the gap by a surface of its own: {title_of(scene, across)} ends no body there; lay a Disk or"
-            f" Rectangle into it, Transparent(), that names {shown(body.medium)} too"
+            f"close the gap by a separate surface: {title_of(scene, across)} does not bound the body there;"
+            f" put a Transparent() Disk or Rectangle into it that names {shown(body.medium)} too"
         )
     raise SceneError(f"Scene: {title_of(scene, number)}: {must}; {cure}")
 
 
 def _refuse_bare(scene: SceneParts, body: Body, taken: Taken, number: int, is_front: bool) -> None:
+    """Raise the SceneError for a side that should name the body's medium."""
     word, surface = "front" if is_front else "back", scene.surfaces[number]
     line, k, place = _across(scene, taken, number)[0][:3]
     here = taken.surfaces[line, k - 1 if taken.is_in[line, k] else k]
     got = shown(surface.front if is_front else surface.back)
-    bounds = f"of the body that {title_of(scene, here)} bounds and that is open without it"
+    bounds = f"the medium of the body bounded by {title_of(scene, here)}, which is open without it"
     must = f"{word} must be {shown(body.medium)}, {bounds}"
     where = _where(taken, line, place)
-    cure = f"give {title_of(scene, number)} {word}={shown(body.medium)}, or close the gap by another that names it"
+    cure = f"give {title_of(scene, number)} {word}={shown(body.medium)}, or close the gap otherwise"
     raise SceneError(f"Scene: {title_of(scene, number)}: {must}, at {where}, got {got}; {cure}")
 
 
 def _where(taken: Taken, line: int, place: float) -> str:
+    """Coordinates of a place on a line, as text."""
     return f"({', '.join(f'{x:.6g}' for x in taken.origins[line] + place * taken.ways[line])})"
 
 
-# ---- what is wrong ----
+# ---- search for the cause ----
 
 
 def _turned(scene: SceneParts, body: Body) -> tuple[int, bool] | None:
-    """The face that, turned round, leaves no gap at all."""
+    """The face whose reversal leaves no gap at all."""
     for number, is_front in body.faces[:TURNS]:
         others = tuple(face for face in body.faces if face != (number, is_front))
         if _taken(scene, ((number, not is_front), *others)).share == 0:
@@ -153,7 +159,7 @@ def _turned(scene: SceneParts, body: Body) -> tuple[int, bool] | None:
 
 
 def _missing(scene: SceneParts, body: Body, taken: Taken) -> tuple[int, bool] | None:
-    """The side that, if it named the body's medium, would leave the fewest lines with a gap; None where none helps."""
+    """The side that would leave the fewest lines with a gap if it named the medium; None if none helps."""
     sides = _bare(scene, body, taken)[:SIDES]
     shares = [_taken(scene, (*body.faces, side)).share for side in sides]
     best = min(range(len(sides)), key=lambda k: shares[k], default=None)
@@ -161,7 +167,7 @@ def _missing(scene: SceneParts, body: Body, taken: Taken) -> tuple[int, bool] | 
 
 
 def _bare(scene: SceneParts, body: Body, taken: Taken) -> list[tuple[int, bool]]:
-    """Sides of open surfaces that look to a body through its gaps and do not name it, in most gaps first."""
+    """Sides of open surfaces that face the body through gaps without naming it, the most frequent first."""
     sides: dict[tuple[int, bool], int] = {}
     for number, surface in enumerate(scene.surfaces):
         if not is_whole(surface.shape) and number not in body.surfaces:
@@ -173,7 +179,7 @@ def _bare(scene: SceneParts, body: Body, taken: Taken) -> list[tuple[int, bool]]
 
 
 def _whole_across(scene: SceneParts, body: Body, taken: Taken) -> int | None:
-    """The plane or closed surface that lies across all but a few of the gaps."""
+    """The plane or closed surface that lies across nearly all gaps; None if there is none."""
     gaps = int(taken.is_gap.sum())
     for number, surface in enumerate(scene.surfaces):
         gaps_of_it = {found[:2] for found in _across(scene, taken, number)} if is_whole(surface.shape) else ()
@@ -183,7 +189,7 @@ def _whole_across(scene: SceneParts, body: Body, taken: Taken) -> int | None:
 
 
 def _across(scene: SceneParts, taken: Taken, number: int) -> list[tuple[int, int, float, bool]]:
-    """Where a surface lies across gaps: line, gap, place [m], and whether its front looks to the body."""
+    """Where a surface lies across gaps: line, gap, place [m], and whether its front faces the body."""
     lines, gaps = np.nonzero(taken.is_gap)
     found = crossings(scene.surfaces[number].shape, taken.origins[lines], taken.ways[lines])
     ends = np.where(taken.surfaces >= 0, taken.places, np.inf)
@@ -197,7 +203,7 @@ def _across(scene: SceneParts, taken: Taken, number: int) -> list[tuple[int, int
 
 
 def _ends_at(taken: Taken, face: tuple[int, bool] | None) -> np.ndarray:
-    """Which gaps, of (lines, most + 1), begin or end at a face; all of them for None."""
+    """Which gaps, (lines, most + 1), begin or end at a face; all of them for None."""
     if face is None:
         return np.ones(taken.is_gap.shape, bool)
     none = np.full((len(taken.surfaces), 1), -1)

@@ -1,4 +1,4 @@
-"""Straight lines through shapes, always the same ones, by which a scene's media are judged."""
+"""Fixed set of straight lines through shapes, along which the media of a scene are checked."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from transport.shapes.base import ROUNDING
 from transport.shapes.crossings import crossings
 from transport.vectors import Vector
 
-LINES = 256
-FACETS = 1_000_000  # lines times triangles of meshes
-CLOSE = 1e-9  # of the size of the scene: lines that pass as near an edge or a tangent are not asked
-FLUSH = 1e-11  # of the size of the scene: surfaces that near to one another are crossed together
-STEPS = 2.0 ** -(np.arange(1, 6) / 6)  # of places that fill a cube of five dimensions evenly
+LINES = 256  # default number of lines
+FACETS = 1_000_000  # most lines times triangles of meshes
+CLOSE = 1e-9  # relative to the scene's size: lines this close to an edge or a tangent are ignored
+FLUSH = 1e-11  # relative to the scene's size: surfaces this close count as coincident
+STEPS = 2.0 ** -(np.arange(1, 6) / 6)  # increments of an evenly distributed sequence in five dimensions
 
 
 def size_of(shapes: list[Shape]) -> float:
-    """A length [m] of a scene: the diagonal about all that is finite, and about the middles of what is not."""
+    """Length scale [m] of a scene: diagonal of the box around finite shapes and middles of infinite ones."""
     corners = np.array([c for shape in shapes for c in (*shape.bounds, *_middles(shape))])
     corners = corners[np.isfinite(corners).all(axis=1)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
 
 
 def _middles(shape: Shape) -> list[Vector]:
+    """Points [m] for the size of the scene: the middle of a shape, both faces of a slab."""
     return [plane.center for plane in shape.planes()] if isinstance(shape, Slab) else [shape.middle]
 
 
 def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lines through places in the box about each shape: each other one towards a place in another's box."""
+    """Lines through points in each shape's bounding box; every second one aims at a point in another box."""
     boxes = np.array([_box(shape, size) for shape in shapes])
     number = np.arange(count)
     owner = number * len(shapes) // count
@@ -49,11 +50,12 @@ def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndar
 
 
 def _within(boxes: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Points at fractions u of boxes."""
     return boxes[:, 0] + u * (boxes[:, 1] - boxes[:, 0])
 
 
 def _box(shape: Shape, size: float) -> np.ndarray:
-    """Corners of the box about a shape; of an endless one as far as the scene reaches from its middle."""
+    """Corners of a shape's bounding box; an infinite shape's box has the size of the scene."""
     middle = np.array(shape.middle)
     return (
         np.clip(np.array(shape.bounds), middle - size, middle + size)
@@ -63,7 +65,7 @@ def _box(shape: Shape, size: float) -> np.ndarray:
 
 
 def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (4 n, 3) of n lines, and then of three neighbours of each, `close` [m] about it."""
+    """Origins and directions (4 n, 3) of n lines, then of three neighbours of each, `close` [m] away."""
     e_u = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     e_u /= np.linalg.norm(e_u, axis=1)[:, None]
     e_v = np.cross(directions, e_u)
@@ -73,9 +75,9 @@ def along_lines(origins: np.ndarray, directions: np.ndarray, close: float) -> tu
 
 
 def crossed_in_turn(shapes: list[Shape], origins, ways, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where each line crosses what: places [m] and keys in turn; -1 in all of a line that passes close to an edge.
+    """Crossings of each line in order: places [m] and keys; -1 for lines that pass close to an edge.
 
-    A key is 2 shapes group + 2 shape + (1: along its normal), the same group for what is flush.
+    A key is 2 shapes group + 2 shape + (1: along its normal); coincident crossings have the same group.
     """
     neighbours = along_lines(origins, ways, CLOSE * size)
     found = [crossings(shape, *neighbours) for shape in shapes]
@@ -87,6 +89,6 @@ def crossed_in_turn(shapes: list[Shape], origins, ways, size: float) -> tuple[np
     group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
     keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
     places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))
-    by_key = np.sort(keys, axis=2)  # flush ones may be in another order on a neighbour
+    by_key = np.sort(keys, axis=2)  # the order of coincident crossings may differ on a neighbour
     is_clear = (by_key == by_key[0]).all(axis=(0, 2))
     return places[0], np.where(is_clear[:, None], keys[0], -1)

@@ -1,8 +1,9 @@
-"""Bodies: the regions of a scene that a medium fills, and which of them hold a place.
+"""Bodies: the regions of a scene that media fill, and which of them hold a point.
 
-A closed shape with a medium inside is a body, and so is the half space on a side of a Plane that names one; open surfaces
-that name the same medium on a side bound a body together, as the two caps and the rim of a lens, where the boxes
-about them meet.  Bodies may be nested, and the innermost counts; what no body claims, the scene's medium fills.
+A closed shape with a medium inside is a body, and so is the half space on a side of a Plane that names a
+medium. Open surfaces that name the same medium on a side, such as the two caps and the rim of a lens, bound
+one body together if their boxes touch. Bodies may be nested, and the innermost counts; the scene's medium
+fills the rest.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from transport.parts import SceneParts
 
-MOST_BODIES = 62  # bits of an integer
-ASIDE = 16 * ROUNDING  # of the size of numbers: how far from a surface a place is surely on one side of it
+MOST_BODIES = 62  # bits of a 64-bit integer
+ASIDE = 16 * ROUNDING  # relative to coordinates: a point this far from a surface is surely on one side
 
 
 def surrounding_of(scene: SceneParts) -> AnyMedium:
-    """What fills all that no body claims."""
+    """Medium outside all bodies."""
     return Vacuum() if scene.medium is None else plain(scene.medium)
 
 
@@ -42,23 +43,23 @@ def media_of(scene: SceneParts) -> tuple[AnyMedium, ...]:
 
 
 def has_media(scene: SceneParts) -> bool:
-    """Whether anything in a scene fills space that absorbs, scatters, glows or has an index of its own."""
+    """Whether any medium of the scene is not vacuum."""
     return any(medium != Vacuum() for medium in media_of(scene))
 
 
 def bodies_of(scene: SceneParts) -> tuple[Body, ...]:
-    """The bodies of a scene, each before those that hold it.  Raises SceneError for more than 62."""
+    """Bodies of a scene, inner ones before those that hold them. Raises SceneError for more than 62."""
     return nested(scene)[0]
 
 
 @lru_cache(maxsize=8)
 def nested(scene: SceneParts) -> tuple[tuple[Body, ...], tuple[frozenset[int], ...]]:
-    """The bodies of a scene, and of each the numbers of those in which it lies."""
+    """Bodies of a scene, and for each the indices of the bodies in which it lies."""
     bodies = [*_solid_bodies(scene), *_compound_bodies(scene)]
     if len(bodies) > MOST_BODIES:
         must = f"surfaces must bound at most {MOST_BODIES} bodies of media, got {len(bodies)}"
         layers = f"write layers as a Grid(box=..., absorption=...) of (1, 1, {len(bodies)}) in a wide Box"
-        raise SceneError(f"Scene: {must}; {layers}, and many small bodies as one of more voxels")
+        raise SceneError(f"Scene: {must}; {layers}, and many small bodies as a Grid with more voxels")
     holders = holders_of(scene, bodies)
     order = sorted(range(len(bodies)), key=lambda k: -len(holders[k]))
     number = {k: n for n, k in enumerate(order)}
@@ -66,7 +67,7 @@ def nested(scene: SceneParts) -> tuple[tuple[Body, ...], tuple[frozenset[int], .
 
 
 def sides_of(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-    """Of each surface the bodies, by their numbers, that lie in front of it, and behind it, because of it."""
+    """For each surface the indices of the bodies that it bounds on its front and on its back."""
     sides = [((), ()) for _ in scene.surfaces]
     for number, body in enumerate(bodies_of(scene)):
         for surface, is_front in body.faces:
@@ -78,9 +79,10 @@ def sides_of(scene: SceneParts) -> list[tuple[tuple[int, ...], tuple[int, ...]]]
 def body_bits_around(
     scene: SceneParts, positions: np.ndarray, directions: np.ndarray | None = None
 ) -> np.ndarray:
-    """Which bodies hold positions (n, 3) [m]: bit k is set for body k, in integers of 64 bits.
+    """Which bodies hold positions (n, 3) [m]: bit k of a 64-bit integer for body k.
 
-    With `directions` (n, 3) what holds the place just ahead: a position on a surface is on the side that it leads to.
+    With `directions` (n, 3) the point just ahead counts: a position on a surface belongs to the side that the
+    direction leads to.
     """
     points = np.atleast_2d(np.asarray(positions, float))
     if directions is not None:
@@ -92,7 +94,7 @@ def body_bits_around(
 
 
 def bits_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np.ndarray:
-    """Which of the bodies of these numbers hold points (n, 3) [m]."""
+    """Which of the bodies with these indices hold points (n, 3) [m], as bits."""
     bits, bodies = np.zeros(len(points), np.int64), bodies_of(scene)
     for number in numbers:
         bits |= held_by(scene, bodies[number], points).astype(np.int64) << number
@@ -100,12 +102,12 @@ def bits_at(scene: SceneParts, points: np.ndarray, numbers: Iterable[int]) -> np
 
 
 def medium_at(scene: SceneParts, position: Vector) -> AnyMedium:
-    """What fills the place [m]: the innermost body that holds it, else the surrounding medium."""
+    """Medium at a position [m]: of the innermost body that holds it, else the surrounding medium."""
     return media_at(scene, np.array([position], float))[0]
 
 
 def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
-    """What fills each of the positions (n, 3) [m]."""
+    """Medium at each of the positions (n, 3) [m]."""
     bodies, around = bodies_of(scene), surrounding_of(scene)
     return [
         bodies[(int(bits) & -int(bits)).bit_length() - 1].medium if bits else around
@@ -113,11 +115,11 @@ def media_at(scene: SceneParts, positions: np.ndarray) -> list[AnyMedium]:
     ]
 
 
-# ---- which bodies there are ----
+# ---- construction of bodies ----
 
 
 def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
-    """One for each closed shape with a medium inside, and for each side of a Plane with one."""
+    """One body for each closed shape with a medium inside, and for each side of a Plane with one."""
     for number, surface in enumerate(scene.surfaces):
         if is_whole(surface.shape) and surface.back is not None:
             yield Body(plain(surface.back), (number,), ((number, False),))
@@ -127,7 +129,7 @@ def _solid_bodies(scene: SceneParts) -> Iterator[Body]:
 
 
 def is_layer(scene: SceneParts, lower: Surface) -> bool:
-    """Whether what a Plane names in front of it is what the next parallel plane before it has behind: a layer between them."""
+    """Whether a Plane and the next parallel plane before it name the same medium between them."""
     normal, heights = np.array(lower.shape.normal), []
     level = float(normal @ lower.shape.center)
     for upper in scene.surfaces:
@@ -145,10 +147,12 @@ def is_whole(shape: Shape) -> bool:
 
 
 def _compound_bodies(scene: SceneParts) -> list[Body]:
-    """Those that open surfaces bound together; none of the surrounding medium but where another body holds it.
+    """Bodies that open surfaces bound together; of the surrounding medium only those inside another body.
 
-    A side that names what a closed body about it holds anyway, as of a rod in a tank, bounds no body of its own.
+    A side that names the medium of a closed body around it, such as that of a rod in a tank, bounds no body
+    of its own.
     """
+    # Collect the faces of each medium, without those inside a body of the same medium.
     solids = list(_solid_bodies(scene))
     faces: dict[AnyMedium, list[tuple[int, bool]]] = {}
     for number, surface in enumerate(scene.surfaces):
@@ -157,6 +161,7 @@ def _compound_bodies(scene: SceneParts) -> list[Body]:
                 about = [body for body in solids if medium is not None and body.medium == plain(medium)]
                 if medium is not None and not (about and _is_inside(scene, (number, is_front), about)):
                     faces.setdefault(plain(medium), []).append((number, is_front))
+    # Split them into connected bodies; keep the surrounding medium only inside other bodies.
     around = faces.pop(surrounding_of(scene), [])
     bodies = [_body(medium, part) for medium, every in faces.items() for part in _parts(scene, every)]
     if not around:
@@ -167,11 +172,12 @@ def _compound_bodies(scene: SceneParts) -> list[Body]:
 
 
 def _body(medium: AnyMedium, faces: list[tuple[int, bool]]) -> Body:
+    """Body of a medium with these faces."""
     return Body(medium, tuple(dict.fromkeys(number for number, _ in faces)), tuple(faces))
 
 
 def _parts(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[list[tuple[int, bool]]]:
-    """Faces that belong together: those whose boxes meet, or that are joined by others."""
+    """Groups of faces whose boxes touch, directly or through others."""
     parts: list[list[tuple[int, bool]]] = []
     for face in faces:
         joined = [part for part in parts if any(_do_touch(scene, face, other) for other in part)]
@@ -181,13 +187,14 @@ def _parts(scene: SceneParts, faces: list[tuple[int, bool]]) -> list[list[tuple[
 
 
 def _do_touch(scene: SceneParts, one: tuple[int, bool], other: tuple[int, bool]) -> bool:
+    """Whether the bounding boxes of two faces touch."""
     a, b = scene.surfaces[one[0]].shape, scene.surfaces[other[0]].shape
     gap = SKIN * (a.extent + b.extent)
     return all(p <= s + gap and r <= q + gap for p, q, r, s in zip(*a.bounds, *b.bounds, strict=True))
 
 
 def _is_inside(scene: SceneParts, face: tuple[int, bool], bodies: list[Body]) -> bool:
-    """Whether all places just beside a face are held by bodies."""
+    """Whether all points just beside a face are in one of the bodies."""
     points = skin_of(scene, _body(Vacuum(), [face]))
     held = np.zeros(len(points), bool)
     for body in bodies:

@@ -1,14 +1,13 @@
-"""Whether the boundaries of media in a scene agree on which medium is where.
+"""Checks that the dielectric boundaries of a scene agree on the refractive index between them.
 
-A Dielectric says which index of refraction is inside and which outside.  Two that overlap, a bubble whose
-outside is not the glass that it is in, normals that point the wrong way or a forgotten gap of air contradict
-one another: light would leave one boundary into 1.5 and come to the next one from 1.0.
+A Dielectric states the index inside and outside. Overlapping bodies, a bubble whose outside is not the
+surrounding glass, reversed normals or a forgotten gap of air contradict one another: light would leave one
+boundary into index 1.5 and reach the next one from 1.0.
 
-Balls and boxes that cut one another are told exactly.  The rest is looked for along some hundred straight
-lines, always the same ones, through the surfaces and from one to another: what is smaller than their spacing
-may be missed; rays that pass within 1e-9 of the scene's size of an edge, a rim or a tangent are not judged;
-an opaque surface ends what is known; what lies between a boundary and the end of the scene is not asked
-after.
+Intersections of spheres and boxes are decided exactly. The rest is probed along some hundred fixed straight
+lines through the surfaces and from one to another: anything smaller than their spacing may be missed. Lines
+that pass within 1e-9 of the scene's size of an edge, a rim or a tangent are not judged, nothing is known
+behind an opaque surface, and the region between a boundary and the end of the scene is not checked.
 """
 
 from __future__ import annotations
@@ -31,19 +30,19 @@ from transport.vectors import Vector
 if TYPE_CHECKING:
     from transport.parts import SceneParts
 
-ROUND = 32  # lines about a position
-WORK = 200_000  # lines times boundaries, a quarter of a second
+ROUND = 32  # lines from a position
+WORK = 200_000  # most lines times boundaries: a quarter of a second
 
 
 class Boundary(NamedTuple):
-    """A surface between two media, or one that ends what is known of the medium, where `glass` is None."""
+    """Surface between two media; opaque (the medium behind it is unknown) if `glass` is None."""
 
     title: str
     shape: Shape
     glass: Dielectric | None
 
     def indices(self, way: float) -> tuple[float, float]:
-        """The indices before and behind it on a way along its normal (+1) or against it; nan where it is opaque."""
+        """Indices before and behind it for a line along its normal (+1) or against it (-1); nan if opaque."""
         if self.glass is None:
             return math.nan, math.nan
         pair = self.glass.index_inside, self.glass.index_outside
@@ -51,7 +50,7 @@ class Boundary(NamedTuple):
 
 
 def check_media(scene: SceneParts) -> None:
-    """Refuse boundaries of media that contradict one another.  Raises SceneError; its limits are said above."""
+    """Raise SceneError for boundaries that contradict one another, within the limits stated above."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
     if len(glass) < 2 and not any(isinstance(b.shape, Mesh) for b in glass):
@@ -66,16 +65,16 @@ def check_media(scene: SceneParts) -> None:
 
 
 def index_around(scene: SceneParts, position: Vector) -> float:
-    """The refractive index at a position, by what most straight lines from there come to; nan where they do not tell."""
+    """Refractive index at a position, by the majority of lines from there; nan if they do not agree."""
     boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
     glass = [b for b in boundaries if b.glass is not None]
     size = _size(boundaries)
-    places, ways = lines_through(
-        [b.shape for b in glass], ROUND, size
-    )  # towards places in the boxes about boundaries, and any way
+    # Send lines towards points in the boxes of boundaries, and in all directions.
+    places, ways = lines_through([b.shape for b in glass], ROUND, size)
     ways = np.concatenate([places - np.array(position), ways])
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     met, places = _met(boundaries, np.tile(position, (len(ways), 1)), ways, CLOSE * size)
+    # Take the index before the first boundary ahead, and let the lines vote.
     ahead = np.argmax((met >= 0) & (places > 0), axis=1)
     first = np.where(
         np.take_along_axis(places, ahead[:, None], axis=1)[:, 0] > 0, met[range(len(met)), ahead], -1
@@ -86,7 +85,7 @@ def index_around(scene: SceneParts, position: Vector) -> float:
 
 
 def _boundary(surface: Surface, number: int) -> Boundary | None:
-    """What a surface is to the medium of light; None where it lets light through and changes nothing."""
+    """The surface as a boundary; None if it transmits light and changes no index."""
     glass = next((part for part in simple_parts(surface.material) if isinstance(part, Dielectric)), None)
     if glass is None and lets_through(surface.material):
         return None
@@ -94,11 +93,11 @@ def _boundary(surface: Surface, number: int) -> Boundary | None:
     return Boundary(title, surface.shape, glass)
 
 
-# ---- balls and boxes ----
+# ---- spheres and boxes ----
 
 
 def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
-    """Pairs whose boxes meet."""
+    """Pairs whose bounding boxes overlap."""
     low, high = np.array([b.shape.bounds for b in glass]).transpose(1, 0, 2)
     for k, one in enumerate(glass):
         for n in np.flatnonzero((low[k + 1 :] < high[k]).all(axis=1) & (high[k + 1 :] > low[k]).all(axis=1)):
@@ -106,7 +105,7 @@ def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
 
 
 def _cut(a: Shape, b: Shape) -> bool:
-    """Whether the surfaces of two balls, two boxes or one of each go through one another, beyond rounding."""
+    """Whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
     if isinstance(a, Box) and isinstance(b, Sphere):
         return _cut(b, a)
     if not all(isinstance(shape, (Box, Sphere)) and shape.is_closed for shape in (a, b)):
@@ -128,11 +127,11 @@ def _cut(a: Shape, b: Shape) -> bool:
     return meet and not holds and not is_held
 
 
-# ---- lines through the rest ----
+# ---- lines through all other shapes ----
 
 
 def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
-    """Refuse what a line finds between one boundary and the next."""
+    """Refuse boundaries between which a line finds two different indices."""
     size, facets = _size(boundaries), sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh))
     count = max(4, min(max(LINES, len(glass)), WORK // len(boundaries), FACETS // max(facets, 1)))
     origins, directions = lines_through([b.shape for b in glass], count, size)
@@ -150,21 +149,25 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
 
 
 def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: np.ndarray) -> None:
+    """Raise the SceneError for contradicting indices."""
     where = ", ".join(f"{x:.6g}" for x in place)
-    found = f"light leaves {one.title} into index {leaves} and comes to {other.title} from index {comes}"
-    cure = "give both the same index there, turn round normals that point the wrong way, or close the gap"
+    found = f"light leaves {one.title} into index {leaves} and reaches {other.title} from index {comes}"
+    cure = "give both the same index there, reverse normals that point the wrong way, or close the gap"
     raise SceneError(f"Scene: contradicting media: {found}, at ({where}); {cure}")
 
 
 def _size(boundaries: list[Boundary]) -> float:
+    """Length scale [m] of the boundaries."""
     return size_of([b.shape for b in boundaries])
 
 
 def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
-    """What each line meets in turn, 2 * boundary + (1: along its normal), -1 where nothing, and where [m].
+    """Boundaries that each line crosses in order, and places [m].
 
-    A line whose three neighbours, `close` about it, do not meet the same, or that meets two within `close`,
-    meets nothing.
+    A boundary is 2 * index + (1: along its normal), -1 for none.
+
+    A line has no crossings if its three neighbours at a distance `close` cross others, or if two crossings
+    are within `close`.
     """
     starts, ways = along_lines(origins, directions, close)
     found = [crossings(b.shape, starts, ways) for b in boundaries]

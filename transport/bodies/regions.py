@@ -1,7 +1,7 @@
-"""Where a body is: which places it holds, and whether one lies in another or meets it.
+"""Regions of bodies: which points a body holds, and whether it lies in another or overlaps it.
 
-Balls, boxes, slabs and half spaces are told by inequalities, closed meshes by their winding number, bodies of open
-surfaces by what most of a few straight lines come to.
+Spheres, boxes, slabs and half spaces are decided by inequalities, closed meshes by their winding number,
+bodies of open surfaces by the majority of a few straight lines.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from transport.shapes.mesh_geometry import winding_number
 if TYPE_CHECKING:
     from transport.parts import SceneParts
 
-WAYS = np.array(  # of lines that tell what is inside; none along an axis or a diagonal
-    [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864), (0.768, 0.28, -0.576),
-     (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
+WAYS = np.array(  # directions of the lines that decide what is inside; none along an axis or a diagonal
+    [(0.36, 0.48, 0.8), (-0.64, 0.6, 0.48), (0.28, -0.576, 0.768), (-0.352, -0.36, 0.864),
+     (0.768, 0.28, -0.576), (-0.48, 0.8, -0.36), (0.6, -0.48, -0.64)]
 )  # fmt: skip
-PLACES = 64  # under each face
-SKIN = 1e-9  # of a body's extent: how deep under its surface it is looked at
+PLACES = 64  # test points below each face
+SKIN = 1e-9  # depth of test points, relative to a body's extent
 
 
 @dataclass(frozen=True)
 class Body:
-    """A region and what fills it: the numbers of the surfaces that bound it, and on which side of each it is."""
+    """Region filled by a medium: indices of the surfaces that bound it, and on which side of each it lies."""
 
     medium: AnyMedium
     surfaces: tuple[int, ...]
-    faces: tuple[tuple[int, bool], ...] = ()  # surface, and whether the body is in front of it
+    faces: tuple[tuple[int, bool], ...] = ()  # index of the surface, and whether the body is in front of it
 
 
 def solid_of(scene: SceneParts, body: Body) -> Solid | None:
-    """The solid that a body is, where it is told by inequalities; else None."""
+    """The body as a solid that inequalities describe; None if it is not one."""
     shape = scene.surfaces[body.surfaces[0]].shape
     if isinstance(shape, Plane):
         return half_space(shape, body.faces[0][1])
@@ -51,7 +51,7 @@ def solid_of(scene: SceneParts, body: Body) -> Solid | None:
 
 
 def held_by(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
-    """Which points (n, 3) [m] a body holds."""
+    """Which points (n, 3) [m] lie in a body."""
     solid = solid_of(scene, body)
     if solid is not None:
         return holds(solid, points)
@@ -68,7 +68,7 @@ def held_by(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
 
 
 def _by_lines(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
-    """Whether most of the lines from each point come to the body's surface from within."""
+    """Whether most lines from each point reach the body's surface from inside."""
     votes = np.zeros(len(points), int)
     for way in WAYS / np.linalg.norm(WAYS, axis=1)[:, None]:
         nearest, is_in = np.full(len(points), np.inf), np.zeros(len(points), bool)
@@ -88,14 +88,17 @@ def _by_lines(scene: SceneParts, body: Body, points: np.ndarray) -> np.ndarray:
 
 
 def skin_of(scene: SceneParts, body: Body) -> np.ndarray:
-    """Places (n, 3) [m] just under the surface of a finite body."""
+    """Points (n, 3) [m] just below the surface of a finite body."""
     faces = [(scene.surfaces[number].shape, is_front) for number, is_front in body.faces]
     return np.concatenate([_under(shape, is_front) for shape, is_front in faces])
 
 
 @lru_cache(maxsize=512)
 def _under(shape: Shape, is_front: bool) -> np.ndarray:
-    """Places (n, 3) [m] close to one side of a surface: beside facets, or where lines through the box about it cross it."""
+    """Points (n, 3) [m] close to one side of a surface.
+
+    For a mesh they lie beside facets, else where lines through the shape's bounding box cross it.
+    """
     depth = SKIN * shape.extent
     if isinstance(shape, Mesh):
         most = max(8, min(PLACES, FACETS // shape.triangles))
@@ -111,7 +114,7 @@ def _under(shape: Shape, is_front: bool) -> np.ndarray:
 
 
 def box_of(scene: SceneParts, body: Body) -> np.ndarray:
-    """Lower and upper corner (2, 3) [m] of a box that holds a body."""
+    """Lower and upper corner (2, 3) [m] of a body's bounding box."""
     if isinstance(solid_of(scene, body), HalfSpace):
         return np.array([[-math.inf] * 3, [math.inf] * 3])
     bounds = np.array([scene.surfaces[number].shape.bounds for number in body.surfaces])
@@ -119,17 +122,19 @@ def box_of(scene: SceneParts, body: Body) -> np.ndarray:
 
 
 def holders_of(scene: SceneParts, bodies: list[Body]) -> list[set[int]]:
-    """Of each body the numbers of all in which it lies.
+    """For each body the indices of all bodies in which it lies.
 
-    Larger ones first, so that what holds a body's holder need not be asked.
+    Larger bodies come first, so that the holders of a holder need no test.
     """
     if not bodies:
         return []
     low, high = np.array([box_of(scene, body) for body in bodies]).transpose(1, 0, 2)
+    # Select candidates by their boxes, with slack for rounding.
     span = high - low
     slack = 4 * SKIN * np.where(np.isfinite(span), span, 0).max(axis=1)
     slack = (slack[:, None] + slack + 4 * ROUNDING * (_finite(low) + _finite(high)))[:, :, None]
     may_hold = ((low[:, None] >= low - slack) & (high[:, None] <= high + slack)).all(axis=2)  # (body, holder)
+    # Test them from the smallest to the largest, and inherit the holders of each holder.
     breadth = span.sum(axis=1)
     holders: list[set[int]] = [set() for _ in bodies]
     for k in np.argsort(-breadth, kind="stable").tolist():
@@ -140,12 +145,12 @@ def holders_of(scene: SceneParts, bodies: list[Body]) -> list[set[int]]:
 
 
 def _finite(corners: np.ndarray) -> float:
-    """The largest of all coordinates that are finite."""
+    """Largest finite coordinate."""
     return float(np.abs(corners[np.isfinite(corners)]).max(initial=0.0))
 
 
 def is_in(scene: SceneParts, one: Body, other: Body) -> bool:
-    """Whether all of one body lies in another: exact for solids, else by places under its surface."""
+    """Whether one body lies wholly in another: exact for solids, else by points below its surface."""
     a, b = solid_of(scene, one), solid_of(scene, other)
     if a is not None and b is not None:
         return is_within(a, b)
@@ -156,7 +161,7 @@ def is_in(scene: SceneParts, one: Body, other: Body) -> bool:
 
 
 def have_common_part(scene: SceneParts, one: Body, other: Body) -> bool:
-    """Whether two bodies have a volume in common: exact for solids, else by places under their surfaces."""
+    """Whether two bodies overlap: exact for solids, else by points below their surfaces."""
     a, b = solid_of(scene, one), solid_of(scene, other)
     if a is not None and b is not None:
         return do_meet(a, b)
@@ -165,4 +170,5 @@ def have_common_part(scene: SceneParts, one: Body, other: Body) -> bool:
 
 
 def _is_endless(scene: SceneParts, body: Body) -> bool:
+    """Whether a body is infinite."""
     return scene.surfaces[body.surfaces[0]].shape.is_infinite

@@ -1,6 +1,6 @@
-"""Solids that are told by inequalities: half spaces, slabs, boxes and balls; which lies in which, and which meet.
+"""Solids described by inequalities: half spaces, slabs, boxes and spheres; containment and overlap.
 
-Exact up to the rounding of coordinates: solids that share part of a plane do not meet.
+Exact up to the rounding of coordinates: solids that share only part of a plane do not overlap.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ Solid = HalfSpace | Slab | Box | Sphere
 
 
 def half_space(plane: Plane, is_front: bool) -> HalfSpace:
-    """What lies behind a plane, or in front of it."""
+    """The half space behind a plane, or in front of it."""
     normal = tuple(-x for x in plane.normal) if is_front else plane.normal
     return HalfSpace(normal, dot(normal, plane.center))
 
 
 def magnitude(solid: Solid | Shape) -> float:
-    """How large the numbers are [m] that say where a solid is."""
+    """Sum of the absolute coordinates and lengths [m] that define a solid: the scale of its rounding."""
     match solid:
         case HalfSpace():
             return abs(solid.level)
@@ -63,7 +63,7 @@ def holds(solid: Solid, points: np.ndarray) -> np.ndarray:
 
 
 def is_within(a: Solid, b: Solid) -> bool:
-    """Whether all of one solid lies in another; their surfaces may touch."""
+    """Whether one solid lies wholly in another; their surfaces may touch."""
     tolerance = _tolerance(a, b)
     if isinstance(b, Sphere):
         return _farthest(a, b.center) <= b.radius + tolerance
@@ -71,7 +71,7 @@ def is_within(a: Solid, b: Solid) -> bool:
 
 
 def contains(shell: Shape, place: Shape | Vector) -> bool:
-    """Whether all of a shape, or a point [m], surely lies in a closed Box, Sphere, Slab or Mesh, its surface included."""
+    """Whether a shape or a point [m] surely lies in a closed Box, Sphere, Slab or Mesh, surface included."""
     if not isinstance(place, Shape):
         return shell.holds(place) if isinstance(shell, Mesh) else bool(holds(shell, np.array([place]))[0])
     if place.is_infinite:
@@ -86,8 +86,9 @@ def contains(shell: Shape, place: Shape | Vector) -> bool:
 
 
 def do_meet(a: Solid, b: Solid) -> bool:
-    """Whether two solids have a volume in common."""
+    """Whether two solids have a common volume."""
     tolerance = _tolerance(a, b)
+    # Look for a face of either solid that separates them.
     for one, other in ((a, b), (b, a)):
         for normal, level in _walls(one):
             if -_reach(other, tuple(-x for x in normal)) >= level - tolerance:
@@ -103,12 +104,13 @@ def do_meet(a: Solid, b: Solid) -> bool:
 
 
 def _tolerance(a: Solid, b: Solid) -> float:
+    """Rounding [m] of two solids."""
     return ROUNDING * (magnitude(a) + magnitude(b))
 
 
 @lru_cache(maxsize=256)
 def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
-    """The half spaces whose common part it is; none of a ball."""
+    """Half spaces whose intersection is the solid; none for a sphere."""
     match solid:
         case HalfSpace():
             return (solid,)
@@ -123,7 +125,7 @@ def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
 
 
 def _reach(solid: Solid, way: Vector) -> float:
-    """How far [m] a solid goes along a unit vector; infinite unless it has a wall across it."""
+    """Largest projection [m] of a solid on a unit vector; infinite unless a face is perpendicular to it."""
     match solid:
         case Box():
             return sum((high if x > 0 else low) * x for x, low, high in zip(way, *solid.bounds, strict=True))
@@ -136,6 +138,7 @@ def _reach(solid: Solid, way: Vector) -> float:
 
 
 def _farthest(solid: Solid, point: Vector) -> float:
+    """Largest distance [m] of a solid's points from a point; infinite for infinite solids."""
     match solid:
         case Sphere():
             return math.dist(solid.center, point) + solid.radius

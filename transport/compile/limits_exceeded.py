@@ -1,4 +1,4 @@
-"""Runs that are stopped before their exact sums could leave their range, and what to do about each."""
+"""Errors of runs that are stopped before their exact sums overflow, with the cure for each."""
 
 from __future__ import annotations
 
@@ -10,70 +10,69 @@ from transport.validation import SceneError, listed
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
 
-LONG = 10_000  # crossings of a history in the mean, beyond which smaller batches are no cure
+LONG = 10_000  # mean crossings per history beyond which smaller batches do not help
 
 
 class OverrunError(SceneError, OverflowError):
-    """A run that would never end, or would leave the range of its exact sums; the message says why, and the cure."""
+    """Error of a run that would never end or overflow its exact sums; the message gives cause and cure."""
 
 
 def too_many_copies(plan: Plan, copies: int, histories: int) -> OverrunError:
-    """Of a run whose splitting makes ever more copies of `histories` that have set out."""
+    """Error for splitting that makes ever more copies of `histories` started histories."""
     return OverrunError(
-        f"Splitting: gain must suit the scene, got {plan.tracking.splitting.gain:g}, which made {copies} copies of"
-        f" {histories} histories, {copies / histories:.2g} of each; lower it: about 1 / transmission is best"
+        f"Splitting: gain must suit the scene, got {plan.tracking.splitting.gain:g}, which made {copies}"
+        f" copies of {histories} histories, {copies / histories:.2g} of each; lower it:"
+        " about 1 / transmission is best"
     )
 
 
 def too_many_waiting(plan: Plan, room: int) -> OverrunError:
-    """Of a bank with no room left."""
+    """Error for a full bank of waiting copies."""
     splitting = plan.tracking.splitting
     if splitting is None:
         return OverrunError(
-            f"Tracking: forced has made more than {room} copies that wait for their turn; leave it out: it is for a"
-            " few thin media"
+            f"Tracking: forced made more than {room} waiting copies; leave it out: it is for a few thin media"
         )
     return OverrunError(
-        f"Splitting: gain must suit the scene, got {splitting.gain:g}, which made more than {room} copies that wait for"
-        " their turn; lower it: about 1 / transmission is best"
+        f"Splitting: gain must suit the scene, got {splitting.gain:g}, which made more than {room} waiting"
+        " copies; lower it: about 1 / transmission is best"
     )
 
 
 def too_many_crossings(plan: Plan, crossings: int, started: int) -> OverrunError:
-    """Of a batch of which so many histories had set out when it was stopped."""
+    """Error for a batch of which `started` histories had started when it was stopped."""
     each = crossings / max(started, 1)
     if each < LONG:
-        cure = "ask for more batches"
+        cure = "pass more batches"
     elif plan.splits:
-        cure = (
-            f"lower the gain of the Splitting, got {plan.tracking.splitting.gain:g}, or ask for more batches"
-        )
+        cure = f"lower the gain of the Splitting, got {plan.tracking.splitting.gain:g}, or pass more batches"
     elif plan.absorbs or plan.absorbing_media:
-        cure = "let what shuts it in absorb more, give the scene a duration, or ask for more batches"
+        cure = "let surfaces around the light absorb more, give the scene a duration, or pass more batches"
     else:
         cure = (
-            "nothing in the scene absorbs, and light that total reflection or mirrors keep is followed for ever: let a"
-            " surface or a medium absorb a little, or give the scene a duration"
+            "nothing in the scene absorbs, and light trapped by total internal reflection or mirrors is"
+            " traced forever: let a surface or a medium absorb a little, or give the scene a duration"
         )
     return OverrunError(
-        f"simulate: a batch made {crossings} crossings, {each:.2g} of each of the {started} histories that had set out,"
-        f" more than its exact sums hold; {cure}"
+        f"simulate: a batch made {crossings} crossings, {each:.2g} for each of its {started} started"
+        f" histories, more than its exact sums hold; {cure}"
     )
 
 
 def endless(plan: Plan, surfaces: list[int], particles: int) -> OverrunError:
-    """Of a batch in which particles go on for ever; surfaces: the numbers of those that they met last."""
+    """Error for a batch with endless particles; surfaces: indices of those that they met last."""
     where = listed([titled(plan.scene.surfaces[number], number) for number in surfaces])
     these = f"{particles} particles do" if particles > 1 else "1 particle does"
     return OverrunError(
-        f"simulate: {these} not end: after millions of crossings or collisions{f', the last at {where},' * bool(where)} none"
-        " was absorbed or has escaped. Let a surface or a medium there absorb a little, or give the scene a duration"
+        f"simulate: {these} not end: after millions of crossings or collisions"
+        f"{f', the last at {where},' * bool(where)} none was absorbed or has escaped."
+        " Let a surface or a medium there absorb a little, or give the scene a duration"
     )
 
 
 def too_many_scores(histories: int) -> OverrunError:
-    """Of a batch whose volume or point detectors are full."""
+    """Error for a batch that overflows its volume or point detectors."""
     return OverrunError(
-        f"simulate: a batch of {histories} histories scored more than the exact sums of volume and point detectors"
-        " hold; ask for more batches"
+        f"simulate: a batch of {histories} histories scored more than the exact sums of volume and point"
+        " detectors hold; pass more batches"
     )

@@ -1,1 +1,1 @@
-"""Ways to estimate the same numbers, and the choice among them."""
+"""Estimators of the same quantities, and the choice among them."""

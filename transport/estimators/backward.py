@@ -1,26 +1,28 @@
-"""The estimator "backward": histories start at the detectors and score the radiance of the sources that they come to.
+"""Estimator "backward": histories start at the detectors and score the radiance of sources that they reach.
 
-Light may be followed either way: along a ray L/eta^2 stays, reflection and scattering are reciprocal.  So the radiance that
-arrives at a detector is the mean, over histories sent out from it, of their weight times L_s (eta_d/eta_s)^2 of each source
-that they come to (Veach 1997, chapters 4 and 5).  They are sent within the detector's own bins, as many into each: a bin of
-a ten-thousandth of the directions costs no more than all of them.  On their way diffuse walls and collisions also send rays
-to the sources (as "expected" does to detectors, engine/expecting.py), so that small bright ones are not left to chance;
-what mirrors, glass and gloss send, and the first flight, is counted as it comes.  The ledger is that of these histories,
-of unit 1.
+Light can be traced in either direction: along a ray L/eta^2 is constant, and reflection and scattering are
+reciprocal. The radiance that arrives at a detector is therefore the mean, over histories sent out from it, of
+their weight times L_s (eta_d/eta_s)^2 of each source that they reach (Veach 1997, chapters 4 and 5).
+Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
+directions costs no more than all directions. At diffuse surfaces and collisions they also cast shadow rays to
+the sources (as "expected" does to detectors), so that small bright sources are not left to chance. Light from
+mirrors, dielectrics and glossy surfaces, and of the first flight, is scored on arrival. The energy balance is
+that of these backward histories, with unit 1.
 
-What becomes of each part (the others stay as they are):
+What each part becomes (all others are unchanged):
 
-    Lambertian source         a meter on its side: the weight that arrives there, times its radiance
-    Isotropic from a volume   a volume detector: weight times way, times its emission per volume and steradian
-    a medium that emits       the same, over its body
-    Detector                  a source by the cosine law into its bins, from the side that it looks at
-    PointDetector             a point that sends out into all directions
-    Camera, EnvironmentMap    a point that sends out into each pixel or bin
+    Lambertian source         detector on its side: arriving weight times radiance
+    Isotropic volume source   volume detector: weight times path length times emission per m^3 and sr
+    emitting medium           the same, over its body
+    Detector                  source with cosine law into its bins, from its receiving side
+    PointDetector             point that emits into all directions
+    Camera, EnvironmentMap    point that emits into each pixel or bin
 
-`why_not` refuses, by name, what does not go backwards: sources that no history comes to (a Point, any Beam); particles and
-clocks; what a detector knows of a history's past (via, events, times, speeds, moments); volumes; surfaces that are not
-reciprocal (ThinLens does not keep L/eta^2 from both sides alike; a TwoSided that lets unlike shares through).  What leaves
-from a detector has no backward estimate: meter the other side.  The `aim` of a source plays no part: the whole source counts.
+`why_not` refuses what cannot be run backward: sources that no history reaches (a Point, any Beam); particles
+and time; detector options that need a history's past (via, events, times, speeds, moments); volumes; surfaces
+that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
+sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
+other side. The `aim` of a source is ignored: the whole source counts.
 """
 
 from __future__ import annotations
@@ -50,24 +52,24 @@ from transport.validation import shown
 if TYPE_CHECKING:
     from transport.scene import Scene
 
-PLACED = Disk | Rectangle | Sphere  # whose bins of position histories start in
-SAME = 1e-12  # of two shares that pass
-UNKNOWING = ("times", "speeds", "via", "events")  # what a history that runs backwards cannot tell
+PLACED = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
+SAME = 1e-12  # tolerance of equal transmittances
+UNKNOWING = ("times", "speeds", "via", "events")  # properties that a backward history does not know
 
 
 def is_instrument(detector: object) -> bool:
-    """Whether nothing but backward histories sees it."""
+    """Whether only backward histories can reach it."""
     return isinstance(detector, Camera | EnvironmentMap)
 
 
 def why_not(scene: Scene) -> str | None:
-    """Why a scene cannot be run backwards, as the end of a message; None where it can."""
+    """Reason why a scene cannot be run backward, as the end of a message; None if it can."""
     if scene.duration is not None:
-        return f"it has a clock, got duration={scene.duration!r}; leave duration out"
+        return f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
     if scene.measured_in == "particles":
         return "it emits particles, not watts; write estimator='analog'"
     if not scene.detectors:
-        return "it has no detector that histories could start from; write detectors=[...]"
+        return "it has no detector from which histories could start; write detectors=[...]"
     reasons = (
         *(_against_detector(scene, detector) for detector in scene.detectors),
         *(_against_source(scene, source, k) for k, source in enumerate(scene.sources)),
@@ -77,11 +79,12 @@ def why_not(scene: Scene) -> str | None:
 
 
 def more_or_backward(scene: Scene) -> str:
-    """What to do where a forward run has hardly met some light: a cure that names "backward" only if it takes the scene."""
+    """Cure for a forward run that hardly sampled some light; names "backward" only if the scene allows it."""
     return "use more particles" + ("" if why_not(scene) else ", or estimator='backward'")
 
 
 def _against_detector(scene: Scene, detector: object) -> str | None:
+    """Reason why a detector cannot be run backward; None if it can."""
     if isinstance(detector, Instrument | PointDetector):
         return None
     title = f"{type(detector).__name__} {detector.name!r}"
@@ -89,43 +92,46 @@ def _against_detector(scene: Scene, detector: object) -> str | None:
         return f"no history starts from {title}; use a Detector, an EnvironmentMap or estimator='analog'"
     shape = scene.shape_of(detector)
     if shape.is_infinite:
-        return f"{title} has no end, got {shown(shape)}; meter a Rectangle or Disk in it"
+        return f"{title} must be finite, got {shown(shape)}; use a Rectangle or Disk in it"
     for name in UNKNOWING:
         if (value := getattr(detector, name)) is not None:
-            return f"{title} asks for {name}={shown(value)}, which only forward histories know; leave it out"
+            return f"{title} has {name}={shown(value)}, which only forward histories know; leave it out"
     if detector.moments:
-        return f"{title} takes moments, which only forward histories know; leave moments out"
+        return f"{title} has moments, which only forward histories know; leave moments out"
     if detector.positions is not None and not isinstance(shape, PLACED):
-        return f"{title} has positions on a {type(shape).__name__}; leave them out, or use a Disk, Rectangle or Sphere"
+        return (
+            f"{title} has positions on a {type(shape).__name__};"
+            " leave them out, or use a Disk, Rectangle or Sphere"
+        )
     if isinstance(shape, Mesh) and getattr(detector.directions, "phi", None) is not None:
         return f"{title} bins phi on a Mesh; leave phi out of its directions"
     return None
 
 
 def _against_source(scene: Scene, source: Source, number: int) -> str | None:
+    """Reason why no history reaches a source; None if histories do."""
     title = f"sources[{number}]"
     if isinstance(source.emission, Beam):
-        return f"no history comes back along the Beam of {title}; write estimator='analog'"
+        return f"no history can hit the Beam of {title}; write estimator='analog'"
     if isinstance(scene.shape_of(source), Point):
-        return f"no history comes to the Point of {title}; write estimator='expected', or let a small Sphere emit"
+        return f"no history can hit the Point of {title}; write estimator='expected', or use a small Sphere"
     return None
 
 
 def _against_surface(scene: Scene, surface: Surface) -> str | None:
+    """Reason why a surface is not reciprocal; None if it is."""
     title = titled(surface, scene.surfaces.index(surface))
     if any(isinstance(part, ThinLens) for part in simple_parts(surface.material)):
-        return f"{title} is a ThinLens, which is not reciprocal; make it of Dielectric surfaces"
+        return f"{title} is a ThinLens, which is not reciprocal; build it from Dielectric surfaces"
     if isinstance(surface.material, TwoSided):
         sides = [_passing(side) for side in (surface.material.front, surface.material.back)]
         if any(abs(a - b) > SAME for a, b in zip(*sides, strict=True)):
-            return (
-                f"{title} lets unlike shares through its two sides, which is not reciprocal; make them alike"
-            )
+            return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
     return None
 
 
 def _passing(material: Material) -> tuple[float, float]:
-    """The shares of what arrives at one side that pass diffusely, and straight on."""
+    """Shares of incident light that a material transmits diffusely, and straight on."""
     parts = material.parts if isinstance(material, Mixture) else ((material, 1.0),)
     diffuse = sum(share * part.transmission for part, share in parts if isinstance(part, Diffuse))
     straight = sum(share * part.transmission for part, share in parts if isinstance(part, Mirror))

@@ -1,16 +1,18 @@
-"""The estimator "auto": a short pilot of each way that a scene allows, and the run goes on by the cheapest that can be trusted.
+"""Estimator "auto": pilot runs of each method that a scene allows, to find the cheapest trustworthy one.
 
-A run with `error` or `seconds` and no `estimator` is one of these.  It may read all of its result where no `error` names what it is
-for: then the ways that know only what arrives at the detectors (PARTIAL) are tried for the report alone.
+A run with `error` or `seconds` and no `estimator` uses it. Without `error` any quantity may be read from the
+result; then the methods that estimate only light arriving at detectors (PARTIAL) are tried for the report
+only.
 
-Out is a way that the judge would still doubt after the run (results/findings.py), and one whose mean lies below that of
-another by more than chance, however small both errors are: light that a way misses is missing from its error as well.  Chance
-is Student's t at FALSE_ALARM for all pairs together.  Where no way can be trusted, the one with the least doubt is taken, and
-the report says so.
+Excluded are methods whose results would still be doubtful after the run (results/findings.py), and methods
+whose mean lies below that of another by more than chance, however small both errors are: light that a method
+misses is missing from its error estimate too. Chance is Student's t at FALSE_ALARM for all pairs together. If
+no method can be trusted, the least doubtful is used, and the report says so.
 
-What a way costs is its relative error squared, times the seconds that it took: the time to a relative error of 1 if
-errors fall with the square root of time.  Seconds are measured, so that two runs may choose differently: the report
-names the choice, and `simulate` with its name for `estimator` and `sampling` repeats the run bitwise.
+The cost of a method is its squared relative error times the time of its pilot: the time to a relative error
+of 1 if errors fall with the square root of time. Times are measured, so that two runs may choose differently.
+The report names the choice, and `simulate` with these names for `estimator` and `sampling` repeats the run
+bitwise.
 """
 
 from __future__ import annotations
@@ -36,14 +38,16 @@ if TYPE_CHECKING:
     from transport.results import Result
     from transport.scene import Scene
 
-PATIENCE = 0.4  # [s] that all pilots together may take, compilation aside
-FIRST, FACTOR, MOST = 1 << 8, 4, 1 << 26  # histories of a pilot, and how they grow
-ENOUGH, LONG = 1 << 12, 0.25  # histories of a pilot at least, where they do not take so long [s]
-FALSE_ALARM = 1e-4  # of all pairs of pilots that one lies below another by chance
-TIE = 1.2  # times the least price: the simplest way within it is taken
-ROUNDS = 3.0  # times the cost: runs for an error or for a time by nets go in rounds, of which the last complete one is the result
-NOTHING_TO_COMPARE = "the simplest, as no detector counts anything by which ways could be compared"
-OTHER_NUMBERS = 0x5DEECE66D  # keys of pilots, so that nothing is chosen for the luck of the run itself
+PATIENCE = 0.4  # time of all pilots together [s], without compilation
+FIRST, FACTOR, MOST = 1 << 8, 4, 1 << 26  # histories of the first pilot, growth factor, most histories
+ENOUGH, LONG = 1 << 12, 0.25  # least histories of a pilot, unless they take longer than this [s]
+FALSE_ALARM = 1e-4  # probability that any pilot lies below another by chance
+TIE = 1.2  # the simplest method within this factor of the lowest price is chosen
+# Cost factor of stratified and Sobol runs for an error or a time: they run in rounds of doubled size, and
+# only the last complete round is the result.
+ROUNDS = 3.0
+NOTHING_TO_COMPARE = "the simplest, as no detector gives a quantity to compare methods by"
+OTHER_NUMBERS = 0x5DEECE66D  # seed offset of pilots: their choice must not depend on the run's own numbers
 
 
 def choose(
@@ -56,11 +60,11 @@ def choose(
     seconds: float | None = None,
     reads_all: bool = False,
 ) -> Choice:
-    """The cheapest way to the quantities of `error`, or to what every detector counts where none are named.
+    """Choose the cheapest method for the quantities of `error`, or for the main quantity of each detector.
 
-    sampling: None for any.  run: (method, particles) -> Result;  clock: [s];  particles, seconds: limits of the run to come;
-    reads_all: whether any quantity, and the ledger, may be read of its result, so that ways that know but a part of them are out.
-    Raises SceneError for no such sampling, or what the ways say where none of them can be run.
+    sampling: None for any;  run: (method, particles) -> Result;  clock: [s];  particles, seconds: limits of
+    the coming run;  reads_all: whether any quantity and the energy balance may be read, which excludes
+    methods that estimate only a part. Raises SceneError for an unknown sampling, or if no method can be run.
     """
     if sampling is not None and sampling not in SAMPLINGS:
         names = ", ".join(map(repr, SAMPLINGS))
@@ -95,12 +99,12 @@ def chosen(
     seconds: float | None = None,
     reads_all: bool = False,
 ) -> Choice:
-    """The cheapest of the pilots' ways that can be trusted, or the least doubtful one."""
+    """The cheapest of the pilots' methods that can be trusted, or the least doubtful one."""
     below = _below(pilots)
     excesses = [_excess(pilot, has_error, particles, seconds) for pilot in pilots]
     partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in PARTIAL]
     if all(k in partial or pilot.price == math.inf for k, pilot in enumerate(pilots)):
-        partial = []  # better a part than nothing
+        partial = []  # no other method gives anything
     reasons = [
         below.get(k, "")
         or (f"is doubtful: {pilot.doubt}" if excess > 1 else KNOWS_PART * (k in partial and not pilot.note))
@@ -118,9 +122,9 @@ def chosen(
 
 
 def _excess(pilot: Pilot, has_error: bool, particles: float | None, seconds: float | None) -> float:
-    """By how many times the run would have to be longer until nothing is doubtful; 1 or less where it can be trusted.
+    """Factor by which the run is too short to remove all doubts; at most 1 for a trustworthy method.
 
-    A run for an error goes on until it knows what has scored, but not for what has not.
+    A run for an error continues until observed scores are sufficient, but not for scores never seen.
     """
     longer = [pilot.cost / pilot.seconds] if has_error and pilot.seconds > 0 else []
     longer += [particles / pilot.particles] if particles and pilot.particles else []
@@ -130,7 +134,7 @@ def _excess(pilot: Pilot, has_error: bool, particles: float | None, seconds: flo
 
 
 def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
-    """The pilots that lie below another one by more than chance, with the words for it."""
+    """Pilots whose mean lies below another's by more than chance, with the reason in words."""
     from scipy.special import ndtri
 
     pairs = list(permutations(range(len(pilots)), 2))
@@ -151,7 +155,11 @@ def _below(pilots: Sequence[Pilot]) -> dict[int, str]:
 
 
 def usual_quantities(scene: Scene) -> list[tuple[str, ...]]:
-    """What is sought where nobody says: what arrives at each detector, or where nothing does what leaves it; a fluence rate, a number."""
+    """Quantities to compare when none is named, in groups of which the first one with scores counts.
+
+    For a detector the arriving quantity, else the leaving one; for volume and point detectors the fluence
+    rate; for phase spaces the number.
+    """
     found: list[tuple[str, ...]] = []
     for meter in scene.meters:
         kind = "flux" if meter.directions is None else "radiance"
@@ -164,7 +172,7 @@ def usual_quantities(scene: Scene) -> list[tuple[str, ...]]:
 
 
 def cheapest(pilots: Sequence[Pilot]) -> Pilot:
-    """The first, that is the simplest, of those within a tie of the least cost; without costs, of the most scores."""
+    """The simplest pilot within a factor TIE of the lowest cost, or if unknown of the highest rate."""
     least = min(pilot.cost for pilot in pilots)
     if least < math.inf:
         return next(pilot for pilot in pilots if pilot.cost <= TIE * least)
@@ -174,8 +182,11 @@ def cheapest(pilots: Sequence[Pilot]) -> Pilot:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a pilot saw of a quantity: the mean square of its relative errors, bin by bin, nan where none is known; batches with a
-    score, bin by bin; the whole of it, and what is doubtful of that (findings.times_needed)."""
+    """Pilot result of one quantity.
+
+    square: mean square of relative errors over bins, nan if unknown;  scores: batches with a score, summed
+    over bins;  mean: sum over bins;  doubt: doubtful findings of it (findings.times_needed).
+    """
 
     square: float
     scores: int
@@ -184,7 +195,7 @@ class Seen:
 
 
 def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> Seen:
-    """What a pilot's quantity is worth.  A bin without a score is unknown by all of its value."""
+    """Evaluate a pilot's quantity. A bin without a score counts as a relative error of 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.atleast_1d(quantity._error_of_all / np.abs(quantity.value))
     is_known = np.isfinite(relative)
@@ -200,7 +211,7 @@ def seen_of(name: str, quantity: EstimateOrArray, allowed: float = ALLOWED) -> S
 
 
 def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: float) -> tuple[float, float]:
-    """(seconds to all these relative errors, batches with a score a second) of a run that took so many seconds."""
+    """(seconds to reach all target errors, batches with a score per second) from a run of `seconds`."""
     squares = [seen[name].square / target**2 for name, target in targets.items()]
     scores = sum(seen[name].scores for name in targets)
     return math.inf if any(map(math.isnan, squares)) else seconds * max(squares), scores / seconds
@@ -208,7 +219,7 @@ def price_of(seen: Mapping[str, Seen], targets: Mapping[str, float], seconds: fl
 
 @dataclass(frozen=True)
 class _Trial:
-    """The last and largest of the runs of a way: what it saw, and why it could not read the others."""
+    """Last and largest pilot run of a method: quantities seen, and reasons for those it could not give."""
 
     method: Method
     particles: int = 0
@@ -226,13 +237,13 @@ def _trial(
     clock: Callable,
     patience: float,
 ) -> _Trial:
-    """Runs of one way, each four times as large as the last, until a fair share of the patience is spent.
+    """Run one method, each run four times as large as the last, until its share of the time is spent.
 
-    groups: of quantities, of each of which the first one that scores is wanted.
+    groups: of quantities; of each group the first one that scores is wanted.
     """
     particles = FIRST
     try:
-        run(method, particles)  # compiles or loads its passes
+        run(method, particles)  # compile or load the kernels
         while True:
             begun = clock()
             result = run(method, particles)
@@ -254,7 +265,7 @@ def _trial(
 
 
 def _until_lit(group: tuple[str, ...], seen: Mapping[str, Seen]) -> Iterator[str]:
-    """The quantities of a group, up to the first that has been seen to score."""
+    """Quantities of a group up to the first that scores."""
     for name in group:
         yield name
         if name in seen and seen[name].scores:
@@ -262,7 +273,7 @@ def _until_lit(group: tuple[str, ...], seen: Mapping[str, Seen]) -> Iterator[str
 
 
 def _lit(groups: Sequence[tuple[str, ...]], trials: Sequence[_Trial]) -> list[str]:
-    """Of each group the first quantity that any way scores; groups that none does are left out, unless that is all of them."""
+    """First quantity of each group that any method scores; all first quantities if none scores."""
     seen = [trial.seen for trial in trials]
     lit = [
         [name for name in group if any(name in one and one[name].scores for one in seen)] for group in groups
@@ -271,7 +282,7 @@ def _lit(groups: Sequence[tuple[str, ...]], trials: Sequence[_Trial]) -> list[st
 
 
 def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
-    """What a trial told of its way, by these quantities.  rounds: times as much as its last round a run costs."""
+    """Pilot for these target quantities. rounds: total cost of a run relative to its last round."""
     note = trial.note or next((trial.refused[name] for name in targets if name in trial.refused), "")
     if note:
         return Pilot(trial.method, note=note)
@@ -286,7 +297,7 @@ def _pilot(trial: _Trial, targets: Mapping[str, float], rounds: float) -> Pilot:
 
 
 def _settled(pilots: list[Pilot], trials: Sequence[_Trial]) -> list[Pilot]:
-    """The pilots, if any of them tells something: where all that could be run scored nothing, the refusals of the others do."""
+    """Return the pilots if any of them scored; otherwise raise the first refusal, if there is one."""
     if not any(pilot.rate > 0 for pilot in pilots):
         refusals = [trial.note for trial in trials if trial.note]
         refusals += [pilot.note for pilot in pilots] if all(pilot.note for pilot in pilots) else []

@@ -1,17 +1,18 @@
-"""Ways to estimate the same numbers: which events score at a detector, and from which samples histories are made.
+"""Methods: which events score at a detector (estimator), and how random numbers are drawn (sampling).
 
 Estimators
-  "analog"    crossings are counted as they come.
-  "aimed"     every source emits only towards the detector, with the exact weight: direct light alone.
-  "expected"  each emission, diffuse reflection and collision scores what it would send to each detector (next-event
-              estimation); what mirrors and lenses send is counted as it comes.
-  "backward"  histories start at the detectors and score the radiance of the sources that they come to; "random" alone.
-  "auto"      a short run of each, then the cheapest: the default with `error` or `seconds` ("analog" is that of `particles` alone).
+  "analog"    score crossings.
+  "aimed"     every source emits only towards the detector, with the exact weight: direct light only.
+  "expected"  next-event estimation: each emission, diffuse reflection and collision scores its expected
+              contribution to each detector; light from mirrors and lenses scores on crossing.
+  "backward"  histories start at the detectors and score the radiance of sources they reach; "random" only.
+  "auto"      short pilot runs of each, then the cheapest: default with `error` or `seconds`
+              ("analog" with `particles` alone).
 Samplings
   "random"      independent histories (Philox).
-  "stratified"  the numbers of every draw are stratified among the histories of a batch, each draw by itself.
-  "sobol"       the same, and the numbers of a birth are one Owen-scrambled Sobol point, one number a dimension; scrambled
-                anew in each batch.
+  "stratified"  the numbers of each draw are stratified over the histories of a batch, each draw separately.
+  "sobol"       as "stratified", and the numbers of a birth are one Owen-scrambled Sobol point, one dimension
+                per number; each batch has its own scrambling.
 """
 
 from __future__ import annotations
@@ -30,32 +31,34 @@ ESTIMATORS = (
     "aimed",
     "expected",
     "backward",
-)  # the simplest first; each file transport/<name>.py says why_not(scene)
+)  # the simplest first; the module of each defines why_not(scene)
 PARTIAL = (
     "aimed",
     "backward",
-)  # know only what arrives at detectors: the ledger is not that of all that is emitted
+)  # estimate only light that arrives at detectors: no energy balance of all emitted light
 SAMPLINGS = ("random", "stratified", "sobol")
-AUTO = "auto"  # takes the cheapest of them (choosing.py)
-BATCHES = 32  # of a run, where nothing is said
-NETS = 8  # of a run whose points know of one another: few and large ones, as their accuracy grows faster than their number
+AUTO = "auto"  # choose the cheapest of them
+BATCHES = 32  # default number of batches
+# Default number of batches of "stratified" and "sobol" runs: few and large, because the error falls faster
+# than 1/sqrt(N) with the size of a batch.
+NETS = 8
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to estimate, as simulate(estimator=..., sampling=...) takes it."""
+    """One method to estimate: the arguments estimator and sampling of `simulate`."""
 
     estimator: str = "analog"
     sampling: str = "random"
 
     @property
     def usual_batches(self) -> int:
-        """Independent replicates of a run, where their number is not said."""
+        """Default number of batches."""
         return BATCHES if self.sampling == "random" else NETS
 
     @property
     def title(self) -> str:
-        """What a report calls it."""
+        """Name in reports."""
         return self.estimator if self.sampling == "random" else f"{self.estimator}, {self.sampling}"
 
 
@@ -63,7 +66,7 @@ ANALOG = Method()
 
 
 def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method:
-    """The method of a run.  Raises SceneError for what there is not, or what the scene does not allow."""
+    """Return the method of a run; SceneError if it is unknown or the scene does not allow it."""
     if estimator is None:
         estimator = "backward" if scene.instruments else "analog"
     choices = (*ESTIMATORS, AUTO)
@@ -82,22 +85,22 @@ def checked_method(scene: Scene, estimator: str | None, sampling: str) -> Method
 
 
 def _goes(estimator: str, sampling: str) -> bool:
-    """Histories that start backwards are dealt out among the bins of detectors, which would tear nets of points apart."""
+    """Whether they combine: backward histories are spread over detector bins, which breaks up point nets."""
     return estimator != "backward" or sampling == "random"
 
 
 def why_not(scene: Scene, estimator: str) -> str | None:
-    """Why a scene cannot be estimated so, as the end of a message; None where it can."""
+    """Reason why a scene does not allow an estimator, as the end of a message; None if it does."""
     if scene.instruments and estimator != "backward":
         seen = scene.instruments[0]
         title = f"{type(seen).__name__} {seen.name!r}"
-        return f"only backward histories come to {title}; write estimator='backward'"
+        return f"only backward histories reach {title}; write estimator='backward'"
     return (
         None if estimator == "analog" else import_module(f"transport.estimators.{estimator}").why_not(scene)
     )
 
 
 def methods_for(scene: Scene) -> list[Method]:
-    """All the ways that a scene allows, the simplest first."""
+    """All methods that a scene allows, the simplest first."""
     allowed = [estimator for estimator in ESTIMATORS if why_not(scene, estimator) is None]
     return [Method(one, sampling) for one in allowed for sampling in SAMPLINGS if _goes(one, sampling)]

@@ -153,7 +153,7 @@ def gap_of_roundings() -> Seen:
     try:
         _run(_panes(1e-6, 1e9))
     except tp.SceneError as refusal:
-        return Seen(float("overlap on one plane; give the common face once" in str(refusal)), 1.0, PANE)
+        return Seen(float("overlap on one plane; define the common face once" in str(refusal)), 1.0, PANE)
     return Seen(math.nan, 1.0, PANE)
 
 

@@ -137,7 +137,7 @@ def needle_of_nothing() -> Seen:
 @case("light that leaves the outside of a cone 1e-15 high", naive="the cone as it is given")
 def flat_cone() -> Seen:
     """Its two mirror images are within rounding: 78 % of the light was taken to meet the cone again.  Refused."""
-    found = _refused(lambda: tp.Cone(radius=1.0, height=1e-15), "take a Disk for what is flat")
+    found = _refused(lambda: tp.Cone(radius=1.0, height=1e-15), "use a Disk for a flat shape")
     return Seen(found, 1.0, naive=0.22)
 
 

@@ -1,1 +1,1 @@
-"""What accuracy costs in time: measured runs, lines through their errors, prices, bins against noise."""
+"""Cost of accuracy in time: measured runs, fits of error against seconds, prices, bins against noise."""

@@ -1,7 +1,8 @@
-"""What accuracy costs in time: the same number estimated in every way that a scene allows, by runs of growing size.
+"""Cost of accuracy in time: one quantity by every method that a scene allows, in runs of growing size.
 
-For each way the true error, the root mean square over independent runs, stands beside the error that the runs
-claimed, against seconds, never against particle numbers alone: what one way saves in histories it may lose in time.
+For each method the true error (root mean square over independent runs) is listed beside the error that the
+runs claimed, against seconds rather than particle numbers: a method that needs fewer particles may take more
+time per particle.
 """
 
 from __future__ import annotations
@@ -28,19 +29,41 @@ from transport.tracking import Tracking
 from transport.validation import SceneError, shown, suggestion
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-SECONDS = 20.0  # of CPU, shared by the ways
-DEEP = 1e-4  # share of its first weight below which a deep history plays roulette
+SECONDS = 20.0  # CPU time, shared by the methods
+DEEP = 1e-4  # roulette threshold for deep penetration, relative to the birth weight
 
 Quantity = str | Callable[[Result], Estimate | EstimateArray]
 
 
 @dataclass(frozen=True)
 class CostOfAccuracy:
-    """Prices of one quantity on one machine: `ways`, each with its points, its slope and `price(error)` in seconds.
+    """Cost of one quantity on one machine, by method.
 
-    truth [unit]: what deviations are measured from, the exact value, or the best estimate with its standard error
-    truth_error, of the relative size that `truth_is` says.  refused: why the ways that are missing cannot be taken.
-    Seconds are of CPU, all threads together; `wall` beside them is by the clock.
+    Parameters
+    ----------
+    quantity : str
+        Name of the quantity.
+    unit : str
+        Unit of the quantity.
+    truth : float or tuple of floats
+        Value from which deviations are measured [unit]: the exact value or the best estimate.
+    truth_is : str
+        "exact", or the relative standard error of the best estimate.
+    ways : tuple of Way
+        Methods, each with `points` (measured errors and seconds), `line` (fit, with its slope), `z`
+        (deviation from the truth in standard errors) and `price(error)` in seconds.
+    targets : tuple of floats
+        Relative errors of the price table, in falling order.
+    refused : mapping of str to str
+        Methods that could not be run, with the reason.
+    machine : str
+        Processor, cores and system.
+    threads : int
+        Number of threads per run.
+
+    Notes
+    -----
+    Seconds are CPU seconds of all threads together; `wall` of a point is elapsed time.
     """
 
     quantity: str
@@ -54,26 +77,39 @@ class CostOfAccuracy:
     threads: int
 
     def __getitem__(self, name: str) -> Way:
+        """Return the method of that name."""
         names = [way.name for way in self.ways]
         if name not in names:
-            raise SceneError(f"cost_of_accuracy: no way {name!r}; {suggestion(name, names)}")
+            raise SceneError(f"cost_of_accuracy: no method {name!r}; {suggestion(name, names)}")
         return self.ways[names.index(name)]
 
     @property
     def cheapest(self) -> Way | None:
-        """The way of the least price at the finest target; None where none is known."""
+        """Method with the lowest price at the smallest target; None if no price is known."""
         known = [way for way in self.ways if way.line is not None]
         return min(known, key=lambda way: way.price(min(self.targets)).seconds, default=None)
 
     def to_dict(self) -> dict[str, object]:
-        """All of it in dicts, lists, texts and numbers; the prices of each way beside its points."""
+        """Return everything as dicts, lists, strings and numbers, with the prices of each method.
+
+        Returns
+        -------
+        dict
+            Fields by name; each method has a list "prices".
+        """
         record = asdict(self) | {"refused": dict(self.refused)}
         for way, told in zip(self.ways, record["ways"], strict=True):
             told["prices"] = [{"error": target} | asdict(way.price(target)) for target in self.targets]
         return record
 
     def to_json(self) -> str:
-        """`to_dict` as JSON, in which what is not known is null."""
+        """Return `to_dict` as JSON, with null for unknown numbers.
+
+        Returns
+        -------
+        str
+            JSON text.
+        """
         return json.dumps(_without_nan(self.to_dict()), indent=2)
 
     def __str__(self) -> str:
@@ -84,6 +120,7 @@ class CostOfAccuracy:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
+        """Table for notebooks."""
         from transport.html.prices import prices_html
 
         return prices_html(self)
@@ -99,12 +136,54 @@ def cost_of_accuracy(
     seed: int = 0,
     threads: int | None = 1,
 ) -> CostOfAccuracy:
-    """Measure what a relative error costs in each way that the scene allows; takes about so many seconds.
+    """Measure what a relative error costs in time, by every method that a scene allows.
 
-    quantity: "meter.flux_in", or a function of a Result that gives an Estimate or an EstimateArray (whose error is then
-    that of all its bins together, as root mean squares).  exact: its exact value [its unit]; None for the best estimate,
-    the mean of all runs of all ways.  methods: names of ways (see `ways_for`), or {name: keywords of simulate};
-    None for all.  seconds: of CPU for all ways together, besides compilation.  Raises SceneError.
+    Parameters
+    ----------
+    scene : Scene
+        Scene to run.
+    quantity : str or callable
+        "meter.flux_in", or a function of a Result that returns an Estimate or an EstimateArray (whose error
+        is the root mean square over all bins).
+    targets : sequence of floats, default (1e-2, 1e-3, 1e-4)
+        Relative errors of the price table, within (0, 1).
+    exact : float, optional
+        Exact value, in the unit of the quantity. Default: the best estimate, the mean of all runs of all
+        methods.
+    methods : sequence of str, or mapping of str to dict, optional
+        Names of methods, such as "aimed" or "analog, sobol", or {name: keywords of simulate}. Default all
+        that the scene allows.
+    seconds : float, default 20
+        CPU time [s] for all methods together, without compilation.
+    seed : int, default 0
+        Seed, 0 to 2^32 - 1.
+    threads : int, default 1
+        Number of threads per run; None for all cores.
+
+    Returns
+    -------
+    CostOfAccuracy
+        Errors, seconds and prices of each method; prints as a table.
+
+    Raises
+    ------
+    SceneError
+        If a parameter is invalid or no method can be run.
+
+    Notes
+    -----
+    Splitting is not among the default methods, because start, end and gain are needed: pass {"deep":
+    {"tracking": Tracking(splitting=...)}}.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> cost = tp.cost_of_accuracy(scene, "meter.flux_in", exact=0.14644660940672624)  # doctest: +SKIP
+    >>> print(cost)  # doctest: +SKIP
     """
     ways = _chosen_ways(scene, methods)
     read = _reader(scene, quantity)
@@ -126,7 +205,7 @@ def cost_of_accuracy(
         except SceneError as refusal:
             refused[name] = str(refusal)
     if not found:
-        raise SceneError(f"cost_of_accuracy: no way could be taken: {next(iter(refused.values()))}")
+        raise SceneError(f"cost_of_accuracy: no method could be run: {next(iter(refused.values()))}")
     if exact is None:
         truth = best_estimate(found)
     else:
@@ -145,10 +224,11 @@ def cost_of_accuracy(
 
 
 def ways_for(scene: Scene) -> dict[str, dict[str, object]]:
-    """All ways to estimate that a scene allows, {name: keywords of simulate}, the simplest first.
+    """All methods that a scene allows, {name: keywords of simulate}, the simplest first.
 
-    Estimators and samplings; and with media the choices of tracking, under the analog estimator.  Splitting is left
-    out: where it starts, ends and how much it gains must be said, {"deep": {"tracking": Tracking(splitting=...)}}.
+    These are the estimators with each sampling and, in scenes with media, the kinds of tracking with the
+    analog estimator. Splitting is left out, because start, end and gain are needed: {"deep": {"tracking":
+    Tracking(splitting=...)}}.
     """
     ways = {m.title: {"estimator": m.estimator, "sampling": m.sampling} for m in methods_for(scene)}
     plan = compile_scene(scene)
@@ -161,6 +241,7 @@ def ways_for(scene: Scene) -> dict[str, dict[str, object]]:
 
 
 def _chosen_ways(scene: Scene, methods: object) -> dict[str, dict[str, object]]:
+    """The requested methods, {name: keywords of simulate}. Raises SceneError for unknown names."""
     if isinstance(methods, Mapping):
         return {str(name): dict(keywords) for name, keywords in methods.items()}
     ways = ways_for(scene)
@@ -172,12 +253,13 @@ def _chosen_ways(scene: Scene, methods: object) -> dict[str, dict[str, object]]:
     for name in names:
         if name not in ways:
             raise SceneError(
-                f"cost_of_accuracy: no way {name!r} for this scene; {suggestion(str(name), ways)}"
+                f"cost_of_accuracy: no method {name!r} for this scene; {suggestion(str(name), ways)}"
             )
     return {name: ways[name] for name in names}
 
 
 def _reader(scene: Scene, quantity: Quantity) -> Callable[[Result], Estimate | EstimateArray]:
+    """Function that reads the quantity from a result. Raises SceneError for an unknown quantity."""
     if isinstance(quantity, str):
         checked_limits(scene, None, {quantity: 0.5}, None, 32)
         return lambda result: result.quantity(quantity)
@@ -188,12 +270,12 @@ def _reader(scene: Scene, quantity: Quantity) -> Callable[[Result], Estimate | E
 
 
 def _estimator(scene: Scene, keywords: Mapping[str, object]) -> str:
-    """What simulate(**keywords) takes; "auto" for one that it chooses."""
+    """Estimator that simulate(**keywords) uses; "auto" if it would choose one."""
     return checked_method(scene, keywords.get("estimator"), keywords.get("sampling", "random")).estimator
 
 
 def _run(scene, read, keywords, threads: int, units: list[str], particles: int, seed: int) -> tuple:
-    """One run: particles, estimate, seconds of preparation; notes the unit."""
+    """Run once: particles done, estimate, preparation time [s]; appends the unit to `units`."""
     result = simulate(scene, particles, seed=seed, threads=threads, progress=False, **keywords)
     estimate = read(result)
     units.append(str(estimate.unit))
@@ -201,7 +283,7 @@ def _run(scene, read, keywords, threads: int, units: list[str], particles: int, 
 
 
 def _without_nan(data: object) -> object:
-    """The data with None for what is no finite number."""
+    """Replace numbers that are not finite by None."""
     if isinstance(data, Mapping):
         return {str(key): _without_nan(value) for key, value in data.items()}
     if isinstance(data, (list, tuple)):

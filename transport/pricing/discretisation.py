@@ -1,11 +1,11 @@
-"""What bins cost: few are blurred, many are noisy, and for a number of particles one number of bins is the best.
+"""Error of binned quantities: few bins blur, many are noisy, so each particle number has a best one.
 
-A quantity is taken as constant over a bin.  With K bins the mean square of its deviation is
+A quantity is taken as constant over a bin. With K bins the mean square of its deviation is
 
-    mean square of (mean over the bin − the value at a place)  +  mean variance of a bin's mean,
+    mean square of (mean over the bin − local value)  +  mean variance of a bin's mean.
 
-the first of which falls with K and knows nothing of particles, while the second rises with K and falls as 1/N.  Both
-are told from one run with fine bins, of which coarser ones are made.
+The first term (blur) falls with K and does not depend on the particle number; the second (noise) rises with K
+and falls as 1/N. Both are estimated from one run with fine bins, which are merged into coarser ones.
 """
 
 from __future__ import annotations
@@ -19,15 +19,33 @@ from transport.results.estimates import EstimateArray
 from transport.results.statistics import standard_error
 from transport.validation import SceneError, suggestion
 
-SLOPE, STEP = 2.0, 1.0  # powers of the number of bins with which blur² falls
-SURE = 10.0  # standard deviations of its own noise, below which a ratio of two blurs says nothing
+SLOPE, STEP = 2.0, 1.0  # blur² falls as (number of bins)^-power, for a slope and a step
+SURE = 10.0  # blur² must exceed its own noise by this factor before a ratio of two is used
 
 
 @dataclass(frozen=True)
 class BinsAgainstNoise:
-    """Errors of a quantity taken as constant over each of `bins` bins along `dim`, over its root mean square.
+    """Relative errors of a quantity taken as constant over each of `bins` bins along `dim`.
 
-    noise: claimed, of the run that was looked at;  blur: what the bins take away, 0 where it is lost in noise.
+    Parameters
+    ----------
+    dim : str
+        Axis.
+    particles : int
+        Particles of the run.
+    bins : tuple of ints
+        Numbers of bins.
+    noise : tuple of floats
+        Claimed error of the run, relative to the quantity's root mean square.
+    blur : tuple of floats
+        Error by averaging over bins, relative to the same; 0 where it is lost in noise.
+
+    Examples
+    --------
+    >>> from transport.pricing.discretisation import BinsAgainstNoise
+    >>> found = BinsAgainstNoise("x", 1000, (1, 2, 4), noise=(0.01, 0.02, 0.04), blur=(0.3, 0.1, 0.03))
+    >>> found.best(), found.best(times=0.01)
+    (4, 2)
     """
 
     dim: str
@@ -37,21 +55,68 @@ class BinsAgainstNoise:
     blur: tuple[float, ...]
 
     def total(self, times: float = 1.0) -> tuple[float, ...]:
-        """Both together, with so many times the particles."""
+        """Return the total error, noise and blur, for each number of bins.
+
+        Parameters
+        ----------
+        times : float, default 1
+            Number of particles relative to the run.
+
+        Returns
+        -------
+        tuple of floats
+            Relative errors, in the order of `bins`.
+        """
         return tuple(math.hypot(n / math.sqrt(times), b) for n, b in zip(self.noise, self.blur, strict=True))
 
     def best(self, times: float = 1.0) -> int:
-        """The number of bins of least total error, with so many times the particles."""
+        """Return the number of bins with the smallest total error.
+
+        Parameters
+        ----------
+        times : float, default 1
+            Number of particles relative to the run.
+
+        Returns
+        -------
+        int
+            One of `bins`.
+        """
         total = self.total(times)
         return self.bins[total.index(min(total))]
 
 
 def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
-    """What fewer bins along an axis would lose to blur and to noise, from the fine bins of one run.
+    """Estimate the blur and noise of fewer bins along an axis from the fine bins of one run.
 
-    array: of one run, with a number of bins along dim that has divisors;  its other axes are kept, and squares averaged over them.
-    Means over bins are weighted by the bins' widths.  The noise that blur is measured with is subtracted, and what is
-    finer than the finest bins is extrapolated.  Raises SceneError for an axis that cannot be divided.
+    Parameters
+    ----------
+    array : EstimateArray
+        Quantity of one run, with a number of bins along `dim` that has divisors, such as a power of two.
+        Squares are averaged over its other axes.
+    dim : str
+        Axis.
+
+    Returns
+    -------
+    BinsAgainstNoise
+        Noise and blur by number of bins, with `total(times)` and `best(times)`.
+
+    Raises
+    ------
+    SceneError
+        If the array has no such axis, or its bins cannot be merged.
+
+    Notes
+    -----
+    Means over bins are weighted by bin widths. Noise in the measured blur is subtracted, and the blur within
+    the finest bins is extrapolated by a power law in the number of bins.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> radiance = result["meter"].radiance  # doctest: +SKIP
+    >>> best = tp.bins_against_noise(radiance, "mu").best()  # doctest: +SKIP
     """
     if not isinstance(array, EstimateArray) or dim not in array.dims:
         dims = array.dims if isinstance(array, EstimateArray) else ()
@@ -76,14 +141,14 @@ def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
 
 
 def _divisors(bins: int) -> tuple[int, ...]:
-    """Numbers of bins that equally many fine ones each make up, from one to all."""
+    """Numbers of equal groups into which the bins can be merged, from 1 to all."""
     return tuple(number for number in range(1, bins + 1) if bins % number == 0)
 
 
 def _errors(
     values: np.ndarray, sizes: np.ndarray, widths: np.ndarray, bins: int
 ) -> tuple[float, float, float]:
-    """(noise², blur² from the finest bins on, the noise² that was subtracted from it) of that many bins."""
+    """(noise², blur² relative to the finest bins, noise² subtracted from it) for a number of bins."""
     grouped = widths.reshape(bins, -1)
     shape = (*values.shape[:-1], *grouped.shape)
     means = np.sum(values.reshape(shape) * grouped, axis=-1) / grouped.sum(axis=1)
@@ -95,20 +160,20 @@ def _errors(
 
 
 def _mean(squares: np.ndarray, widths: np.ndarray) -> float:
-    """Over the axis by the bins' widths, and over all others."""
+    """Mean over the axis, weighted by bin widths, and over all other axes."""
     return float(np.average(squares, axis=-1, weights=widths).mean())
 
 
 def _extrapolated(numbers: np.ndarray, blur2: np.ndarray, subtracted: np.ndarray) -> np.ndarray:
-    """With the blur of the finest bins themselves, by a power law of the number of bins.
+    """Add the blur within the finest bins, by a power law in the number of bins.
 
-    blur² falls with the square of the number for a slope, with the number itself for a step; the exponent in between is
-    that of the two finest that are known, or a slope's where noise hides them.
+    blur² falls with the square of the number for a slope, and in proportion to it for a step. The exponent
+    between these comes from the two finest known blurs, or is that of a slope if noise hides them.
     """
     ratios = numbers[-1] / numbers[:-1]
 
     def seen(power: float) -> np.ndarray:
-        return ratios**power - 1  # in units of the blur² of the finest
+        return ratios**power - 1  # blur² relative to the finest bins, in units of blur² within them
 
     power = SLOPE
     if len(ratios) > 1 and blur2[-2] > SURE * subtracted[-2] / math.sqrt(numbers[-2]):

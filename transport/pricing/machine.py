@@ -1,4 +1,4 @@
-"""The machine that a time was measured on, in words: a price without it means nothing."""
+"""Name of the machine on which times were measured."""
 
 import os
 import platform
@@ -11,6 +11,7 @@ def machine_name() -> str:
 
 
 def _processor() -> str:
+    """Name of the processor."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -1,4 +1,4 @@
-"""How long runs take, straight lines through their errors against that, as logarithms, and what an error costs so."""
+"""Fits of run time against particles and of log(error) against log(seconds)."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BY_CHANCE = -0.5  # the slope of independent histories
-DOUBT = 3.0  # standard errors within which a measured slope is taken for the one expected
+BY_CHANCE = -0.5  # slope for independent histories
+DOUBT = 3.0  # standard errors within which a measured slope is replaced by the expected one
 
 
 @dataclass(frozen=True)
 class Pace:
-    """A run takes latency + per_particle × particles [s]."""
+    """Duration of a run: latency + per_particle × particles [s]."""
 
     latency: float
     per_particle: float
 
     def seconds_for(self, particles: np.ndarray | float) -> np.ndarray | float:
-        """How long so many particles take [s]."""
+        """Duration [s] of a run with this number of particles."""
         return self.latency + self.per_particle * np.asarray(particles)
 
 
 def pace_of(particles: np.ndarray, seconds: np.ndarray) -> Pace:
-    """The pace by least squares of relative deviations; both parts positive."""
+    """Fit the pace by least squares of relative deviations, with both parts positive."""
     particles, seconds = np.asarray(particles, dtype=float), np.asarray(seconds, dtype=float)
     if len(seconds) > 1:
         columns = np.stack([1 / seconds, particles / seconds], axis=1)
@@ -36,9 +36,10 @@ def pace_of(particles: np.ndarray, seconds: np.ndarray) -> Pace:
 
 @dataclass(frozen=True)
 class Line:
-    """error = factor × seconds^slope, of the seconds that histories take, beyond the latency of a run.
+    """Power law error = factor × seconds^slope, in seconds beyond the latency of a run.
 
-    slope ± slope_error: as measured;  used: the slope of the line, the expected one where the measured one agrees with it.
+    slope ± slope_error: as measured;  used: slope of the line, the expected value if the measured one agrees
+    with it.
     """
 
     factor: float
@@ -47,19 +48,20 @@ class Line:
     slope_error: float
 
     def error_at(self, seconds: np.ndarray | float) -> np.ndarray | float:
-        """The relative error that so many seconds leave."""
+        """Relative error after this many seconds."""
         return self.factor * np.power(seconds, self.used)
 
     def seconds_to(self, error: float) -> float:
-        """Seconds to that relative error; infinite where the line does not fall."""
+        """Seconds to this relative error; infinite if the line does not fall."""
         return math.inf if self.used >= 0 else (error / self.factor) ** (1 / self.used)
 
 
 def line_through(seconds: np.ndarray, errors: np.ndarray, runs: np.ndarray) -> Line | None:
-    """The line by weighted least squares; None for fewer than two points of known positive size.
+    """Fit the line by weighted least squares; None for fewer than two known positive errors.
 
-    errors: root mean squares over so many runs, of normal deviations: their logarithms have variances 1 / (2 runs).
-    The slope of independent histories is taken where the measured one lies within three standard errors of it.
+    errors: root mean squares over `runs` runs of normal deviations, so that their logarithms have variance 1
+    / (2 runs). The slope of independent histories is used if the measured one is within three standard errors
+    of it.
     """
     seconds, errors, runs = (np.asarray(part, dtype=float) for part in (seconds, errors, runs))
     known = np.isfinite(errors) & (errors > 0) & (seconds > 0)

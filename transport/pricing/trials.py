@@ -1,7 +1,7 @@
-"""Runs of growing size by one way of estimating: what each gave, what error it claimed, and how long it took.
+"""Runs of growing size by one method: value, claimed error and duration of each.
 
-Sizes grow by fours, so that runs are spread evenly over the logarithm of time; the smaller ones are repeated more
-often, so that their root mean square errors are known as well for less than what the largest cost.
+Sizes grow by factors of four, so that runs are spread evenly over the logarithm of time. Small runs are
+repeated more often than large ones, so that their root mean square errors are well known at little cost.
 """
 
 from __future__ import annotations
@@ -16,15 +16,18 @@ import numpy as np
 if TYPE_CHECKING:
     from transport.results.estimates import Estimate, EstimateArray
 
-SMALLEST, FACTOR, LARGEST = 1 << 12, 4, 1 << 34  # histories of the first runs, and how they grow
-FEWEST, MOST = 8, 32  # runs of the largest size and of the small ones
-OF_LARGEST = 16.0  # times its time that all runs together take
-KEYS = 1 << 20  # random numbers' keys that one way may use
+SMALLEST, FACTOR, LARGEST = 1 << 12, 4, 1 << 34  # histories of the first runs, growth factor, most histories
+FEWEST, MOST = 8, 32  # number of runs of the largest size, and most of the small ones
+OF_LARGEST = 16.0  # total time of all runs over the time of the largest run
+KEYS = 1 << 20  # number of seeds reserved for one method
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One run.  value, error: of all bins, (n,) [unit];  seconds: of CPU, all threads together;  wall: by the clock [s]."""
+    """One run.
+
+    value, error: of all bins, (n,) [unit];  seconds: CPU time of all threads [s];  wall: elapsed time [s].
+    """
 
     particles: int
     value: np.ndarray
@@ -35,13 +38,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class Trials:
-    """All runs of one way, by rising size.  preparation: [s] to compile or load its passes."""
+    """All runs of one method, by rising size. preparation: time [s] to compile or load its kernels."""
 
     rungs: tuple[tuple[Trial, ...], ...]
     preparation: float
 
     @property
     def all(self) -> list[Trial]:
+        """All runs."""
         return [trial for rung in self.rungs for trial in rung]
 
 
@@ -55,7 +59,7 @@ def trials_of(
     cpu: Callable = time.process_time,
     clock: Callable = time.perf_counter,
 ) -> Trials:
-    """Runs that take about so many seconds of CPU together, besides preparation and a first look.
+    """Run trials that take about `seconds` of CPU time in total, without preparation and a first run.
 
     run: (particles, seed) -> (particles done, estimate, seconds of preparation).
     """
@@ -68,7 +72,9 @@ def trials_of(
         value, error = (np.ravel(np.asarray(part, float)) for part in (estimate.value, estimate.error))
         return Trial(done, value, error, spent, passed)
 
+    # Compile with a first run that is not timed.
     preparation = run(SMALLEST, next(keys))[2]
+    # Grow the runs as long as the time allows, then repeat the small ones more often.
     rungs = [[trial(SMALLEST)]]
     while _has_time_for_more(rungs[-1][0], seconds):
         rungs.append([trial(FACTOR * rungs[-1][0].particles)])
@@ -78,5 +84,5 @@ def trials_of(
 
 
 def _has_time_for_more(last: Trial, seconds: float) -> bool:
-    """Whether runs of the next size fit into the time; these take no more than `FACTOR` times as long."""
+    """Whether runs of the next size, which take at most `FACTOR` times as long, fit into the time."""
     return FACTOR * max(last.seconds, 1e-9) * OF_LARGEST <= seconds and last.particles < LARGEST

@@ -1,4 +1,4 @@
-"""From the runs of each way to its points, its line and its price: true errors beside those that were claimed."""
+"""From the runs of each method to its points, fits and price: true errors beside claimed errors."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import numpy as np
 from transport.pricing.slopes import Line, Pace, line_through, pace_of
 from transport.pricing.trials import Trial, Trials
 
-KNOWN = 0.5  # relative error beyond which nothing is known that a line could go through
+KNOWN = 0.5  # largest relative error of points used in a fit
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What deviations are measured from, (n,) [unit].  variance: of the best estimate, summed over bins; 0 where exact.
+    """Value (n,) [unit] from which deviations are measured.
 
-    shares: how much of it each way is.
+    variance: of the best estimate, summed over bins, 0 if exact;  shares: weight of each method in the best
+    estimate.
     """
 
     value: np.ndarray
@@ -27,10 +28,12 @@ class Truth:
 
     @property
     def size(self) -> float:
+        """Norm of the value [unit]."""
         return float(np.linalg.norm(self.value))
 
     @property
     def words(self) -> str:
+        """Description: "exact", or the relative error of the best estimate."""
         if not self.shares:
             return "exact"
         return (
@@ -40,10 +43,10 @@ class Truth:
 
 @dataclass(frozen=True)
 class Point:
-    """Runs of one size.  seconds: of CPU, median;  wall: by the clock, median.
+    """Runs of one size. seconds: median CPU time [s];  wall: median elapsed time [s].
 
-    true: root mean square deviation from the truth, over its size, with its standard error;  claimed: root mean square
-    of what the runs said their errors were, nan where none said anything.
+    true: root mean square deviation from the truth, relative to its size, with its standard error true_error;
+    claimed: root mean square of the errors that the runs reported, nan if most reported none.
     """
 
     particles: int
@@ -57,7 +60,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Price:
-    """seconds: of CPU;  is_extrapolated: the error lies below all that were measured."""
+    """seconds: CPU time [s];  is_extrapolated: whether the error lies below all measured errors."""
 
     seconds: float
     is_extrapolated: bool
@@ -65,10 +68,11 @@ class Price:
 
 @dataclass(frozen=True)
 class Way:
-    """One way to estimate.  line: through the true errors, None where they are not known;  claimed_line: through the others.
+    """Measured cost of one method.
 
-    pace: how long runs take;  z: how many standard errors the mean of all its runs lies off the truth;  preparation: [s]
-    of compiling or loading its passes.  estimator: of its runs, None where the name tells it.
+    line: fit of the true errors, None if they are unknown;  claimed_line: fit of the claimed errors;  pace:
+    duration of runs;  z: deviation of the mean of all runs from the truth in standard errors;  preparation:
+    time [s] to compile or load its kernels;  estimator: of its runs, None if the name implies it.
     """
 
     name: str
@@ -82,11 +86,11 @@ class Way:
 
     @property
     def known_points(self) -> tuple[Point, ...]:
-        """Those whose errors are known: one can be drawn, a line needs two."""
+        """Points with known errors: a fit needs two."""
         return _known(self.points)
 
     def price(self, error: float) -> Price:
-        """What a relative error costs, by the line; infinite where there is none."""
+        """Price of a relative error by the fit; infinite if there is no fit."""
         if self.line is None:
             return Price(math.inf, True)
         measured = [point.true for point in self.points if point.true > 0]
@@ -94,7 +98,7 @@ class Way:
 
 
 def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) -> Truth:
-    """The exact value; or without one the mean of all runs, each way by the error of its mean."""
+    """The exact value, or without one the mean of all runs, weighted by the variance of each method."""
     if exact is not None:
         return Truth(exact, 0.0, {})
     means = {name: _mean(trials) for name, trials in found.items()}
@@ -107,7 +111,7 @@ def best_estimate(found: Mapping[str, Trials], exact: np.ndarray | None = None) 
 
 
 def way_of(name: str, trials: Trials, truth: Truth, estimator: str | None = None) -> Way:
-    """A way's points, lines and z."""
+    """Points, fits and z of a method."""
     particles = sum(trial.particles for trial in trials.all)
     share = truth.shares.get(name, 0.0) / particles
     points = tuple(_point(rung, truth, share * rung[0].particles) for rung in trials.rungs)
@@ -122,11 +126,13 @@ def way_of(name: str, trials: Trials, truth: Truth, estimator: str | None = None
 
 
 def _known(points: tuple[Point, ...]) -> tuple[Point, ...]:
+    """Points with a known error small enough to fit."""
     return tuple(p for p in points if 0 < p.true < KNOWN and p.claimed < KNOWN)
 
 
 def _point(rung: tuple[Trial, ...], truth: Truth, share: float) -> Point:
-    """share: of one run in the best estimate, by which it draws this towards itself."""
+    """One point. share: weight of one run in the best estimate, which it biases towards itself."""
+    # Correct the deviations for the variance of the best estimate and for each run's share in it.
     squares = np.array([_square(trial.value - truth.value, truth) for trial in rung])
     mean = (
         (float(squares.mean()) - truth.variance / truth.size**2) / (1 - 2 * share) if truth.size else math.nan
@@ -145,13 +151,13 @@ def _point(rung: tuple[Trial, ...], truth: Truth, share: float) -> Point:
 
 
 def _square(part: np.ndarray, truth: Truth) -> float:
-    """The square of a deviation or an error over that of the truth; what is undefined is unknown by all of its value."""
+    """Square of a deviation or error relative to that of the truth; 1 if no element is defined."""
     part = np.where(np.isfinite(part), part, 0.0 if np.isfinite(part).any() else truth.value)
     return float(np.sum(part**2)) / truth.size**2 if truth.size else math.nan
 
 
 def _mean(trials: Trials) -> tuple[np.ndarray, float]:
-    """Mean over all histories of a way, and its variance, summed over bins; infinite where it is not known."""
+    """Mean over all histories of a method, and its variance, summed over bins; infinite if unknown."""
     runs = trials.all
     weights = np.array([trial.particles for trial in runs], dtype=float)
     weights /= weights.sum()
@@ -164,7 +170,7 @@ def _mean(trials: Trials) -> tuple[np.ndarray, float]:
 
 
 def _z(trials: Trials, truth: Truth, name: str) -> float:
-    """Of the mean of all runs; nan where it is no single number, or the truth is that mean."""
+    """z of the mean of all runs; nan for arrays, or if the truth is that mean itself."""
     value, variance = _mean(trials)
     if value.size > 1 or truth.shares.get(name, 0.0) > 0.999:
         return math.nan

@@ -9,16 +9,16 @@ from transport.estimators.methods import Method
 from transport.results.findings import MORE
 from transport.results.notation import times_text
 
-MUCH_CHEAPER = 0.5  # times the cost of the way that is taken
-ONLY_WAY = "the only way that this scene allows"
+MUCH_CHEAPER = 0.5  # cost relative to the chosen method, below which the report recommends another
+ONLY_WAY = "the only method that this scene allows"
 MISSES = ", so it misses light"
-KNOWS_PART = "knows only what arrives at detectors"
+KNOWS_PART = "estimates only arrivals at detectors"
 LARGER = "use more particles or a larger detector"
 
 
 @dataclass(frozen=True)
 class Mean:
-    """What a pilot estimated of one quantity: the value, of bins their sum; its standard error, nan where it is not known."""
+    """Pilot estimate of one quantity: value (sum over bins), standard error (nan if unknown), dof."""
 
     name: str
     value: float
@@ -28,12 +28,12 @@ class Mean:
 
 @dataclass(frozen=True)
 class Pilot:
-    """What a short run told of one way.
+    """Result of a short run of one method.
 
-    price: [s] of CPU to the errors asked for, or to a relative error of 1 where none are; infinite where nothing is known.
-    rate: batches with a score, bin by bin, a second [s^-1].  note: why it could not be run.  seconds: that it took.
-    foretold, unseen: how many times as many histories until nothing is doubtful any more, by what has scored, and by what has not
-    (findings.times_needed);  doubt: what is doubtful.
+    price: CPU time [s] to the requested errors, or to a relative error of 1; infinite if unknown. rate:
+    batches with a score, summed over bins, per second [s^-1]. note: why it could not be run. seconds: time it
+    took. foretold, unseen: factor by which the run must grow until nothing is doubtful any more, from scores
+    seen and from possible scores not seen (findings.times_needed);  doubt: the doubtful finding.
     """
 
     method: Method
@@ -49,16 +49,16 @@ class Pilot:
 
     @property
     def cost(self) -> float:
-        """Seconds until the error is reached and nothing foretold is doubtful [s]."""
+        """Time [s] until the error is reached and nothing foretold is doubtful."""
         return max(self.price, self.seconds * self.foretold) if self.foretold > 1 else self.price
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The way taken, and the pilots of all that were tried, the simplest first.
+    """The chosen method and the pilots of all that were tried, the simplest first.
 
-    reasons: of each pilot why its way is out, "" where it is not;  is_trusted: whether any way is not out;  why: of a way that no
-    pilot chose.
+    reasons: why each pilot's method is excluded, "" if it is not;  is_trusted: whether any method is trusted;
+    why: reason for a choice without pilots.
     """
 
     method: Method
@@ -69,7 +69,7 @@ class Choice:
 
     @property
     def lines(self) -> list[str]:
-        """What a report says of it."""
+        """Lines for the report."""
         taken = next(pilot for pilot in self.pilots if pilot.method == self.method)
         reasons = self.reasons or ("",) * len(self.pilots)
         others = [
@@ -78,9 +78,9 @@ class Choice:
             if pilot is not taken
         ]
         why = f"by pilots: {'; '.join(others)}" if others else self.why
-        which = "no way that knows all can" if KNOWS_PART in reasons else "no way can"
+        which = "no method for all quantities can" if KNOWS_PART in reasons else "no method can"
         what = f": {taken.doubt}" if taken.doubt else ""
-        doubt = f"; {which} be trusted here, and this one is the least doubtful{what}"
+        doubt = f"; {which} be trusted here, and this is the least doubtful{what}"
         return [
             f"chosen: {self.method.title}{'' if self.is_trusted else doubt}, {why}",
             f"repeat: simulate(..., {_named(self.method)}) gives the same digits",
@@ -88,7 +88,7 @@ class Choice:
 
     @property
     def others(self) -> list[str]:
-        """The estimators that could be taken instead: those of which no pilot found that light is missing, or that it was refused."""
+        """Estimators that could be used instead: those not refused and not found to miss light."""
         reasons = self.reasons or ("",) * len(self.pilots)
         found = [
             pilot.method.estimator
@@ -107,12 +107,12 @@ def more_of(choice: Choice | None) -> str:
 
 
 def _named(method: Method) -> str:
-    """A way, as `simulate` takes it."""
+    """The method as arguments of `simulate`."""
     return f"estimator={method.estimator!r}, sampling={method.sampling!r}"
 
 
 def _against(pilot: Pilot, taken: Pilot, reason: str) -> str:
-    """Why a way was not taken: what speaks against it, or how its cost compares."""
+    """Why a method was not chosen: the reason against it, or its cost."""
     if reason not in ("", KNOWS_PART):
         return f"{pilot.method.title} {reason}"
     is_less = reason == KNOWS_PART and pilot.cost < taken.cost
@@ -120,12 +120,12 @@ def _against(pilot: Pilot, taken: Pilot, reason: str) -> str:
 
 
 def _compared(pilot: Pilot, taken: Pilot) -> str:
-    """How the cost of a way that was not taken compares."""
+    """Cost of a method relative to the chosen one, in words."""
     title = pilot.method.title
     if pilot.note:
         return f"{title} refused ({pilot.note})"
     if pilot.price == math.inf:
-        return f"{title} scored nothing that tells its price"
+        return f"{title} had too few scores to estimate its price"
     if taken.cost == 0:
         return f"{title} no cheaper"
     ratio = pilot.cost / taken.cost

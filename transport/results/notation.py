@@ -53,12 +53,12 @@ def times_text(factor: float) -> str:
 
 
 def percent(error: float) -> str:
-    """A relative error in percent, or as a power of ten where that is too small to read."""
+    """Relative error in percent, or as a power of ten if that is too small to read."""
     return f"{100 * error:.6g} %" if error >= 0.99e-6 else f"{error:.0e}"
 
 
 def duration(seconds: float) -> str:
-    """A duration to two digits, in the unit that suits it."""
+    """Duration with two digits, in a suitable unit."""
     length, unit = next(
         (length, unit) for length, unit in _UNITS if seconds >= length * (2 if length >= 60 else 1)
     )

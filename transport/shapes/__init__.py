@@ -1,7 +1,8 @@
-"""Shapes: where sources emit, surfaces act and detectors look. Lengths in metres, keywords only.
+"""Shapes of sources, surfaces and detectors. Lengths are in metres; all parameters are keyword-only.
 
-Every shape answers `area` [m^2] (a Point has none), `bounds` (lower and upper corner), `extent` (radius of
-the ball round its `middle` that just holds it), `is_closed` and `is_infinite`; those with an axis have a `frame`.
+Every shape has `area` [m^2] (except Point and Cloud), `bounds` (lower and upper corner), `extent` (radius of
+a sphere around `middle` that holds the shape), `is_closed` and `is_infinite`. Shapes with an axis or a normal
+have a `frame`.
 """
 
 from transport.shapes.base import Shape

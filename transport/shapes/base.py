@@ -1,4 +1,4 @@
-"""What all shapes answer: area, bounds, middle, extent, whether they are closed, whether they end."""
+"""Base class of all shapes: bounds, middle, extent, closed or open, finite or infinite."""
 
 import math
 
@@ -8,11 +8,11 @@ from transport.validation import (
 )
 from transport.vectors import Vector
 
-ROUNDING = 8 * 2.0**-52  # two supports are one where they differ by the rounding of their coordinates only
+ROUNDING = 8 * 2.0**-52  # relative tolerance: supports that differ only by rounding of coordinates are equal
 
 
 class Shape:
-    """What all shapes share; not made itself."""
+    """Base class of all shapes; not instantiated itself."""
 
     is_closed = False
     is_infinite = False
@@ -24,21 +24,21 @@ class Shape:
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return self._box(self._reach())
 
     def _box(self, reach: Vector) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] that lie so far from the middle."""
+        """Lower and upper corner [m] at distances `reach` from the middle."""
         reach = list(zip(self.middle, reach, strict=True))
         return tuple(c - r for c, r in reach), tuple(c + r for c, r in reach)
 
     @property
     def extent(self) -> float:
-        """Half diagonal of its bounds [m]."""
+        """Half diagonal of the bounds [m]."""
         return math.hypot(*self._reach())
 
     def _check_size(self, *names: str) -> None:
-        """Refuse lengths whose area, volume or bounds leave the range of doubles."""
+        """Raise if area, volume or bounds overflow or underflow a double."""
         sizes = {"area": self.area} | ({"volume": self.volume} if self.is_closed else {})
         for quantity, size in sizes.items():
             if not 0 < size < math.inf:

@@ -1,6 +1,6 @@
-"""Where straight lines cross a shape: a small geometry of plain arrays, by itself and slow, to judge by.
+"""Intersections of straight lines with shapes, in plain NumPy: slow, independent of the engine.
 
-It knows nothing of the engine's; scenes of media are checked with it, and tests compare the engine with it.
+Scenes with media are checked with it, and tests compare the engine with it.
 """
 
 import math
@@ -18,10 +18,10 @@ from transport.shapes.solid import Box
 
 
 class Crossings(NamedTuple):
-    """Of each line, in the order of its direction; lines with fewer crossings than others are filled up with nan.
+    """Crossings of each line, sorted by distance; rows with fewer crossings than others are padded with nan.
 
-    distances: (lines, most) [m], negative behind the origin;  sides: (lines, most), +1 where the line goes
-    along the normal there (out of a closed shape), -1 where against it.
+    distances: (lines, most) [m], negative behind the origin;  sides: (lines, most), +1 where the line runs
+    along the normal (leaves a closed shape), -1 where it runs against the normal.
     """
 
     distances: np.ndarray
@@ -29,10 +29,10 @@ class Crossings(NamedTuple):
 
 
 def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Crossings:
-    """All crossings of a shape with endless lines through `origins` (lines, 3) [m] along unit `directions` (lines, 3).
+    """Return all crossings of a shape with infinite lines.
 
-    A line within a surface does not cross it; one that touches a surface, or meets a rim or an edge, may be
-    told either way, up to rounding.
+    origins: (lines, 3) [m];  directions: (lines, 3) unit vectors. A line within a surface does not cross it.
+    Whether a line that touches a surface, a rim or an edge crosses it is decided by rounding.
     """
     origins, directions = (
         np.atleast_2d(np.asarray(origins, float)),
@@ -40,6 +40,7 @@ def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Cros
     )
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         distances, sides = _crossed(shape, origins, directions)
+    # Sort each line's crossings by distance and cut the columns that hold none.
     distances = np.where(np.isfinite(distances), distances, math.nan)
     order = np.argsort(distances, axis=1, kind="stable")  # nan comes last
     distances, sides = (np.take_along_axis(array, order, axis=1) for array in (distances, sides))
@@ -50,12 +51,13 @@ def crossings(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> Cros
 
 @singledispatch
 def _crossed(shape: Shape, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances and sides of all that may be crossed, nan where it is not."""
+    """Distances [m] and sides of all candidate crossings; nan where there is none."""
     raise TypeError(f"{type(shape).__name__} has no surface")
 
 
 @_crossed.register
 def _(shape: FlatShape, origins, directions):
+    """The intersection with the plane, if it lies on the shape."""
     along = directions @ np.array(shape.normal)
     distances = ((np.array(shape.center) - origins) @ np.array(shape.normal)) / along
     points = origins + distances[:, None] * directions
@@ -65,13 +67,14 @@ def _(shape: FlatShape, origins, directions):
 
 @_crossed.register
 def _(shape: Slab, origins, directions):
+    """The intersections with both planes."""
     both = [_crossed(plane, origins, directions) for plane in shape.planes()]
     return tuple(np.concatenate(parts, axis=1) for parts in zip(*both, strict=True))
 
 
 @_crossed.register
 def _(shape: Box, origins, directions):
-    """In at the last of the three planes that look back, out at the first of those that look ahead."""
+    """Entry at the last of the three planes towards the origin, exit at the first of the others."""
     low, high = (np.array(corner) for corner in shape.bounds)
     ahead = directions > 0
     way = np.where(directions == 0, 1.0, directions)
@@ -87,17 +90,23 @@ def _(shape: Box, origins, directions):
 
 @_crossed.register
 def _(shape: Revolved, origins, directions):
-    """The roots of |x|^2 + |y|^2 - (alpha + beta w + gamma w^2), from the point of the line nearest to the shape, or to its apex."""
+    """Roots of |x|^2 + |y|^2 - (alpha + beta w + gamma w^2) along the line.
+
+    The origin is moved to the point of the line nearest to the shape (or the apex) first, against
+    cancellation.
+    """
     profile, frame = shape.profile, np.array(shape.frame)
     center = np.array(profile.origin if profile.narrowing() else shape.middle)
     nearest = ((center - origins) * directions).sum(axis=1)
     x, y, w = frame @ (origins + nearest[:, None] * directions - np.array(profile.origin)).T
     p, q, r = frame @ directions.T
+    # Solve a t^2 + 2 b t + c = 0 with the stable formula: no difference of close numbers.
     a = p * p + q * q - profile.gamma * r * r
     b = x * p + y * q - (profile.beta / 2 + profile.gamma * w) * r
     c = x * x + y * y - (profile.alpha + w * (profile.beta + profile.gamma * w))
     far = -(b + np.copysign(np.sqrt(b * b - a * c), b))
     steps = np.stack([far / a, c / far], axis=1)
+    # Keep the roots between the two rims.
     heights = w[:, None] + r[:, None] * steps
     within = (heights >= profile.low) & (heights <= profile.high)
     return np.where(within, steps + nearest[:, None], math.nan), np.sign(a[:, None] * steps + b[:, None])
@@ -105,6 +114,7 @@ def _(shape: Revolved, origins, directions):
 
 @_crossed.register
 def _(shape: Mesh, origins, directions):
+    """The crossings of each line with the mesh, one line after the other."""
     found = [_through_mesh(shape, o, u) for o, u in zip(origins, directions, strict=True)]
     most = max((len(distances) for distances, _ in found), default=0)
     distances, sides = np.full((len(found), most), math.nan), np.full((len(found), most), math.nan)
@@ -114,12 +124,18 @@ def _(shape: Mesh, origins, directions):
 
 
 def _through_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Seen along the line, those triangles that turn round it; an edge has the same sign for both its triangles."""
+    """Crossings of one line with a mesh.
+
+    A triangle is hit if its edges, projected along the line, all turn the same way around the line. Both
+    triangles at an edge compute the same sign for that edge, so no line slips between them.
+    """
+    # Project all vertices onto a plane across the line.
     across = np.eye(3)[np.argmin(np.abs(direction))]
     e_u = np.cross(direction, across)
     e_u /= np.linalg.norm(e_u)
     x, y = (mesh.vertices - origin) @ e_u, (mesh.vertices - origin) @ np.cross(direction, e_u)
     i, j, k = mesh.faces.T
+    # Keep the triangles that surround the line.
     turns = np.stack([x[p] * y[q] - y[p] * x[q] for p, q in ((i, j), (j, k), (k, i))])
     hit = np.flatnonzero((turns >= 0).all(axis=0) | (turns <= 0).all(axis=0))
     along = mesh.normals[hit] @ direction
@@ -129,7 +145,7 @@ def _through_mesh(mesh: Mesh, origin: np.ndarray, direction: np.ndarray) -> tupl
 
 
 def _covers(shape: FlatShape, points: np.ndarray) -> np.ndarray:
-    """Whether points of its plane are on a flat shape."""
+    """Whether points (n, 3) of its plane lie on a flat shape."""
     u, v, _ = np.array(shape.frame) @ (points - np.array(shape.center)).T
     match shape:
         case Plane():
@@ -144,4 +160,4 @@ def _covers(shape: FlatShape, points: np.ndarray) -> np.ndarray:
             places = [(p - u, q - v) for p, q in shape.corners]
             turned = [p * t - q * s for (p, q), (s, t) in zip(places, places[1:] + places[:1], strict=True)]
             return np.all([turn >= 0 for turn in turned], axis=0)
-    raise TypeError(f"{type(shape).__name__} is no flat shape")
+    raise TypeError(f"{type(shape).__name__} is not a flat shape")

@@ -1,4 +1,4 @@
-"""The least distance between a point and a shape, with no more than rounding lost: it bounds the weights of an aim."""
+"""Distances between points and shapes, accurate to rounding; they bound the weights of aimed sources."""
 
 import math
 from collections.abc import Iterable
@@ -16,11 +16,11 @@ from transport.shapes.supports import are_on_one_support, place_about_axis, roun
 from transport.shapes.triangles import distance_beside
 from transport.vectors import Vector, dot
 
-BESIDE = 256  # times the rounding of coordinates
+BESIDE = 256  # offset from a flat shape, in units of the rounding of coordinates
 
 
 def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
-    """Distance [m] from a point to the nearest point of a shape; filled: of a closed one's volume, not its surface."""
+    """Distance [m] from a point to the nearest point of a shape; filled: to the volume of a closed shape."""
     offset = tuple(p - q for p, q in zip(point, shape.middle, strict=True))
     match shape:
         case Sphere(radius=radius, is_zone=False):
@@ -47,7 +47,7 @@ def least_distance(shape: Shape, point: Vector, filled: bool = False) -> float:
 
 
 def least_height(shape: Shape, plane: FlatShape) -> float:
-    """The least height [m] of a shape's bounds over the plane of another; 0 where they lie on both sides."""
+    """Least height [m] of a shape's bounds over the plane of a flat shape; 0 if they lie on both sides."""
     if shape.is_infinite:
         return 0.0
     corners = product(*zip(*shape.bounds, strict=True))
@@ -57,7 +57,10 @@ def least_height(shape: Shape, plane: FlatShape) -> float:
 
 
 def least_gap(first: Shape, second: Shape) -> float:
-    """So far apart two shapes are at least [m], by the balls and boxes about them and by the planes of flat ones; 0 where these do not tell."""
+    """Lower bound [m] of the distance between two shapes; 0 where nothing is known.
+
+    It follows from bounding spheres and boxes, and from the planes of flat shapes.
+    """
     if first.is_infinite or second.is_infinite:
         return 0.0
     balls = math.dist(first.middle, second.middle) - first.extent - second.extent
@@ -71,14 +74,14 @@ def least_gap(first: Shape, second: Shape) -> float:
 
 
 def point_beside(flat: FlatShape, is_back: bool, others: Iterable[Shape]) -> Vector:
-    """A point in front of the middle of a flat shape, or behind it, just so far that rounding cannot put it on another."""
+    """Point in front of (or behind) the middle of a flat shape, off all other shapes in spite of rounding."""
     step = BESIDE * max((rounding_of(flat, other) for other in others), default=rounding_of(flat, flat))
     step = -step if is_back else step
     return tuple(p + step * n for p, n in zip(flat.middle, flat.normal, strict=True))
 
 
 def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
-    """Whether no point of a shape lies in front of that side, "front" or "back", of a flat one."""
+    """Whether no point of a shape lies in front of the given side, "front" or "back", of a flat shape."""
     if are_on_one_support(shape, flat):
         return True
     sign = 1.0 if side == "front" else -1.0
@@ -98,7 +101,7 @@ def is_behind(shape: Shape, flat: FlatShape, side: str) -> bool:
 
 
 def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tuple[float, float]:
-    """The least and the greatest distance [m] from a point of the plane to the points of a shape in it."""
+    """Least and greatest distance [m] from a point of the plane to the points of a shape in that plane."""
     offset = tuple(p - q for p, q in zip(point, shape.center, strict=True))
     u, v = (dot(offset, axis) for axis in shape.frame[:2])
     nearest = math.hypot(*_beside(shape, u, v))
@@ -110,7 +113,7 @@ def in_plane_distances(shape: Rectangle | Disk | Triangle, point: Vector) -> tup
 
 
 def _beside(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
-    """How far a point of the plane lies beside a flat shape: components of the way to it."""
+    """Components [m] of the vector from a point of the plane to the nearest point of a flat shape."""
     if isinstance(shape, Plane):
         return (0.0,)
     if isinstance(shape, Triangle):
@@ -126,7 +129,7 @@ def _beside(shape: FlatShape, u: float, v: float) -> tuple[float, ...]:
 
 
 def _depth_in_hole(shape: Rectangle, u: float, v: float) -> float:
-    """How far a point of the plane lies from the edge of a rectangle's hole; negative beyond it."""
+    """Distance [m] of a point of the plane from the edge of a rectangle's hole; negative outside the hole."""
     hole, (e_u, e_v, _) = shape.hole, shape.frame
     steps = zip(shape.center, e_u, e_v, hole.center, strict=True)
     offset = tuple(c + u * p + v * q - h for c, p, q, h in steps)
@@ -137,7 +140,7 @@ def _depth_in_hole(shape: Rectangle, u: float, v: float) -> float:
 
 
 def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
-    """From a point at that distance from the axis and that height: the nearest point lies in the half-plane of both."""
+    """Distance [m] from a point at axial distance rho and height w to a surface of revolution."""
     profile = shape.profile
     if isinstance(shape, Sphere):
         apart = math.hypot(rho, w)
@@ -148,6 +151,7 @@ def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
         return _distance_to_parabola(shape, rho, w)
     rims = [(profile.radius_at(rim), rim) for rim in (profile.low, profile.high)]
     length = math.dist(*rims)
+    # Project the point onto the straight profile between the two rims (cylinder, cone).
     way, offset = (
         tuple((q - p) / length for p, q in zip(*rims, strict=True)),
         (rho - rims[0][0], w - rims[0][1]),
@@ -157,11 +161,12 @@ def _distance_to_profile(shape: Revolved, rho: float, w: float) -> float:
 
 
 def _distance_to_rim(profile: Profile, height: float, rho: float, w: float) -> float:
+    """Distance [m] from a point at axial distance rho and height w to the rim at `height`."""
     return math.hypot(rho - profile.radius_at(height), w - height)
 
 
 def _distance_to_parabola(shape: Paraboloid, rho: float, w: float) -> float:
-    """Least over r of the distance to (r, r^2/4f): where it is stationary r^3 + (8 f^2 - 4 f w) r = 8 f^2 rho."""
+    """Minimum over r of the distance to (r, r^2/4f): the roots of r^3 + (8 f^2 - 4 f w) r = 8 f^2 rho."""
     size, f = shape.radius, shape.focal_length / shape.radius
     rho, w = rho / size, w / size
     roots = np.roots([1.0, 0.0, 8 * f * f - 4 * f * w, -8 * f * f * rho]).real
@@ -170,7 +175,7 @@ def _distance_to_parabola(shape: Paraboloid, rho: float, w: float) -> float:
 
 
 def _distance_to_mesh(mesh: Mesh, point: Vector) -> float:
-    """Of each triangle the height over it where the foot lies in it, else the distance to the nearest of its sides."""
+    """For each triangle the height over it if the foot lies inside, else the distance to the nearest side."""
     corners = mesh.vertices[mesh.faces] - np.array(point)
     height = np.abs(np.einsum("ij,ij->i", corners[:, 0], mesh.normals))
     is_over, nearest = True, math.inf

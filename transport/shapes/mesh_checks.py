@@ -1,4 +1,4 @@
-"""What is wrong with the arrays of a mesh: refused with the first examples, or warned of with counts."""
+"""Checks of a mesh's arrays: errors quote the first examples, warnings give counts."""
 
 from __future__ import annotations
 
@@ -13,29 +13,27 @@ from transport.shapes.mesh_geometry import Facets
 from transport.shapes.mesh_topology import Edges, repeated_triangles
 from transport.validation import UNMASK, SceneError, as_float, is_masked, refuse, shown
 
-LARGEST = 1e150  # half a diagonal [m] whose square is a double
-SHOWN = 3  # examples in a message
+LARGEST = 1e150  # half diagonal [m] whose square still fits a double
+SHOWN = 3  # number of examples in a message
 
 
 class MeshWarning(UserWarning):
-    """A mesh that can be used, with edges or an orientation that are hardly meant."""
+    """Warning about a mesh that is usable, but whose edges or orientation are probably not intended."""
 
 
 def settled_vertices(mesh: object, given: Any) -> np.ndarray:
-    """A copy (n, 3) of float64 [m]; -0.0 becomes 0.0."""
+    """Return the vertices as a new float64 array (n, 3) [m], with -0.0 replaced by 0.0."""
     table = _as_table(mesh, "vertices", given, "an array (n, 3) of lengths in metres")
     vertices = np.array(table, dtype=np.float64, order="C") + 0.0
     bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(bad):
         where = f"{len(bad)} of {len(vertices)}, first vertex {bad[0]}: {shown(vertices[bad[0]])}"
-        refuse(
-            mesh, f"vertices must be finite, got NaN or infinity in {where}; mend or leave out these vertices"
-        )
+        refuse(mesh, f"vertices must be finite, got NaN or infinity in {where}; correct these vertices")
     return vertices
 
 
 def settled_faces(mesh: object, given: Any, number: int) -> np.ndarray:
-    """A copy (m, 3) of int64, each three different numbers of vertices below `number`, no triangle twice."""
+    """Return the faces as a new int64 array (m, 3): distinct indices below `number`, no triangle twice."""
     table = _as_table(mesh, "faces", given, "an array (m, 3) of numbers of vertices")
     if len(table) == 0:
         refuse(mesh, f"faces must hold at least one triangle, got none of {number} vertices; give triangles")
@@ -57,16 +55,19 @@ def settled_faces(mesh: object, given: Any, number: int) -> np.ndarray:
     bad = np.flatnonzero((a == b) | (b == c) | (c == a))
     if len(bad):
         where = f"{len(bad)} of {len(faces)}, {_examples(bad, faces)}"
-        refuse(mesh, f"faces must name three different vertices each, got {where}; leave these triangles out")
+        refuse(mesh, f"faces must have three different vertices each, got {where}; leave these triangles out")
     count, pair = repeated_triangles(faces)
     if pair:
-        where = f"{count} that repeat an earlier one, first triangles {pair[0]} and {pair[1]}: {shown(faces[pair[1]])}"
+        where = (
+            f"{count} that repeat an earlier one, first triangles {pair[0]} and {pair[1]}:"
+            f" {shown(faces[pair[1]])}"
+        )
         refuse(mesh, f"faces must not have the same three vertices twice, got {where}; leave the copies out")
     return faces
 
 
 def settled_factor(mesh: object, name: str, given: Any) -> float:
-    """A positive finite number."""
+    """Return a positive finite number."""
     factor = as_float(given)
     if factor is None or not 0 < factor < math.inf:
         _refuse(
@@ -77,7 +78,7 @@ def settled_factor(mesh: object, name: str, given: Any) -> float:
 
 
 def settled_tolerance(mesh: object, given: Any) -> float:
-    """A length [m], zero or above."""
+    """Return a length [m], zero or positive."""
     tolerance = as_float(given)
     if tolerance is None or not 0 <= tolerance < math.inf:
         must = "tolerance must be a length in metres, zero or positive and finite"
@@ -86,7 +87,7 @@ def settled_tolerance(mesh: object, given: Any) -> float:
 
 
 def check_size(mesh: object, vertices: np.ndarray) -> None:
-    """Refuse a mesh whose own size leaves the range of doubles."""
+    """Raise if the size of the mesh overflows a double."""
     with np.errstate(over="ignore"):
         size = np.linalg.norm(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)
     if not size < LARGEST:
@@ -97,7 +98,7 @@ def check_size(mesh: object, vertices: np.ndarray) -> None:
 
 
 def check_facets(mesh: object, vertices: np.ndarray, faces: np.ndarray, found: Facets) -> None:
-    """Refuse triangles without a normal, and areas outside the range of doubles."""
+    """Raise for triangles without a normal, and for areas outside the range of doubles."""
     bad = np.flatnonzero(found.on_a_line)
     if len(bad):
         where = f"{len(bad)} of {len(faces)}, first triangle {bad[0]}: {shown(vertices[faces[bad[0]]])}"
@@ -110,7 +111,7 @@ def check_facets(mesh: object, vertices: np.ndarray, faces: np.ndarray, found: F
 
 
 def warn(text: str) -> None:
-    """A MeshWarning at the line outside this package that asked for the mesh."""
+    """Issue a MeshWarning that points at the line outside this package which created the mesh."""
     level, frame = 1, sys._getframe()
     while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "transport":
         level, frame = level + 1, frame.f_back
@@ -118,35 +119,37 @@ def warn(text: str) -> None:
 
 
 def warn_of_edges(edges: Edges) -> None:
-    """Warn of edges with more than two triangles and of neighbours that face opposite sides."""
+    """Warn of non-manifold edges, neighbours of opposite orientation, and inverted meshes."""
     if edges.crowded:
         many = _counted(edges.crowded, "edge is", "edges are")
         where = f"the first by triangles {_listed(edges.crowded_example)}"
         warn(
-            f"{many} shared by more than two triangles (non-manifold), {where}; it has no inside: split it up there"
+            f"{many} shared by more than two triangles (non-manifold), {where};"
+            " the mesh has no inside: split it there"
         )
     if edges.turned:
         many = _counted(edges.turned, "pair of neighbours has", "pairs of neighbours have")
         where = f"the first is triangles {_listed(edges.turned_example)}"
-        warn(f"{many} opposite orientations, {where}; turn one of each pair: write its vertices in reverse")
+        warn(f"{many} opposite orientations, {where}; reverse the vertex order of one triangle of each pair")
 
 
 def warn_of_volume(volume: float, rounding: float, triangles: int) -> None:
     """Warn of a mesh without gaps that encloses nothing, or whose normals point inwards."""
     if volume < -rounding:
         got = f"volume {volume:.6g} m^3, {triangles} triangles"
-        warn(f"it is closed and inverted, its normals point inwards ({got}); write mesh.flipped()")
+        warn(f"it is closed, but its normals point inwards ({got}); write mesh.flipped()")
     else:
-        got = f"volume {volume:.3g} m^3, of which {rounding:.3g} may be rounding"
-        warn(f"its triangles enclose nothing ({got}); it has no inside: use one layer of them")
+        got = f"volume {volume:.3g} m^3, rounding up to {rounding:.3g}"
+        warn(f"its triangles enclose nothing ({got}); it has no inside: use a single layer of triangles")
 
 
 def _refuse(mesh: object, problem: str) -> NoReturn:
-    """As `refuse`, also where there is no mesh yet."""
+    """Like `refuse`, also for class methods, where no mesh exists yet."""
     raise SceneError(f"Mesh: {problem}")
 
 
 def _as_table(mesh: object, name: str, given: Any, must: str) -> np.ndarray:
+    """Return the input as an array with three columns of numbers; raises SceneError otherwise."""
     if is_masked(given):
         masked = np.ma.count_masked(given)
         refuse(mesh, f"{name} must have all their values, got {masked} masked; {UNMASK}")
@@ -158,19 +161,22 @@ def _as_table(mesh: object, name: str, given: Any, must: str) -> np.ndarray:
         return np.empty((0, 3), dtype=np.int64)
     if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
         got = f"{table.dtype} of shape {table.shape}" if isinstance(given, np.ndarray) else shown(given)
-        cure = "triangulate other polygons first" if name == "faces" else "one row of x, y, z a vertex"
+        cure = "triangulate other polygons first" if name == "faces" else "one row of x, y, z per vertex"
         refuse(mesh, f"{name} must be {must}, got {got}; {cure}")
     return table
 
 
 def _examples(bad: np.ndarray, faces: np.ndarray) -> str:
+    """The first bad triangles, as text."""
     return "first " + ", ".join(f"triangle {t}: {shown(faces[t])}" for t in bad[:SHOWN])
 
 
 def _counted(number: int, one: str, many: str) -> str:
+    """A number with its noun in singular or plural."""
     return f"{number} {one if number == 1 else many}"
 
 
 def _listed(triangles: tuple[int, ...]) -> str:
+    """Numbers of triangles as text, such as "3, 4 and 7"."""
     *others, last = map(str, triangles[: SHOWN + 1])
     return f"{', '.join(others)} and {last}"

@@ -1,4 +1,4 @@
-"""Triangles out of files and of PyVista's PolyData; pyvista is asked for here only, and only when a file is read."""
+"""Triangles from files and from pyvista.PolyData; pyvista is imported only when a file is read."""
 
 from __future__ import annotations
 
@@ -15,23 +15,25 @@ SUFFIXES = (".stl", ".ply", ".obj", ".vtp")
 
 
 def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (n, 3) and triangles (m, 3) of an STL (ascii or binary), PLY, OBJ or VTP file, as they stand there.
+    """Vertices (n, 3) and triangles (m, 3) of an STL (ascii or binary), PLY, OBJ or VTP file, unchanged.
 
-    Raises SceneError for a file that is not there, is empty or holds no triangles, and without pyvista.
+    Raises SceneError if the file is missing, empty or holds no triangles, or if pyvista is not installed.
     """
     file = _existing(path)
     try:
         import pyvista
     except ImportError as error:
         raise SceneError(
-            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error}; pip install '.[viz]' in the clone"
+            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error};"
+            " pip install '.[viz]' in the clone"
         ) from error
+    # Collect VTK's error messages, which it does not raise.
     heard = pyvista.VtkErrorCatcher(send_to_logging=False)
     try:
         with heard:
             reader = pyvista.get_reader(str(file))
             if file.suffix.lower() == ".stl":
-                reader.reader.MergingOff()  # which would leave out collapsed triangles without a word
+                reader.reader.MergingOff()  # merging would silently drop collapsed triangles
             polydata = reader.read()
     except Exception as error:
         raise _unreadable(file, heard.events[0].alert if heard.events else error) from error
@@ -44,29 +46,29 @@ def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
 
 
 def arrays_of_polydata(polydata: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (n, 3) and triangles (m, 3) of the polygons of a PolyData; its lines and points are left out."""
+    """Vertices (n, 3) and triangles (m, 3) of the polygons of a PolyData; lines and points are ignored."""
     kind = type(polydata).__name__
     if not all(hasattr(polydata, name) for name in ("triangulate", "points", "faces")):
         cure = "write Mesh.from_file(path) for a file, Mesh.from_pyvista(grid.extract_surface()) for a grid"
         raise SceneError(f"Mesh.from_pyvista: polydata must be a pyvista.PolyData, got {kind}; {cure}")
     arrays = _triangles_of(polydata)
     if arrays is None:
-        cure = "extract a surface of what it holds"
+        cure = "write polydata.extract_surface()"
         raise SceneError(f"Mesh.from_pyvista: polydata must hold polygons, got none in {kind}; {cure}")
     return arrays
 
 
 def _triangles_of(polydata: Any) -> tuple[np.ndarray, np.ndarray] | None:
-    """Vertices and triangles; None where there are no polygons."""
+    """Vertices and triangles; None if there are no polygons."""
     surface = polydata.triangulate()
-    faces = np.asarray(surface.faces).reshape(-1, 4)  # each a 3 and the numbers of three points
+    faces = np.asarray(surface.faces).reshape(-1, 4)  # each row: 3, then three vertex indices
     if len(faces) == 0:
         return None
     return np.asarray(surface.points, dtype=np.float64), np.asarray(faces[:, 1:], dtype=np.int64)
 
 
 def _existing(path: str | os.PathLike) -> Path:
-    """The file of that path, refused where it cannot be one of triangles."""
+    """The file at that path; raises SceneError if it is missing, empty, cut off or not a mesh format."""
     if not isinstance(path, str | os.PathLike):
         raise SceneError(
             f"Mesh.from_file: path must be a text or a Path, got {shown(path)}; write 'part.stl'"
@@ -91,11 +93,13 @@ def _existing(path: str | os.PathLike) -> Path:
 
 
 def _near(file: Path) -> str:
-    """Where to look for a file that is not there: the nearest folder that is."""
+    """Quoted path of the nearest existing parent folder."""
     return repr(str(next(folder for folder in file.absolute().parents if folder.is_dir())))
 
 
 def _unreadable(file: Path, found: object) -> SceneError:
+    """SceneError for a file that cannot be read."""
     return SceneError(
-        f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix}, got {str(found).splitlines()[0]}; save it again"
+        f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix},"
+        f" got {str(found).splitlines()[0]}; save it again"
     )

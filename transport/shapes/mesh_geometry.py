@@ -1,8 +1,9 @@
-"""Normals, areas and volume of many triangles at once, with the digits that slivers lose in plain arithmetic.
+"""Normals, areas and volume of many triangles at once, accurate for thin triangles.
 
-Twice the area is a vector product of two edges.  Edges are kept as the exact sum of two doubles, and products are
-taken with their rounding errors (Dekker 1971; Shewchuk 1997, Adaptive precision floating-point arithmetic), so that
-the error is 2^-104 of the edges' squares: as small as the rounding of the coordinates lets a sliver's height be.
+Twice the area is the cross product of two edges. Edges are kept as exact sums of two doubles, and products
+with their rounding errors (Dekker 1971; Shewchuk 1997, Adaptive precision floating-point arithmetic), so that
+the error is 2^-104 of the squared edge lengths: as small as the height that rounded coordinates can still
+represent.
 """
 
 import math
@@ -10,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-ROUNDING = 2.0**-51  # of coordinates: a height below it is a line's
+ROUNDING = 2.0**-51  # relative to coordinates: triangles of smaller height count as lines
 SPLITTER = 2.0**27 + 1
 EPSILON = 2.0**-52
 
 
 class Facets(NamedTuple):
-    """Per triangle: unit normals (m, 3), areas (m,) [m^2], and whether its vertices lie on a line up to rounding."""
+    """Per triangle: unit normals (m, 3), areas (m,) [m^2], and whether its vertices are collinear."""
 
     normals: np.ndarray
     areas: np.ndarray
@@ -24,12 +25,14 @@ class Facets(NamedTuple):
 
 
 def facets(vertices: np.ndarray, faces: np.ndarray) -> Facets:
-    """Unit normals by the right hand over the vertices' order, and areas [m^2], exact to a few roundings."""
+    """Unit normals (right-hand rule over the vertex order) and areas [m^2], accurate to a few roundings."""
     a, b, c = (np.ascontiguousarray(vertices[faces[:, i]].T) for i in range(3))
     (u, u_low), (v, v_low) = _difference(b, a), _difference(c, a)
+    # Scale each triangle by a power of two, so that squares neither overflow nor underflow.
     _, exponent = np.frexp(np.maximum(np.abs(u), np.abs(v)).max(axis=0))
     u, u_low, v, v_low = (np.ldexp(part, -exponent) for part in (u, u_low, v, v_low))
     twice = np.stack([_minor(u, u_low, v, v_low, i, j) for i, j in ((1, 2), (2, 0), (0, 1))])
+    # Compare the height with the rounding of the coordinates.
     length = np.sqrt((twice * twice).sum(axis=0))
     longest = np.sqrt(np.maximum.reduce([(way * way).sum(axis=0) for way in (u, v, v - u)]))
     magnitude = np.abs(np.concatenate([a, b, c])).max(axis=0)
@@ -43,9 +46,10 @@ def facets(vertices: np.ndarray, faces: np.ndarray) -> Facets:
 def signed_volume(
     vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, areas: np.ndarray
 ) -> tuple[float, float]:
-    """Volume [m^3] inside a closed mesh (negative where normals point inwards), and a bound on its rounding.
+    """Volume [m^3] of a closed mesh (negative if normals point inwards), and a bound on its rounding error.
 
-    By the divergence theorem, a third of the sum of area times distance of the triangle's plane from the middle.
+    Divergence theorem: a third of the sum of area times signed distance of the triangle's plane from the
+    middle.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     way = vertices[faces[:, 0]] - (low + (high - low) / 2)
@@ -54,9 +58,10 @@ def signed_volume(
 
 
 def winding_number(vertices: np.ndarray, faces: np.ndarray, point: np.ndarray) -> float:
-    """How often the mesh surrounds a point: its solid angle over 4π (Van Oosterom and Strackee 1983, eq. 8).
+    """Winding number of the mesh around a point: solid angle over 4π (Van Oosterom and Strackee 1983, eq. 8).
 
-    Of a point in a facet the angle of that facet counts as 0, so that half of the rest is left.
+    A facet that contains the point counts as 0, so that a point in a facet of a closed mesh has winding
+    number 1/2.
     """
     a, b, c = ((vertices - point)[faces[:, i]] for i in range(3))
     p, q, r = (np.sqrt((way * way).sum(axis=1)) for way in (a, b, c))
@@ -66,7 +71,7 @@ def winding_number(vertices: np.ndarray, faces: np.ndarray, point: np.ndarray) -
 
 
 def _minor(u, u_low, v, v_low, i: int, j: int) -> np.ndarray:
-    """u_i v_j - u_j v_i of vectors in two parts each."""
+    """u_i v_j - u_j v_i of vectors given as sums of two doubles."""
     (plus, plus_low), (minus, minus_low) = _product(u[i], v[j]), _product(u[j], v[i])
     high, low = _difference(plus, minus)
     mixed = (u[i] * v_low[j] - u[j] * v_low[i]) + (u_low[i] * v[j] - u_low[j] * v[i])
@@ -88,7 +93,7 @@ def _product(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _halves(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A double as the sum of two of 26 bits."""
+    """Split a double into the sum of two 26-bit numbers (Dekker)."""
     spread = SPLITTER * a
     high = spread - (spread - a)
     return high, a - high

@@ -1,4 +1,4 @@
-"""Triangulated solids: a sphere of a divided icosahedron, a box."""
+"""Triangulated solids: a sphere (subdivided icosahedron) and a box."""
 
 import math
 
@@ -15,28 +15,31 @@ CORNERS = np.array(
 
 
 def sphere_arrays(center: tuple[float, ...], radius: float, triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices on a sphere [m] and the 20 f^2 triangles, at least so many, of an icosahedron divided f times.
+    """Vertices on a sphere [m] and at least `triangles` triangles, 20 f^2, of a subdivided icosahedron.
 
-    The points of an edge are the same sums of the same two corners on both its sides: welding joins them.
+    Points of a shared edge are computed by identical sums on both sides, so that they merge exactly.
     """
     f = max(1, math.isqrt(max(triangles - 1, 0) // 20) + 1)
     a, b, c = (CORNERS[faces] for faces in _icosahedron().T)
+    # Place points of the divided face at integer barycentric coordinates (i, j, f - i - j).
     i, j = (index.ravel() for index in np.meshgrid(range(f + 1), range(f + 1), indexing="ij"))
     i, j = i[i + j <= f], j[i + j <= f]
     points = (i[:, None] * a[:, None, :] + j[:, None] * b[:, None, :]) + (f - i - j)[:, None] * c[:, None, :]
     points = points.reshape(-1, 3)
+    # Number the points of one face, and list its upright and inverted triangles.
     place = np.full((f + 2, f + 2), -1)
     place[i, j] = np.arange(len(i))
     upright = np.stack([place[i, j], place[i + 1, j], place[i, j + 1]], axis=1)[i + j < f]
     turned = np.stack([place[i, j], place[i - 1, j], place[i, j - 1]], axis=1)[(i > 0) & (j > 0)]
     one_side = np.concatenate([upright, turned])
+    # Repeat for all 20 faces, merge shared points, and project them onto the sphere.
     faces = (one_side[None] + len(i) * np.arange(20)[:, None, None]).reshape(-1, 3)
     points, faces, *_ = weld(points, faces)
     return radius * (points / np.linalg.norm(points, axis=1)[:, None]) + center, faces
 
 
 def box_arrays(low: tuple[float, ...], high: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """The eight corners [m] of a box along the axes, and twelve triangles whose normals point outwards."""
+    """Eight corners [m] of an axis-aligned box, and twelve triangles with outward normals."""
     ends = np.array([low, high])
     vertices = np.array([ends[(x, y, z), (0, 1, 2)] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -44,8 +47,9 @@ def box_arrays(low: tuple[float, ...], high: tuple[float, ...]) -> tuple[np.ndar
 
 
 def _icosahedron() -> np.ndarray:
-    """The 20 triples of neighbouring corners, normals outwards."""
-    near = np.abs(CORNERS @ CORNERS.T - GOLDEN) < 0.1  # at the edge's length, 2: a product of phi
+    """The 20 triples of adjacent corners, with outward normals."""
+    # Adjacent corners, at edge length 2, have the scalar product phi.
+    near = np.abs(CORNERS @ CORNERS.T - GOLDEN) < 0.1
     faces = [
         (a, b, c)
         for a in range(12)

@@ -1,4 +1,4 @@
-"""Who is whose neighbour in a mesh: edges that are open, shared by too many, or run twice in one direction; equal rows."""
+"""Mesh topology: open, non-manifold and inconsistently oriented edges; equal rows."""
 
 from typing import NamedTuple
 
@@ -8,9 +8,11 @@ MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], 
 
 
 class Edges(NamedTuple):
-    """How many edges are open, shared by more than two triangles (crowded), run twice in one direction (turned).
+    """Numbers of edges with one triangle (open), with more than two (crowded), and of turned edges.
 
-    For the latter two also the triangles at the first such edge.
+    A turned edge joins two triangles of opposite orientation.
+
+    crowded_example, turned_example: the triangles at the first such edge.
     """
 
     open: int
@@ -21,15 +23,17 @@ class Edges(NamedTuple):
 
     @property
     def are_paired(self) -> bool:
-        """Whether every edge joins exactly two triangles, which run it in opposite directions."""
+        """Whether every edge joins exactly two triangles of equal orientation."""
         return self.open == self.crowded == self.turned == 0
 
 
 def edges_of(faces: np.ndarray) -> Edges:
-    """The census of edges of triangles (m, 3) of vertex numbers."""
+    """Count the edges of triangles (m, 3) of vertex indices by kind."""
+    # Encode each directed edge as an integer whose last bit is its direction.
     start, stop = faces.ravel(), faces[:, (1, 2, 0)].ravel()
     number = int(faces.max()) + 1
     coded = (np.minimum(start, stop) * number + np.maximum(start, stop)) * 2 + (start < stop)
+    # Group equal undirected edges and count their triangles.
     in_order = np.sort(coded)
     undirected = in_order >> 1
     first = np.flatnonzero(np.concatenate([[True], undirected[1:] != undirected[:-1]]))
@@ -47,10 +51,13 @@ def edges_of(faces: np.ndarray) -> Edges:
 
 
 def equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where each different row of three int64 comes first, in ascending order; and for each row, which of these it equals."""
+    """First occurrence of each distinct row of three int64, and for each row the index of its equal.
+
+    First occurrences are in ascending order.
+    """
     keys = (rows.view(np.uint64) * MIXERS).sum(axis=1, dtype=np.uint64)
     _, first, label = np.unique(keys, return_index=True, return_inverse=True)
-    if not np.array_equal(rows[first][label], rows):  # two rows with one key
+    if not np.array_equal(rows[first][label], rows):  # hash collision: compare the rows themselves
         _, first, label = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -59,7 +66,7 @@ def equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def repeated_triangles(faces: np.ndarray) -> tuple[int, tuple[int, int] | None]:
-    """How many triangles have the three vertices of an earlier one, and the first such pair."""
+    """Number of triangles with the same three vertices as an earlier one, and the first such pair."""
     first, label = equal_rows(np.sort(faces, axis=1))
     if len(first) == len(faces):
         return 0, None
@@ -69,7 +76,7 @@ def repeated_triangles(faces: np.ndarray) -> tuple[int, tuple[int, int] | None]:
 
 
 def without_unused(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The vertices that triangles name, in their order, and the triangles with the new numbers."""
+    """Vertices that triangles use, in their order, and the triangles with the new indices."""
     used = np.zeros(len(vertices), dtype=bool)
     used[faces] = True
     if used.all():

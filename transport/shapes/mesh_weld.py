@@ -1,4 +1,4 @@
-"""Welding: vertices in one place become one, and triangles that collapse are left out."""
+"""Merges coincident vertices and drops triangles that collapse."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from transport.shapes.mesh_topology import equal_rows
 
 
 class Welded(NamedTuple):
-    """Vertices, triangles, and how many of each are gone."""
+    """Vertices, triangles, and how many vertices were merged and triangles collapsed."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -17,9 +17,9 @@ class Welded(NamedTuple):
 
 
 def weld(vertices: np.ndarray, faces: np.ndarray, tolerance: float = 0.0) -> Welded:
-    """Merge vertices whose coordinates are equal, or that chains of steps up to a tolerance [m] join.
+    """Merge vertices with equal coordinates, or linked by chains of steps up to `tolerance` [m].
 
-    A merged vertex is the first of its group, so that no vertex gets a place that was not there.
+    A merged vertex is the first of its group: no new positions arise.
     """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64) + 0.0  # -0.0 equals 0.0
     first, label = equal_rows(vertices.view(np.int64))
@@ -33,7 +33,7 @@ def weld(vertices: np.ndarray, faces: np.ndarray, tolerance: float = 0.0) -> Wel
 
 
 def _groups(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """For each point the number of its group, in the order of the groups' first points."""
+    """Group number of each point, in the order of the groups' first points."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree

@@ -1,4 +1,4 @@
-"""Whether two shapes on one support cover a common piece of it, and so may not both act there."""
+"""Whether two shapes on one support overlap, so that they may not both act as surfaces there."""
 
 import math
 from itertools import pairwise
@@ -16,7 +16,8 @@ from transport.vectors import Vector, are_parallel, dot
 def overlap(a: Shape, b: Shape) -> bool:
     """Whether two shapes on one support have more than an edge in common.
 
-    Exact, but for a piece that reaches into a hole which is open at the edge of its rectangle: that counts as an overlap.
+    Exact, except for a shape that reaches into a hole which is open at the edge of its rectangle: this counts
+    as an overlap.
     """
     if isinstance(a, FlatShape) and isinstance(b, FlatShape):
         return _overlap_on_plane(a, b, rounding_of(a, b))
@@ -28,6 +29,7 @@ def overlap(a: Shape, b: Shape) -> bool:
 
 
 def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
+    """Whether two flat shapes on one plane overlap."""
     if isinstance(a, Plane) or isinstance(b, Plane):
         return True
     if _hole_holds(a, b, tolerance) or _hole_holds(b, a, tolerance):
@@ -40,7 +42,7 @@ def _overlap_on_plane(a: FlatShape, b: FlatShape, tolerance: float) -> bool:
 
 
 def _hole_holds(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
-    """Whether the hole of a rectangle holds the other shape."""
+    """Whether the other shape lies within the hole of a rectangle."""
     hole = shape.hole if isinstance(shape, Rectangle) else None
     if hole is None:
         return False
@@ -55,7 +57,7 @@ def _hole_holds(shape: FlatShape, other: FlatShape, tolerance: float) -> bool:
 
 
 def _across(shape: Rectangle | Triangle) -> list[Vector]:
-    """Unit vectors in the plane across the edges."""
+    """Unit vectors in the plane, perpendicular to the edges."""
     e_u, e_v, _ = shape.frame
     if isinstance(shape, Rectangle):
         return [e_u, e_v]
@@ -64,12 +66,13 @@ def _across(shape: Rectangle | Triangle) -> list[Vector]:
 
 
 def _gap_along(axis: Vector, a: FlatShape, b: FlatShape) -> float:
-    """Distance between the shadows of two shapes on an axis; negative where they overlap (separating axes)."""
+    """Distance [m] between projections of two shapes on an axis; negative if they overlap."""
     (low_a, high_a), (low_b, high_b) = _shadow(axis, a), _shadow(axis, b)
     return max(low_a, low_b) - min(high_a, high_b)
 
 
 def _shadow(axis: Vector, shape: FlatShape) -> tuple[float, float]:
+    """Interval [m] that a shape's projection covers on an axis."""
     if isinstance(shape, Triangle):
         heights = [dot(axis, vertex) for vertex in shape.vertices]
         return min(heights), max(heights)
@@ -78,7 +81,7 @@ def _shadow(axis: Vector, shape: FlatShape) -> tuple[float, float]:
 
 
 def _overlap_along_axis(a: Revolved, b: Revolved, tolerance: float) -> bool:
-    """Of two shapes about one axis: by their heights on it."""
+    """Whether two shapes with one axis overlap in height."""
     offset = tuple(q - p for p, q in zip(a.profile.origin, b.profile.origin, strict=True))
     sign = math.copysign(1.0, dot(a.axis, b.axis))
     low, high = sorted(dot(offset, a.axis) + sign * w for w in (b.profile.low, b.profile.high))
@@ -86,15 +89,18 @@ def _overlap_along_axis(a: Revolved, b: Revolved, tolerance: float) -> bool:
 
 
 def _overlap_on_sphere(a: Sphere, b: Sphere) -> bool:
-    """Of two zones of one sphere about unlike axes: a point at an angle t from one axis is seen from the other at
-    angles from |t - tilt| to min(t + tilt, 2 pi - t - tilt); the overlap is sought among t.
+    """Whether two zones of one sphere with different axes overlap.
+
+    A point at polar angle t about one axis is seen from the other axis at polar angles from |t - tilt| to
+    min(t + tilt, 2 pi - t - tilt); the zones overlap if a range of t satisfies both.
     """
     (first, last), (nearest, farthest) = _polar_angles(a), _polar_angles(b)
     tilt = math.atan2(math.dist(a.axis, b.axis), math.dist(a.axis, [-x for x in b.axis])) * 2
     low = max(first, tilt - farthest, nearest - tilt)
     high = min(last, tilt + farthest, 2 * math.pi - nearest - tilt)
-    return high - low > math.sqrt(ROUNDING)  # what rounding a cosine may do to an angle
+    return high - low > math.sqrt(ROUNDING)  # error of an angle from a rounded cosine
 
 
 def _polar_angles(zone: Sphere) -> tuple[float, float]:
+    """Polar angles [rad] between which a zone lies."""
     return math.acos(zone.mu_max), math.acos(zone.mu_min)

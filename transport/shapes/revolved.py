@@ -1,4 +1,4 @@
-"""Surfaces of revolution: cylinder, cone, paraboloid, each between two heights; spheres and their zones share the base."""
+"""Surfaces of revolution between two heights: cylinder, cone, paraboloid; base class of spheres too."""
 
 import math
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from transport.validation import (
 )
 from transport.vectors import Frame, Vector, local_frame
 
-BLUNT = 0.5  # a cone whose smaller radius is below this share of the larger is described from its apex
-THINNEST = 2.0**-40  # of the larger of radius and length: beyond, rounding does not tell the sides apart
+BLUNT = 0.5  # cones with a smaller ratio of radii are described from the apex
+THINNEST = 2.0**-40  # least ratio of radius and length: below it, rounding merges the two sides
 
 
 @dataclass(frozen=True)
 class Profile:
-    """A conic turned about an axis: rho^2 = alpha + beta w + gamma w^2 for w in [low, high].
+    """Conic section rotated about an axis: rho^2 = alpha + beta w + gamma w^2 for w in [low, high].
 
-    w is the height [m] along the shape's axis from `origin`, rho the distance [m] from the axis.  `lift` is the
-    height [m] of `origin` over the shape's `center`.  gamma -1: a sphere; 0: a cylinder, or with beta a paraboloid;
-    above 0 a cone.
+    w is the height [m] along the axis from `origin`, rho the distance [m] from the axis. `lift` is the height
+    [m] of `origin` over the shape's `center`. gamma = -1: sphere; 0: cylinder, or paraboloid if beta is not
+    0; above 0: cone.
     """
 
     alpha: float
@@ -37,17 +37,20 @@ class Profile:
     lift: float = 0.0
 
     def radius_at(self, w: float) -> float:
-        """rho [m] at a height [m] from `origin`; arrays are taken too."""
+        """rho [m] at a height [m] from `origin`; also for arrays."""
         if self.gamma < 0 and self.beta == 0:
             radius = math.sqrt(-self.alpha / self.gamma)
             return abs(-self.gamma * (radius - w) * (radius + w)) ** 0.5
         return abs(self.alpha + w * (self.beta + self.gamma * w)) ** 0.5
 
     def area_per_height(self, low: float, high: float) -> float:
-        """Mean of rho sqrt(1 + (drho/dw)^2) between two heights [m]: area over angle and height; arrays are taken too.
+        """Mean of rho sqrt(1 + (drho/dw)^2) between two heights [m]: area per azimuth and height.
 
-        Its square is a polynomial that is linear in w (sphere, cylinder, paraboloid) or a perfect square (cone); the
-        mean is taken from its ends without a difference, so that narrow bands and near-cylinders keep all digits.
+        Also for arrays.
+
+        The square of the integrand is linear in w (sphere, cylinder, paraboloid) or a perfect square (cone).
+        The mean is computed from the end values without a difference, so that narrow bands and near-cylinders
+        keep all digits.
         """
         lower, upper = self._steepness(low), self._steepness(high)
         if self.gamma * (1 + self.gamma) != 0:
@@ -55,18 +58,21 @@ class Profile:
         return (lower * lower + lower * upper + upper * upper) / (lower + upper) / 1.5
 
     def area_per_radian(self, low: float, high: float) -> float:
-        """Area over angle [m^2] between two heights [m] from `origin`; arrays are taken too."""
+        """Area per azimuth [m^2/rad] between two heights [m] from `origin`; also for arrays."""
         return (high - low) * self.area_per_height(low, high)
 
     def height_over(self, rho: float, w: float) -> float:
-        """How far [m] a point lies outside the endless surface: exact for spheres and cylinders, else near it only."""
+        """Signed distance [m] of a point from the infinite surface, positive outside.
+
+        Exact for spheres and cylinders, else to first order near the surface.
+        """
         slope, curve = self.beta / 2 + self.gamma * w, w * (self.beta + self.gamma * w)
         steepness2 = self.alpha + self.beta * self.beta / 4 + (1 + self.gamma) * curve
         scale = math.hypot(rho, slope) + math.sqrt(max(steepness2, 0.0))
         return (rho * rho - self.alpha - curve) / scale if scale > 0 else 0.0
 
     def has_branch_at(self, w: float, tolerance: float) -> bool:
-        """Whether a height [m] is not on the mirror image of a cone beyond its apex."""
+        """Whether a height [m] is on the cone itself rather than on its mirror image beyond the apex."""
         if self.gamma <= 0:
             return True
         return (
@@ -76,23 +82,26 @@ class Profile:
         )
 
     def narrowing(self) -> float:
-        """Of a cone told from its apex 1 where it narrows along its axis, -1 where it widens; of other surfaces 0."""
+        """For a cone described from its apex: 1 if it narrows along its axis, -1 if it widens; else 0."""
         if self.gamma <= 0 or self.alpha != 0:
             return 0.0
         return -math.copysign(1.0, self.beta + self.gamma * (self.low + self.high))
 
     def middle_height(self) -> float:
-        """Height [m] of the middle of the smallest ball that holds the surface."""
-        even = ((self.low + self.high) * (1 + self.gamma) + self.beta) / 2  # as far from either rim
+        """Height [m] of the centre of the smallest sphere that holds the surface."""
+        even = ((self.low + self.high) * (1 + self.gamma) + self.beta) / 2  # equally far from both rims
         return min(max(even, self.low), self.high)
 
     def extent(self) -> float:
-        """Radius [m] of the smallest ball that holds the surface."""
+        """Radius [m] of the smallest sphere that holds the surface."""
         middle = self.middle_height()
         return max(math.hypot(w - middle, self.radius_at(w)) for w in (self.low, self.high))
 
     def reach(self, along: float, across: float) -> float:
-        """How far [m] the surface reaches from `origin` in a direction of these cosine and sine to the axis."""
+        """Largest projection [m] of the surface, from `origin`, on a direction.
+
+        along, across: cosine and sine of the direction to the axis.
+        """
         heights = (self.low, self.high, min(max(self._summit(along, across), self.low), self.high))
         return max(along * w + across * self.radius_at(w) for w in heights)
 
@@ -104,7 +113,7 @@ class Profile:
         return (self.radius_at(w) ** 2 + slope * slope) ** 0.5
 
     def _summit(self, along: float, across: float) -> float:
-        """Height [m] at which along w + across rho is greatest, where that is not at an end."""
+        """Height [m] at which along w + across rho is stationary and largest; an end if there is none."""
         if self.gamma < 0:
             return math.sqrt(self.alpha) * along / math.hypot(along, across)
         if self.gamma == 0 and self.beta != 0 and along < 0:
@@ -114,32 +123,32 @@ class Profile:
 
 
 class Revolved(Shape):
-    """What surfaces of revolution share: an `axis`, a `profile`, and normals that point away from the axis."""
+    """Base class of surfaces of revolution: an axis, a profile, and normals away from the axis."""
 
     @property
     def profile(self) -> Profile:
-        """The conic that is turned about the axis."""
+        """Conic section that is rotated about the axis."""
         raise NotImplementedError
 
     @property
     def frame(self) -> Frame:
-        """Unit vectors (e_u, e_v, axis) of its coordinates; azimuth runs from e_u towards e_v."""
+        """Unit vectors (e_u, e_v, axis) of the shape's coordinates; azimuth runs from e_u to e_v."""
         return local_frame(self.axis, None)
 
     @property
     def middle(self) -> Vector:
-        """Middle of the smallest ball that holds the surface [m]."""
+        """Centre of the smallest sphere that holds the surface [m]."""
         profile = self.profile
         return _along(profile.origin, self.axis, profile.middle_height())
 
     @property
     def extent(self) -> float:
-        """Radius of the smallest ball that holds the surface [m]."""
+        """Radius of the smallest sphere that holds the surface [m]."""
         return self.profile.extent()
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         profile, (x, y, z) = self.profile, self.axis
         tilts = [(x, math.hypot(y, z)), (y, math.hypot(x, z)), (z, math.hypot(x, y))]
         places = list(zip(profile.origin, tilts, strict=True))
@@ -153,23 +162,47 @@ class Revolved(Shape):
         return 2 * math.pi * profile.area_per_radian(profile.low, profile.high)
 
     def _settle_axis(self) -> None:
+        """Check and store centre and axis."""
         settle_vector(self, "center")
         settle_direction(self, "axis")
 
     def _check_aspect(self, radius: float, height: float) -> None:
-        """Refuse needles and flat bodies whose two sides lie within rounding of one another."""
+        """Raise for shapes so thin or flat that rounding cannot separate their two sides."""
         thin, wide = sorted((radius, height))
         if thin * thin == 0:
             refuse(self, f"squares of its lengths must not vanish, got {thin:.3g} m; change the unit")
         if thin < THINNEST * wide:
-            cure = "make it thicker, or take a Disk for what is flat"
+            cure = "make it thicker, or use a Disk for a flat shape"
             must = f"its radius and its length must not differ by more than 1 : {1 / THINNEST:.2g}"
             refuse(self, f"{must}, got {radius:.3g} m and {height:.3g} m; {cure}")
 
 
 @scene_object(kw_only=True)
 class Cylinder(Revolved):
-    """The lateral surface of a cylinder of `radius` and `height` [m] about `axis`; `center` at mid-height."""
+    """Lateral surface of a circular cylinder, without end caps; normals point away from the axis.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Point on the axis at mid-height [m].
+    axis : three floats, default (0, 0, 1)
+        Direction of the axis, of any length; stored as a unit vector.
+    radius : float
+        Radius [m], positive.
+    height : float
+        Length along the axis [m], positive.
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive, or radius and height differ by a factor above 1e12.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> f"{tp.Cylinder(radius=1.0, height=2.0).area:.4f}"
+    '12.5664'
+    """
 
     center: VectorField = (0.0, 0.0, 0.0)
     axis: VectorField = (0.0, 0.0, 1.0)
@@ -184,7 +217,7 @@ class Cylinder(Revolved):
 
     @property
     def profile(self) -> Profile:
-        """rho^2 = radius^2."""
+        """Conic section rho^2 = radius^2."""
         half = self.height / 2
         return Profile(self.radius * self.radius, 0.0, 0.0, -half, half, self.center)
 
@@ -196,9 +229,31 @@ class Cylinder(Revolved):
 
 @scene_object(kw_only=True)
 class Cone(Revolved):
-    """The lateral surface of a cone or frustum about `axis`; `center` at mid-height.
+    """Lateral surface of a cone or frustum, without end caps; normals point away from the axis.
 
-    `radius` [m] at the end against the axis, `top_radius` at the end along it; one of them may be 0.
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Point on the axis at mid-height [m].
+    axis : three floats, default (0, 0, 1)
+        Direction of the axis, of any length; stored as a unit vector.
+    radius : float
+        Radius at the lower end of the axis [m], zero or positive.
+    top_radius : float, default 0
+        Radius at the upper end of the axis [m], zero or positive; not both radii 0.
+    height : float
+        Length along the axis [m], positive.
+
+    Raises
+    ------
+    SceneError
+        If a length is out of range, or radius and height differ by a factor above 1e12.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Cone(radius=2.0, top_radius=1.0, height=2.0).slope
+    -0.5
     """
 
     center: VectorField = (0.0, 0.0, 0.0)
@@ -220,14 +275,16 @@ class Cone(Revolved):
 
     @property
     def slope(self) -> float:
-        """Change of the radius with the height."""
+        """Change of the radius with height."""
         return (self.top_radius - self.radius) / self.height
 
     @property
     def profile(self) -> Profile:
-        """rho = middle radius + slope w, from the center; of a pointed cone rho = |slope w|, from the apex.
+        """Conic section of the cone, from its centre, or from its apex if it is pointed.
 
-        From the center rho^2 would cancel near a narrow end; from the apex the heights would, of a blunt cone.
+        rho = mean radius + slope w from the centre; rho = |slope w| from the apex. Relative to the centre
+        rho^2 would cancel near a narrow end; relative to the apex the heights of a nearly cylindrical cone
+        would.
         """
         slope, radii = self.slope, (self.radius, self.top_radius)
         if min(radii) >= BLUNT * max(radii):
@@ -246,10 +303,33 @@ class Cone(Revolved):
 
 @scene_object(kw_only=True)
 class Paraboloid(Revolved):
-    """A paraboloid of revolution, open along `axis`: rho^2 = 4 focal_length w, `center` at its vertex.
+    """Paraboloid of revolution that opens along `axis`: rho^2 = 4 focal_length w, between two radii.
 
-    Between `inner_radius` (0: from the vertex on) and `radius` [m].  Its normals point away from the axis: the focus
-    lies behind it.
+    Normals point away from the axis, so that the focus lies on the back side.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Vertex [m].
+    axis : three floats, default (0, 0, 1)
+        Direction from the vertex to the focus, of any length; stored as a unit vector.
+    focal_length : float
+        Distance from vertex to focus [m], positive.
+    radius : float
+        Radius of the rim [m], positive.
+    inner_radius : float, default 0
+        Radius of a central hole [m], below `radius`.
+
+    Raises
+    ------
+    SceneError
+        If a length is out of range, or radius and depth differ by a factor above 1e12.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Paraboloid(focal_length=0.5, radius=1.0).focus
+    (0.0, 0.0, 0.5)
     """
 
     center: VectorField = (0.0, 0.0, 0.0)
@@ -269,16 +349,17 @@ class Paraboloid(Revolved):
 
     @property
     def focus(self) -> Vector:
-        """Where rays along the axis meet after reflection [m]."""
+        """Focus [m]."""
         return _along(self.center, self.axis, self.focal_length)
 
     @property
     def profile(self) -> Profile:
-        """rho^2 = 4 f w."""
+        """Conic section rho^2 = 4 f w."""
         slope = 4 * self.focal_length
         low, high = (radius / slope * radius for radius in (self.inner_radius, self.radius))
         return Profile(0.0, slope, 0.0, low, high, self.center)
 
 
 def _along(point: Vector, axis: Vector, length: float) -> Vector:
+    """Point at a distance [m] from `point` along the axis."""
     return tuple(p + length * a + 0.0 for p, a in zip(point, axis, strict=True))

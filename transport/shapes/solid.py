@@ -1,4 +1,4 @@
-"""Closed shapes, with a volume and normals outwards: sphere, of which a zone may be all there is, and box."""
+"""Closed shapes with a volume and outward normals: sphere (also its zones and caps) and box."""
 
 import math
 
@@ -21,9 +21,35 @@ from transport.vectors import Vector, dot
 
 @scene_object(kw_only=True)
 class Sphere(Revolved):
-    """A sphere of `radius` [m], its normal outwards; `axis` is the pole of its coordinates.
+    """Sphere, or a zone or cap of one; normals outwards.
 
-    With bounds a zone or a cap of it, which is not closed: mu_min <= (x - center) · axis / radius <= mu_max.
+    With bounds on mu = (x - center) · axis / radius it is a zone or cap, which is not closed.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Centre [m].
+    radius : float
+        Radius [m], positive.
+    axis : three floats, default (0, 0, 1)
+        Pole of the sphere's coordinates, of any length; stored as a unit vector.
+    mu_min : float, default -1
+        Lower bound of mu, in [-1, 1].
+    mu_max : float, default 1
+        Upper bound of mu, in [-1, 1], above `mu_min`.
+
+    Raises
+    ------
+    SceneError
+        If the radius is not positive or the bounds are out of range.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> f"{tp.Sphere(radius=1.0).area:.4f}"
+    '12.5664'
+    >>> tp.Sphere(radius=1.0, mu_min=0.0).is_closed
+    False
     """
 
     center: VectorField = (0.0, 0.0, 0.0)
@@ -46,7 +72,7 @@ class Sphere(Revolved):
 
     @property
     def is_zone(self) -> bool:
-        """Whether it is a zone or a cap, and not the whole sphere."""
+        """Whether it is a zone or cap rather than the whole sphere."""
         return self.mu_min > -1 or self.mu_max < 1
 
     @property
@@ -56,7 +82,7 @@ class Sphere(Revolved):
 
     @property
     def profile(self) -> Profile:
-        """rho^2 = radius^2 - w^2."""
+        """Conic section rho^2 = radius^2 - w^2."""
         low, high = self.radius * self.mu_min, self.radius * self.mu_max
         return Profile(self.radius * self.radius, 0.0, -1.0, low, high, self.center)
 
@@ -72,12 +98,12 @@ class Sphere(Revolved):
 
     @property
     def middle(self) -> Vector:
-        """Centre [m]; of a zone the middle of the smallest ball that holds it."""
+        """Centre [m]; for a zone or cap the centre of the smallest sphere that holds it."""
         return super().middle if self.is_zone else self.center
 
     @property
     def extent(self) -> float:
-        """Radius of the smallest ball that holds it [m]."""
+        """Radius of the smallest sphere that holds it [m]."""
         if not self.is_zone or self.mu_min <= 0 <= self.mu_max:
             return self.radius
         rim = min(abs(self.mu_min), abs(self.mu_max))
@@ -85,17 +111,50 @@ class Sphere(Revolved):
 
     @property
     def bounds(self) -> tuple[Vector, Vector]:
-        """Lower and upper corner [m] of the smallest box along the axes that holds the shape."""
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
         return super().bounds if self.is_zone else self._box((self.radius,) * 3)
 
     def projected_area(self, direction: Vector) -> float:
-        """Area [m^2] of the whole sphere seen along any direction: a quarter of its surface."""
+        """Area [m^2] of the whole sphere seen along any direction: a quarter of its surface.
+
+        Parameters
+        ----------
+        direction : three floats
+            Unit vector.
+
+        Returns
+        -------
+        float
+            Projected area [m^2].
+        """
         return math.pi * self.radius * self.radius
 
 
 @scene_object(kw_only=True)
 class Box(Shape):
-    """A box along the axes, `size` its three lengths [m] or one for a cube; normals outwards."""
+    """Axis-aligned box with outward normals.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Centre [m].
+    size : float or three floats
+        Edge lengths [m] along x, y and z, positive; one number for a cube.
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive and finite.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> box = tp.Box(size=(1, 2, 3))
+    >>> box.volume, box.area
+    (6.0, 22.0)
+    >>> box.faces()["+z"].center
+    (0.0, 0.0, 1.5)
+    """
 
     center: VectorField = (0.0, 0.0, 0.0)
     size: Lengths
@@ -122,9 +181,15 @@ class Box(Shape):
         return math.prod(self.size)
 
     def faces(self) -> dict[str, Rectangle]:
-        """The faces "-x", "+x", "-y", "+y", "-z", "+z" as rectangles with outward normals."""
+        """Return the six faces as rectangles with outward normals.
+
+        Returns
+        -------
+        dict of str to Rectangle
+            Keys "-x", "+x", "-y", "+y", "-z", "+z".
+        """
         x, y, z = self.size
-        lengths = {"x": (z, y), "y": (x, z), "z": (x, y)}  # width and height in the default frame
+        lengths = {"x": (z, y), "y": (x, z), "z": (x, y)}  # width and height in each face's default frame
         faces = {}
         for axis, (name, (width, height)) in enumerate(lengths.items()):
             for sign, corner in zip((-1.0, 1.0), self.bounds, strict=True):
@@ -135,12 +200,31 @@ class Box(Shape):
         return faces
 
     def projected_area(self, direction: Vector) -> float:
-        """Area [m^2] seen along a unit direction: the sum over the faces that look that way."""
+        """Area [m^2] of the box seen along a direction.
+
+        Parameters
+        ----------
+        direction : three floats
+            Unit vector.
+
+        Returns
+        -------
+        float
+            Sum of the projected areas of the visible faces [m^2].
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Box(size=(1, 2, 3)).projected_area((0, 0, 1))
+        2.0
+        """
         return dot(self._face_areas(), tuple(map(abs, direction)))
 
     def _face_areas(self) -> Vector:
+        """Areas [m^2] of the faces across x, y and z."""
         x, y, z = self.size
         return y * z, x * z, x * y
 
     def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
         return tuple(length / 2 for length in self.size)

@@ -1,6 +1,6 @@
-"""Supports: the endless plane, sphere, cylinder, cone or paraboloid on which a shape lies; a mesh is its own.
+"""Supports: the infinite plane or surface of revolution on which a shape lies; a mesh is its own support.
 
-Two shapes are on one support where they differ by the rounding of their coordinates only.
+Two shapes have one support if they differ only by the rounding of their coordinates.
 """
 
 import math
@@ -12,11 +12,12 @@ from transport.shapes.revolved import Revolved
 from transport.shapes.solid import Sphere
 from transport.vectors import Vector, dot
 
+# Cosine and sine of five azimuths, none along a symmetry axis.
 AROUND = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * (k + 0.3) / 5 for k in range(5))]
 
 
 def are_on_one_support(a: Shape, b: Shape) -> bool:
-    """Whether two shapes lie on the same plane or the same surface of revolution, up to rounding."""
+    """Whether two shapes lie on the same plane or the same surface of revolution, within rounding."""
     if isinstance(a, FlatShape) and isinstance(b, FlatShape):
         if isinstance(a, Triangle) or isinstance(b, Triangle):
             return _has_vertices_on(a, b) or _has_vertices_on(b, a)
@@ -30,30 +31,32 @@ def are_on_one_support(a: Shape, b: Shape) -> bool:
 
 
 def is_on_support(position: Vector, shape: Shape) -> bool:
-    """Whether a point lies on the plane or the surface of revolution of the shape, up to rounding."""
+    """Whether a point lies on the plane or surface of revolution of a shape, within rounding."""
     return _is_near_support(position, shape, ROUNDING * (_magnitude(shape) + sum(map(abs, position))))
 
 
 def orientation(support: Shape, shape: Shape) -> float:
-    """+1, or -1 where the normals of two shapes on one support are opposite."""
+    """-1 if the normals of two shapes on one support are opposite, else +1."""
     if isinstance(support, FlatShape) and isinstance(shape, FlatShape):
         return math.copysign(1.0, dot(support.normal, shape.normal))
     return 1.0
 
 
 def rounding_of(a: Shape, b: Shape) -> float:
-    """How far apart [m] the rounding of their coordinates may put two shapes that are meant to touch."""
+    """Distance [m] that rounding of coordinates can leave between two shapes that are meant to touch."""
     return ROUNDING * (_magnitude(a) + _magnitude(b))
 
 
 def place_about_axis(shape: Revolved, position: Vector) -> tuple[float, float]:
-    """Distance [m] of a point from the axis, and its height [m] along it from the profile's origin."""
+    """Distance [m] of a point from the axis, and its height [m] along the axis from the profile's origin."""
     offset = tuple(p - o for p, o in zip(position, shape.profile.origin, strict=True))
     e_u, e_v, axis = shape.frame
     return math.hypot(dot(offset, e_u), dot(offset, e_v)), dot(offset, axis)
 
 
 def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
+    # Compare the offset between the planes and the effect of their tilt over both shapes.
+    """Whether two flat shapes lie on one plane, within rounding."""
     tolerance = rounding_of(a, b)
     apart = math.dist(a.center, b.center)
     sign = orientation(a, b)
@@ -66,15 +69,15 @@ def _are_on_one_plane(a: FlatShape, b: FlatShape) -> bool:
 
 
 def _has_vertices_on(support: Shape, shape: Shape) -> bool:
-    """Whether a triangle lies on a support by its vertices: a sliver's normal says less than they do."""
+    """Whether a triangle's vertices lie on a support: they are more accurate than its normal."""
     return isinstance(shape, Triangle) and all(is_on_support(vertex, support) for vertex in shape.vertices)
 
 
 def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
     """Whether three rings of a surface of revolution lie on another's support.
 
-    Unlike quadrics have a curve of degree 4 in common, so two circles at most; a circle that is none of them meets a
-    quadric in four points at most, so five points tell.
+    Different quadrics intersect in a curve of degree 4, so they share two circles at most. A circle that is
+    not on a quadric meets it in four points at most, so five points per ring decide.
     """
     profile, frame, tolerance = shape.profile, shape.frame, rounding_of(support, shape)
     for w in (profile.low, profile.low / 2 + profile.high / 2, profile.high):
@@ -88,6 +91,7 @@ def _has_rings_on(support: Revolved, shape: Revolved) -> bool:
 
 
 def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
+    """Whether a point lies within a tolerance [m] of a shape's support."""
     if isinstance(shape, FlatShape):
         offset = tuple(p - q for p, q in zip(position, shape.center, strict=True))
         return abs(dot(offset, shape.normal)) <= tolerance
@@ -102,7 +106,7 @@ def _is_near_support(position: Vector, shape: Shape, tolerance: float) -> bool:
 
 
 def _magnitude(shape: Shape) -> float:
-    """How large the numbers are [m] that say where a shape is."""
+    """Sum of the absolute coordinates and lengths [m] that define a shape: the scale of its rounding."""
     if isinstance(shape, Plane | Slab):
         return sum(map(abs, shape.center)) + getattr(shape, "thickness", 0.0)
     if isinstance(shape, Sphere):

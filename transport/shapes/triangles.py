@@ -1,4 +1,4 @@
-"""A triangle from its vertices: vectors that cancel in slivers are taken in rational numbers, and rounded once."""
+"""Geometry of one triangle, in rational numbers where thin triangles would cancel; rounded once."""
 
 import math
 from fractions import Fraction
@@ -9,12 +9,12 @@ from transport.vectors import Frame, Vector, dot, local_frame, unit_vector
 
 Vertices = tuple[Vector, Vector, Vector]
 Corner = tuple[float, float]
-ROUNDING = Fraction(2) ** -51  # of coordinates: a height below it is a line's
+ROUNDING = Fraction(2) ** -51  # relative to coordinates: triangles of smaller height count as lines
 
 
 @lru_cache(maxsize=4096)
 def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
-    """The unit normal by the right hand over the vertices' order, and the area [m^2], infinite where it overflows."""
+    """Unit normal (right-hand rule over the vertex order) and area [m^2], infinite on overflow."""
     twice = _twice_area(vertices)
     largest = max(map(abs, twice))
     scaled = tuple(float(component / largest) for component in twice)
@@ -25,14 +25,14 @@ def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
 
 
 def is_on_a_line(vertices: Vertices) -> bool:
-    """Whether the vertices lie on one line, up to the rounding of their coordinates."""
+    """Whether the vertices are collinear within the rounding of their coordinates."""
     twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
     longest2 = max(_square(_way(a, b)) for a, b in pairwise((*vertices, vertices[0])))
     return _square(twice) <= (ROUNDING * size) ** 2 * longest2
 
 
 def centroid(vertices: Vertices) -> Vector:
-    """The mean of the vertices [m]; quarters are exact and do not overflow."""
+    """Mean of the vertices [m]; exact quarters avoid overflow."""
     return tuple(math.fsum(0.25 * x for x in axis) / 0.75 for axis in zip(*vertices, strict=True))
 
 
@@ -44,14 +44,14 @@ def frame_of(vertices: Vertices) -> Frame:
 
 
 def corners_of(vertices: Vertices) -> tuple[Corner, ...]:
-    """The vertices' places (u, v) [m] in their frame, from the centroid."""
+    """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
     (e_u, e_v, _), center = frame_of(vertices), centroid(vertices)
     ways = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
     return tuple((dot(way, e_u), dot(way, e_v)) for way in ways)
 
 
 def distance_beside(corners: tuple[Corner, ...], u: float, v: float) -> float:
-    """How far a point of the plane lies outside a triangle whose corners (u, v) turn to the left; 0 inside."""
+    """Distance [m] of a point of the plane from a triangle with counterclockwise corners (u, v); 0 inside."""
     sides = list(pairwise((*corners, corners[0])))
     if all((q - p) * (v - s) >= (t - s) * (u - p) for (p, s), (q, t) in sides):
         return 0.0
@@ -59,6 +59,7 @@ def distance_beside(corners: tuple[Corner, ...], u: float, v: float) -> float:
 
 
 def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
+    """Distance [m] of a point from a side."""
     length, way = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
     along = dot([x / length for x in way], [x - p for p, x in zip(one, point, strict=True)]) / length
     within = min(max(along, 0.0), 1.0)
@@ -66,15 +67,17 @@ def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
 
 
 def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
-    """The vector product of two edges, exact."""
+    """Cross product of two edges, exact."""
     a, b, c = vertices
     (ux, uy, uz), (vx, vy, vz) = _way(a, b), _way(a, c)
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
 def _way(a: Vector, b: Vector) -> tuple[Fraction, ...]:
+    """Exact vector from a to b."""
     return tuple(Fraction(q) - Fraction(p) for p, q in zip(a, b, strict=True))
 
 
 def _square(vector: tuple[Fraction, ...]) -> Fraction:
+    """Exact squared length."""
     return sum(component * component for component in vector)
