@@ -346,8 +346,8 @@ def cone_transmittance(tau: float, zenith_angle: float, half_angle: float) -> fl
 
     Notes
     -----
-
-        or the sun through a flat atmosphere: ``exp(-tau secθ)`` (Bouguer 1729), averaged over the sun's disk.
+    For the sun through a flat atmosphere: ``exp(-tau secθ)`` (Bouguer 1729), averaged over the sun's
+    disk.
 
     Examples
     --------

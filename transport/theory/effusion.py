@@ -491,8 +491,7 @@ def burst_fraction_past(distance: float, time: float, speed: float) -> float:
 
 
 def _speed_share(order: float, low: float, high: float, sigma: float) -> float:
-    """Difference of the regularised incomplete gamma function, computed from the tail in which it is small.
-    """
+    """Difference of the regularised incomplete gamma function, from its small tail."""
     from scipy.special import gammainc, gammaincc
 
     x, y = (0.5 * np.square(np.divide(v, sigma)) for v in (low, high))

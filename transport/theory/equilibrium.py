@@ -37,8 +37,7 @@ def escape_cosine(index: float) -> float:
 
 
 def chi_square_values(deviations: np.ndarray, weights: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Batch values for a chi-square test: their mean is X^2 over its expectation, their standard error
-    that of X^2.
+    """Batch values whose mean is X^2 over its expectation and whose standard error is that of X^2.
 
     Parameters
     ----------

@@ -58,9 +58,7 @@ class Eye:
 
     @property
     def furthest(self) -> float:
-        """Distance at which the wall just fills the view of the central cell [m]; with a lens, up to a
-        small blur.
-        """
+        """Distance at which the wall just fills the view of the central cell [m]; with a lens, nearly."""
         if self.has_lens:
             return self.wall * DEPTH / self.cell
         return (self.wall - self.pupil) * DEPTH / (self.pupil + self.cell)

@@ -171,8 +171,7 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
 
 @lru_cache(maxsize=8)
 def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return nodes, weights, and the matrix that maps r times the emission density to r times the
-    fluence rate.
+    """Nodes, weights, and the matrix from r times the emission density to r times the fluence rate.
 
     Parameters
     ----------
