@@ -68,9 +68,7 @@ def three_disks_throughput(
 
 
 def _changes(radii: np.ndarray, stretch: float) -> np.ndarray:
-    """Values of u from 0 to the end of the common area, where two circles touch or all three pass
-    through one point.
-    """
+    """Values of u where two circles touch or all three pass through one point, from 0 to the last one."""
     one, two, three = radii
     apart = np.array([1.0, stretch - 1, stretch])  # distances between the centers, over u
     sums, differences = (

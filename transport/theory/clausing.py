@@ -318,8 +318,6 @@ def _across_kink(x: np.ndarray, w: np.ndarray, half: float) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
-    """Matrix from values at the Legendre nodes to Legendre coefficients, exact for polynomials of
-    degree < NODES.
-    """
+    """Matrix from values at the nodes to Legendre coefficients, exact up to degree NODES - 1."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

@@ -107,8 +107,7 @@ class Lobe:
 
 
 class _Tail:
-    """One half of the lobe: angles x in [0, pi/4] from the surface or from its normal, and the
-    cumulative mass.
+    """One half of the lobe: angles x in [0, pi/4] from the surface or its normal, and their mass.
 
     Each panel holds the polynomial of the lost share and g(x), where mass(x) = mass(a) + (x - a) x g(x)
     from the panel's lower end a.

@@ -157,7 +157,7 @@ def burst_moments(low: np.ndarray, high: np.ndarray, fluence: float, sigma: floa
     --------
     >>> import numpy as np
     >>> from transport.theory.counting import burst_moments
-    >>> print((burst_moments(np.array([-1.0]), np.array([1.0]), 1.0, 1.0, 1.0).mean).round(4))
+    >>> print(burst_moments(np.array([-1.0]), np.array([1.0]), 1.0, 1.0, 1.0).mean.round(4))
     [0.3413]
     """
     from scipy.special import ndtr

@@ -90,7 +90,7 @@ def layer(
     >>> import numpy as np
     >>> from transport.theory.doubling import layer
     >>> one = np.ones((1, 1))
-    >>> print((layer(1.0, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct).round(4))
+    >>> print(layer(1.0, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct.round(4))
     [0.1352]
     """
     if math.isinf(depth):
@@ -169,7 +169,7 @@ def thin_layer(
     >>> import numpy as np
     >>> from transport.theory.doubling import thin_layer
     >>> one = np.ones((1, 1))
-    >>> print((thin_layer(0.01, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct).round(4))
+    >>> print(thin_layer(0.01, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct.round(4))
     [0.9802]
     """
     n, reach = len(mu), 2 * mu + depth

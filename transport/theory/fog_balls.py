@@ -216,9 +216,7 @@ def _edges(radius: float, lamp: float) -> np.ndarray:
 
 
 def _near(point: float, low: float, high: float) -> np.ndarray:
-    """Weights of a panel's nodal values in ∫ E₁(|point - t|) f(t) dt over it; the point may lie inside
-    or outside.
-    """
+    """Weights of a panel's nodal values in ∫ E₁(|point - t|) f(t) dt, for a point inside or outside."""
     split = min(max(point, low), high)
     v, w = _even_in_the_root()
     total = np.zeros(NODES)
