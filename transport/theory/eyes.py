@@ -51,8 +51,7 @@ class Eye:
 
     @property
     def focal_length(self) -> float:
-        """Focal length that focuses the wall on the retina [m], 1/f = 1/depth + 1/distance; inf without lens.
-        """
+        """Focal length that focuses the wall on the retina, 1/f = 1/depth + 1/distance [m]; inf without."""
         return 1 / (1 / DEPTH + 1 / self.distance) if self.has_lens else math.inf
 
     @property

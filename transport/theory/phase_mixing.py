@@ -325,8 +325,7 @@ def bin_shares(
 
 
 def _image_middles(reach: float, length: float) -> Iterator[float]:
-    """Positions of the images of x = 0 [m] from which a particle with a flight of at most `reach` can come.
-    """
+    """Positions of the images of x = 0 from which a flight of at most `reach` can come [m]."""
     count = math.ceil(reach / (2 * length)) + 1
     return (2 * length * m for m in range(-count, count + 1))
 
@@ -360,8 +359,7 @@ def _straight(low, high, slow, fast, time: float, start: Start, law: Law) -> np.
 
 
 def _overlap(low, high, first: float, last: float) -> np.ndarray:
-    """Share of the starting positions between low and high; a position on an edge belongs to the bin above.
-    """
+    """Share of the starting positions between low and high; one on an edge belongs to the bin above."""
     if first == last:
         return ((low <= first) & (first < high)).astype(float)
     return np.maximum(np.minimum(high, last) - np.maximum(low, first), 0.0) / (last - first)
