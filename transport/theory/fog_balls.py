@@ -151,12 +151,6 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
     ValueError
         If the radius is not in (0, 50], the core does not lie within the ball, or the albedo is not in
         [0, 1].
-
-    Examples
-    --------
-    >>> from transport.theory.fog_balls import solved_ball
-    >>> print(f"{solved_ball(0.5, 0.5, 0.5).escaping:.4g}")
-    0.8275
     """
     if not (0 < lamp <= radius <= LARGEST and 0 <= albedo <= 1):
         given = f"{radius=}, {albedo=}, {lamp=}"

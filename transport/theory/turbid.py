@@ -269,7 +269,7 @@ class Turbid:
     def _settled(self, depth) -> np.ndarray:
         depth = np.asarray(depth, dtype=float)
         if not ((depth >= 0) & (depth <= self.thickness)).all():
-            raise ValueError(f"Turbid: depths must lie in 0 to {self.thickness}, got {depth}")
+            raise ValueError(f"Turbid: depths must be from 0 to {self.thickness}, got {depth}")
         return depth
 
     @property
