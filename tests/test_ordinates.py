@@ -338,5 +338,5 @@ def test_impossible_slabs_are_refused():
             slab(*parameters)
     with pytest.raises(ValueError, match=r"between -0\.99 and"):
         henyey_greenstein(0.999)
-    with pytest.raises(ValueError, match="edges must rise"):
+    with pytest.raises(ValueError, match="edges must increase"):
         slab(1.0, 0.5).reflected_in([0.5, 0.2])

@@ -1,1 +1,1 @@
-"""Hard cases, a file a family: what breaks the naive formula, with its exact value.  `transport verify --hard` runs them."""
+"""Hard cases of `transport verify --hard`, one file per family: scenes that break a naive formula."""

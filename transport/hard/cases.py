@@ -1,6 +1,7 @@
-"""What a hard case is: something found, what is exact, and what the naive formula gives instead.
+"""Hard cases: the result found, the exact value, and the value of the naive formula.
 
-A family is a module of this package with a docstring that names it, whose cases are functions marked by `case`:
+A family is a module of this package whose docstring is its title and whose cases are functions marked
+by `case`:
 
     @case("the solid angle of a disk 1e9 radii away", naive="2π (1 - cos θ)")
     def far_disk() -> Seen:
@@ -8,7 +9,7 @@ A family is a module of this package with a docstring that names it, whose cases
         ...
         return Seen(found, exact, naive=2 * math.pi * (1 - math.cos(1e-9)))
 
-The function's docstring is the reason: why the case is hard.
+The function's docstring is the reason why the case is hard.
 """
 
 from __future__ import annotations
@@ -21,16 +22,24 @@ from dataclasses import dataclass
 from transport.results.estimates import Estimate
 from transport.validation import SceneError, suggestion
 
-FALSE_ALARM = 1e-3  # of all cases together, by chance
+FALSE_ALARM = 1e-3  # probability that any case fails by chance
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a case came to.
+    """Result of a case.
 
-    found: an Estimate, judged by its error, or a number, judged by `within`;  exact: what it should be;  naive: what the
-    naive formula gives, nan where that is no number, None where the naive way has no answer (it does not end, it is lost);
-    within: relative difference allowed to a number, of rounding; 0 asks for the very number.
+    Parameters
+    ----------
+    found : Estimate or float
+        An Estimate, compared within its standard error, or a number, compared within `within`.
+    exact : float
+        Exact value.
+    naive : float or None, default None
+        Value of the naive formula; nan if it is not a number, None if the naive method has no result
+        (it does not end, or its particle is lost).
+    within : float, default 1e-12
+        Allowed relative difference of a number; 0 requires equality.
     """
 
     found: Estimate | float
@@ -39,7 +48,18 @@ class Seen:
     within: float = 1e-12
 
     def holds(self, false_alarm: float) -> bool:
-        """Whether what was found agrees: an estimate two-sided at this rate of false alarms."""
+        """Return whether the result agrees with the exact value.
+
+        Parameters
+        ----------
+        false_alarm : float
+            Probability of rejecting a correct estimate, two-sided.
+
+        Returns
+        -------
+        bool
+            True if it agrees.
+        """
         from scipy.special import ndtri
 
         limit = -ndtri(false_alarm / 2) if self.is_noisy else self.within
@@ -47,7 +67,7 @@ class Seen:
 
     @property
     def is_needed(self) -> bool:
-        """Whether the naive formula fails where this does not: by as much as would be noticed."""
+        """Whether the naive formula fails noticeably on this case."""
         if self.naive is None:
             return True
         allowed = 3 * self.found.error if self.is_noisy else self.within * (abs(self.exact) or 1.0)
@@ -55,25 +75,39 @@ class Seen:
 
     @property
     def value(self) -> float:
-        """What was found, as a number."""
+        """The result as a number."""
         return self.found.value if isinstance(self.found, Estimate) else self.found
 
     @property
     def off(self) -> float:
-        """How far off: in standard errors as a normal score where these are known, else relative."""
+        """Deviation from the exact value: as a normal score if the error is known, else relative."""
         if self.is_noisy:
             return self.found.z(self.exact)
         return abs(self.value - self.exact) / (abs(self.exact) or 1.0)
 
     @property
     def is_noisy(self) -> bool:
-        """Whether it is judged by its error."""
+        """Whether the result is an estimate with a standard error."""
         return isinstance(self.found, Estimate) and self.found.error > 0
 
 
 @dataclass(frozen=True)
 class Case:
-    """A hard case of a family.  naive: the formula, or way, that it breaks;  reason: why."""
+    """A hard case.
+
+    Parameters
+    ----------
+    family : str
+        Name of its family (its module).
+    title : str
+        What is computed.
+    naive : str
+        The naive formula or method that fails.
+    reason : str
+        Why it fails.
+    see : Callable[[], Seen]
+        Function that runs the case.
+    """
 
     family: str
     title: str
@@ -86,6 +120,7 @@ def case(title: str, naive: str) -> Callable:
     """Mark a function that returns Seen as a hard case; its docstring is the reason."""
 
     def marked(function: Callable[[], Seen]) -> Callable[[], Seen]:
+        """Attach the Case to the function."""
         family = function.__module__.rpartition(".")[2]
         reason = " ".join((function.__doc__ or "").split())
         function.case = Case(family, title, naive, reason, function)
@@ -95,7 +130,7 @@ def case(title: str, naive: str) -> Callable:
 
 
 def families() -> list[str]:
-    """Their names, in alphabetical order."""
+    """Names of all families, in alphabetical order."""
     from transport import hard
 
     names = sorted(module.name for module in pkgutil.iter_modules(hard.__path__))
@@ -103,7 +138,23 @@ def families() -> list[str]:
 
 
 def cases_of(chosen: list[str] | None = None) -> Iterator[Case]:
-    """All cases of these families, or of all, in the order of their files.  Raises SceneError for one that is not known."""
+    """Yield the cases of some families, in the order of their files.
+
+    Parameters
+    ----------
+    chosen : list of str or None, default None
+        Names of families; None: all.
+
+    Returns
+    -------
+    iterator of Case
+        The cases.
+
+    Raises
+    ------
+    SceneError
+        If a family is unknown.
+    """
     known = families()
     for name in chosen or known:
         if name not in known:
@@ -113,7 +164,7 @@ def cases_of(chosen: list[str] | None = None) -> Iterator[Case]:
 
 
 def family_title(name: str) -> str:
-    """What a family is about: the first line of its file."""
+    """Title of a family: the first line of its module's docstring."""
     return (importlib.import_module(f"transport.hard.{name}").__doc__ or name).strip().splitlines()[0]
 
 

@@ -1,4 +1,4 @@
-"""Clocks: events at one instant, durations shorter than a flight, times of 1e17 s."""
+"""Clocks: simultaneous events, durations shorter than a flight, times of 1e17 s."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def _run(scene: tp.Scene, particles: int = 1000) -> tp.Result:
 def _lamp_in_a_ball(
     radius: float, duration: float, emission: tp.Isotropic, pulse: tp.Instant | None = None, times=None
 ) -> tp.Scene:
-    """A lamp amid a sphere, all of which it reaches at once."""
+    """A lamp at the center of a detecting sphere, which all its particles reach simultaneously."""
     ball = tp.Detector(tp.Sphere(radius=radius), "ball", side="inside", times=times)
     return tp.Scene(tp.Source(tp.Point(), emission, pulse=pulse), detectors=ball, duration=duration)
 
 
-# ---- at one instant ----
+# ---- simultaneous events ----
 
 
 @case(
@@ -33,7 +33,7 @@ def _lamp_in_a_ball(
     naive="bin int(0.7 / 0.1), which is 6",
 )
 def on_the_edge_of_a_bin() -> Seen:
-    """0.7 / 0.1 rounds to 6.999999999999999; what comes at an edge belongs to the bin above it."""
+    """0.7 / 0.1 rounds to 6.999999999999999. An arrival at an edge belongs to the bin above it."""
     wall = tp.Detector(tp.Disk(center=(0, 0, 0.7), normal=(0, 0, -1), radius=1.0), "wall", times=10)
     counts = _run(tp.Scene(tp.Source(tp.Point(), UP), detectors=wall, duration=1.0))["wall"].counts.value
     naive = np.bincount([int(0.7 / 0.1)] * 1000, minlength=10)
@@ -42,10 +42,10 @@ def on_the_edge_of_a_bin() -> Seen:
 
 @case(
     "the velocity at the instant of a reflection",
-    naive="the look comes first: the particle still flies upwards",
+    naive="the snapshot precedes the reflection: the velocity is still upwards",
 )
 def look_and_reflection() -> Seen:
-    """At one instant a particle is after all that happens to it, whatever the order in which that is worked out."""
+    """A snapshot shows a particle after all events of its instant, in whatever order they are computed."""
     mirror = tp.Surface(tp.Plane(center=(0, 0, 1)), tp.Mirror())
     scene = tp.Scene(
         tp.Source(tp.Point(), UP), mirror, tp.Snapshot(1.0, particles=1000, name="then"), duration=2.0
@@ -53,9 +53,11 @@ def look_and_reflection() -> Seen:
     return Seen(float(_run(scene)["then"].velocities[:, 2].mean()), -1.0, naive=1.0)
 
 
-@case("two meters and a wall in one plane, met at once: crossings counted", naive="one event an instant")
+@case("two meters and a wall in one plane, met at once: crossings counted", naive="one event per instant")
 def three_at_once() -> Seen:
-    """Each of them sees every particle; an event loop that takes the nearest one drops those at the same distance."""
+    """Each of the three scores every particle. An event loop that takes the nearest surface drops the
+    others at the same distance.
+    """
     plane = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
     small = tp.Rectangle(center=(0, 0, 1), width=0.3, height=0.3)
     looks = [tp.Detector("wall"), tp.Detector(plane, "one"), tp.Detector(small, "two", side="back")]
@@ -70,24 +72,28 @@ def three_at_once() -> Seen:
 
 @case("the energy that has come 1 m far in a quarter of the time that it takes", naive="power times duration")
 def shorter_than_a_flight() -> Seen:
-    """Nothing has arrived, and all of it is in flight."""
+    """Nothing has arrived; all energy is in flight."""
     result = _run(_lamp_in_a_ball(1.0, 0.25, LAMP))
     return Seen(result["ball"].energy_in.value, 0.0, naive=0.25)
 
 
 @case("the same in five quarters of that time", naive="power times duration")
 def first_light() -> Seen:
-    """Only what was sent in the first quarter has arrived; a steady answer would be five times too large."""
+    """Only the energy emitted in the first quarter has arrived; a steady-state result would be five
+    times too large.
+    """
     found = _run(_lamp_in_a_ball(1.0, 1.25, LAMP), 20_000)["ball"].energy_in
     return Seen(found, 0.25, naive=1.25)
 
 
 @case(
     "a flight of 1 s in a duration of 1e-300 s: what is in flight",
-    naive="the share 1e-300 / 1 of a step is 0: divided by it",
+    naive="division by the step's fraction 1e-300 / 1, which counts as 0",
 )
 def hardly_any_time() -> Seen:
-    """Times are in durations and flights in scene lengths: 1e300 durations until it arrives, which is a number."""
+    """Times are in units of the duration and lengths in units of the scene: the arrival after 1e300
+    durations is a finite number.
+    """
     ledger = _run(_lamp_in_a_ball(1.0, 1e-300, FLASH)).ledger
     return Seen(ledger["in_flight"].value, 1.0)
 
@@ -97,7 +103,9 @@ def hardly_any_time() -> Seen:
 
 @case("a watt for three billion years: the mean flux", naive="a clock in whole nanoseconds, 64 bits")
 def ages() -> Seen:
-    """1e17 s are 1e26 ns, beyond 2^63: the clock runs over a million times.  Here times are in durations."""
+    """1e17 s are 1e26 ns, beyond 2^63: a 64-bit nanosecond clock overflows more than a million times.
+    The engine's times are in units of the duration.
+    """
     found = _run(_lamp_in_a_ball(1.0, AGES, tp.Isotropic(power=1.0)))["ball"].flux_in
     wrapped = (int(AGES * 1e9) + 2**63) % 2**64 - 2**63
     return Seen(found.value, 1.0, naive=wrapped / 1e9 / AGES)
@@ -108,7 +116,7 @@ def ages() -> Seen:
     naive="times in float32, lengths in metres squared",
 )
 def across_the_universe() -> Seen:
-    """3e25 m and 1e17 s: squares of lengths leave the range of float32, and with them distances."""
+    """3e25 m and 1e17 s: squared lengths exceed the range of float32."""
     radius, times = 0.5 * AGES * LIGHT, tuple(share * AGES for share in (0.0, 0.499, 0.501))
     ball = _lamp_in_a_ball(radius, AGES, tp.Isotropic(energy=1.0), tp.Instant(), times)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -118,6 +126,8 @@ def across_the_universe() -> Seen:
 
 @case("a nanosecond's flight at the age of 1e17 s", naive="t + dt is t: the particle never arrives")
 def late_and_short() -> Seen:
-    """The clock's last digit is 16 s; flights are ordered by their ways, and end though the clock stands still."""
+    """The clock's resolution is 16 s at that age. Flights are ordered by their lengths and end although
+    the clock does not advance.
+    """
     scene = _lamp_in_a_ball(1e-9, 2 * AGES, FLASH, tp.Instant(AGES), times=(0.0, AGES, 2 * AGES))
     return Seen(_run(scene)["ball"].energy_in[1].value, 1.0)

@@ -1,4 +1,4 @@
-"""Geometry: balls far, tiny and huge; rays that graze; gaps of almost nothing; corners; places far from the origin."""
+"""Geometry: distant, tiny and huge spheres; grazing rays; narrow gaps; corners; distant positions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from transport.hard.cases import Seen, case
 INK = tp.Medium(absorption=1.0)
 GLOW = tp.Lambertian(power=1.0)
 CLEAR = tp.Transparent()
-PANE_PAIR, PANE = 6 / 7, 12 / 13  # through four faces that reflect 4 %, all orders added up, and through two
+PANE_PAIR, PANE = 6 / 7, 12 / 13  # transmittance of four faces that reflect 4 %, all orders, and of two
 
 
 def _run(scene: tp.Scene, particles: int = 64) -> tp.Result:
@@ -33,7 +33,7 @@ def _escaped(scene: tp.Scene, particles: int) -> float:
     return ledger["escaped"].value if ledger["lost"].value == 0 else math.nan
 
 
-# ---- balls ----
+# ---- spheres ----
 
 
 @case("what a lamp sends into a ball 1e12 radii away", naive="the discriminant b² - (o² - r²)")
@@ -48,7 +48,7 @@ def far_ball() -> Seen:
 
 @case("a slanting way through fog, down to a ground of radius 1e12 a metre below", naive="c = o² - r²")
 def huge_ball() -> Seen:
-    """o and r agree in 12 digits, their squares in all but the last four: c is good to 1e-4."""
+    """o and r agree in 12 digits, their squares in all but the last four: c is accurate to 1e-4 only."""
     radius, cosine = 1e12, math.sqrt(0.5)
     ground = tp.Surface(tp.Sphere(center=(0, 0, -radius), radius=radius), tp.Black(), "ground")
     scene = tp.Scene(_beam((0, 0, 1), (1, 0, -1)), ground, tp.Detector("ground", "meter"), medium=INK)
@@ -60,7 +60,7 @@ def huge_ball() -> Seen:
 
 @case("a ray that dips 1e-12 into a ball, from 1000 radii away", naive="the discriminant b² - (o² - r²)")
 def grazing_from_within() -> Seen:
-    """The chord is 2.8e-6 long: its square is less than the rounding of 1000²."""
+    """The chord is 2.8e-6 long; its square is less than the rounding of 1000²."""
     height = 1 - 1e-12
     ball = tp.Surface(tp.Sphere(radius=1.0), CLEAR, inside=INK)
     chord = 2 * math.sqrt((1 - height) * (1 + height))
@@ -71,17 +71,22 @@ def grazing_from_within() -> Seen:
     )
 
 
-@case("a ray that passes 1e-12 beside a ball, from 1000 radii away", naive="the same in float32")
+@case("a ray that passes 1e-12 beside a ball, from 1000 radii away", naive="the same discriminant in float32")
 def grazing_from_outside() -> Seen:
-    """In float32 the ray touches: what is beside it and what cuts it are one."""
+    """In float32 the ray touches the sphere: rays that miss and rays that hit are indistinguishable."""
     ball = tp.Surface(tp.Sphere(radius=1.0), tp.Black())
     scene = tp.Scene(_beam((-1e3, 1 + 1e-12, 0), (1, 0, 0)), ball)
     return Seen(_absorbed(scene), 0.0, naive=float(np.float32(1 + 1e-12) <= 1), within=0)
 
 
-@case("light that runs along the inside of a mirror ball at 1e-6 rad", naive="no hit nearer than 1e-4")
+@case(
+    "light that runs along the inside of a mirror ball at 1e-6 rad",
+    naive="intersections nearer than 1e-4 are ignored",
+)
 def whispering_gallery() -> Seen:
-    """Reflections are 2e-6 apart, each from the last to the digit; what skips near hits has left the ball by the first."""
+    """Successive reflections are 2e-6 apart. A tracer that ignores near intersections leaves the sphere
+    at the first reflection.
+    """
     wall = tp.Surface(tp.Sphere(radius=1.0), tp.Mirror(0.9), "wall")
     scene = tp.Scene(
         _beam((0, math.sqrt(1 - 1e-12), 0), (1, 0, 0)), wall, tp.Detector("wall", "meter", side="inside")
@@ -91,7 +96,7 @@ def whispering_gallery() -> Seen:
 
 @case("two balls of fog that touch, and a ray through the point", naive="the second ball begins at t > 1e-9")
 def touching_balls() -> Seen:
-    """Where one is left the other is entered, at one and the same distance."""
+    """Leaving one sphere and entering the other occur at the same distance."""
     way = np.array([0.3, 1.0, -1.0]) / math.sqrt(2.09)
     balls = [
         tp.Surface(tp.Sphere(center=tuple(side * way), radius=1.0), CLEAR, inside=INK) for side in (1, -1)
@@ -104,7 +109,7 @@ def touching_balls() -> Seen:
 
 @case("a shell of fog 1e-9 thick, crossed aslant", naive="both radii in float32")
 def nested_shells() -> Seen:
-    """In float32 there is no shell; in double its thickness has seven digits left."""
+    """In float32 the shell does not exist; in double its thickness has seven digits."""
     gap, fog = 1e-9, tp.Medium(absorption=1e9)
     core = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "core", outside=fog)
     shell = tp.Surface(tp.Sphere(radius=1 + gap), CLEAR, inside=fog)
@@ -116,7 +121,7 @@ def nested_shells() -> Seen:
 
 @case("light from a ball in a diffuse shell 1e-12 about it", naive="rays start 1e-9 off their surface")
 def nested_walls() -> Seen:
-    """A step of 1e-9 off the ball ends beyond the shell: nothing comes back."""
+    """A start 1e-9 off the sphere lies outside the shell: no light returns."""
     walls = [
         tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "ball"),
         tp.Surface(tp.Sphere(radius=1 + 1e-12), tp.Diffuse(0.5)),
@@ -134,22 +139,24 @@ def _panes(gap: float, height: float) -> tp.Scene:
 
 @case("two panes of glass with 1e-12 of air between them", naive="rays start 1e-9 beyond a face")
 def thin_gap() -> Seen:
-    """A step of 1e-9 leads from one pane into the other: two faces that reflect are left, not four."""
+    """A start 1e-9 beyond a face lies in the other pane: two reflecting faces remain instead of four."""
     return Seen(_run(_panes(1e-12, 0.0), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
 
 
 @case("the same with a gap of 1e-4, a billion off the origin", naive="coordinates in float32")
 def thin_gap_far_off() -> Seen:
-    """Coordinates have steps of 1e-7 there, in float32 of 64: both panes and the lamp are in one place."""
+    """Coordinates there have steps of 1e-7 in double, of 64 in float32, where both panes and the lamp
+    coincide.
+    """
     return Seen(_run(_panes(1e-4, 1e9), 50_000)["below"].flux_out, PANE_PAIR, naive=PANE)
 
 
 @case(
     "the same with a gap of eight roundings of its coordinates",
-    naive="four faces, in an order left to chance",
+    naive="four faces in an order that rounding decides",
 )
 def gap_of_roundings() -> Seen:
-    """At 1e9 a gap of 1e-6 is eight steps of a double: refused, with the cure."""
+    """At 1e9 a gap of 1e-6 is eight steps of a double. Rejected; the message names the cure."""
     try:
         _run(_panes(1e-6, 1e9))
     except tp.SceneError as refusal:
@@ -160,9 +167,11 @@ def gap_of_roundings() -> Seen:
 # ---- corners and places ----
 
 
-@case("a beam into the exact corner of three walls", naive="a hit within each wall's bounds")
+@case(
+    "a beam into the exact corner of three walls", naive="an intersection must lie within the wall's bounds"
+)
 def corner_of_three() -> Seen:
-    """By a rounding it lies beyond the edge of all three, and the beam leaves the box."""
+    """By rounding the corner lies beyond the edges of all three walls, and the beam leaves the box."""
     turn, _ = np.linalg.qr(np.array([[1.0, 0.3, 0.2], [0.1, 1.0, -0.4], [-0.2, 0.5, 1.0]]))
     walls = [
         tp.Surface(
@@ -179,6 +188,6 @@ def corner_of_three() -> Seen:
 
 @case("a ball that shines, a billion radii off the origin", naive="rays start 1e-9 off the ball")
 def far_off_the_origin() -> Seen:
-    """1e-9 is less than the step of a coordinate there: the ball is hit by half of its own light."""
+    """1e-9 is less than the step of a coordinate there: the sphere is hit by half of its own light."""
     ball = tp.Surface(tp.Sphere(center=(1e9, -3e8, 2e8), radius=1.0), tp.Black(), "ball")
     return Seen(_escaped(tp.Scene(tp.Source("ball", GLOW), ball), 20_000), 1.0)

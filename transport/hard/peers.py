@@ -1,4 +1,4 @@
-"""What has broken programs like this one: known failures, each as a run that shows it."""
+"""Known failures of similar programs, each reproduced by a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from transport.theory import emitters
 
 GLOW = tp.Isotropic(power=1.0)
 DOWN = tp.Beam((0, 0, -1), power=1.0)
-THROUGH_20 = 2.9361861e-9  # ordinates.slab(20.0, 0.2, mu0=1.0), diffuse and straight, which takes seconds
+THROUGH_20 = 2.9361861e-9  # ordinates.slab(20.0, 0.2, mu0=1.0), diffuse and unscattered, which takes seconds
 
 
 def _run(scene: tp.Scene, particles: int = 20_000, seed: int = 1, **options) -> tp.Result:
@@ -23,10 +23,12 @@ def _run(scene: tp.Scene, particles: int = 20_000, seed: int = 1, **options) -> 
 
 
 @case(
-    "a lamp 8 m away from a meter", naive="what reaches the meter carries its radiance, whatever the distance"
+    "a lamp 8 m away from a meter", naive="arriving light carries the lamp's radiance, whatever the distance"
 )
 def inverse_square() -> Seen:
-    """Rays drawn towards the meter must carry the solid angle that it fills: a renderer's light tracer once did not."""
+    """Rays drawn towards the detector must carry the solid angle that it subtends; a renderer's light
+    tracer once omitted it.
+    """
     meter = tp.Disk(center=(0, 0, 8), normal=(0, 0, -1), radius=0.1)
     lamp = tp.Source(tp.Disk(radius=0.1), tp.Lambertian(radiance=100.0), aim=meter)
     found = _run(tp.Scene(lamp, detectors=tp.Detector(meter, "meter")))["meter"].irradiance
@@ -36,9 +38,9 @@ def inverse_square() -> Seen:
 # ---- 2: float32 ----
 
 
-@case("a million scores of a tenth in one bin", naive="the bin is a float32")
+@case("a million scores of a tenth in one bin", naive="a float32 sum")
 def float32_accumulation() -> Seen:
-    """Each addition rounds to 24 bits of the sum so far: the error grows with the number of particles."""
+    """Each addition rounds to 24 bits of the current sum: the error grows with the number of particles."""
     slab = tp.Surface(tp.Slab(thickness=1.0), tp.Transparent(), inside=tp.Medium(absorption=math.log(10)))
     lamp = tp.Source(tp.Point(position=(0, 0, 1)), DOWN)
     scene = tp.Scene(lamp, slab, tp.Detector(tp.Plane(center=(0, 0, -0.5)), "far", side="back"))
@@ -50,9 +52,11 @@ def float32_accumulation() -> Seen:
 # ---- 3: thresholds of weight ----
 
 
-@case("a microwatt in a room of albedo 0.9", naive="histories end once they carry less than 1e-7 W")
+@case("a microwatt in a room of albedo 0.9", naive="histories end below a weight of 1e-7 W")
 def absolute_weight() -> Seen:
-    """A threshold in watts knows the user's unit: in a dim room light is lost that in a bright one is kept."""
+    """A threshold in watts depends on the user's unit: in a dim room light is lost that is kept in a
+    bright one.
+    """
     walls = tp.Surface(tp.Sphere(radius=1.0), tp.Diffuse(0.9), "walls")
     lamp = tp.Source(tp.Point(), tp.Isotropic(power=1e-6))
     found = _run(tp.Scene(lamp, walls, tp.Detector("walls", side="inside")))["walls"].flux_in
@@ -65,7 +69,9 @@ def absolute_weight() -> Seen:
 
 @case("batches of mean 1e8 and variance 1", naive="sqrt(Σx²/n - (Σx/n)²)")
 def sum_of_squares() -> Seen:
-    """Both sums are 1e16: their difference has no digit left, and where it is negative the error is said to be 0."""
+    """Both terms are 1e16, so that no digit of their difference remains; where it is negative the error
+    is reported as 0.
+    """
     from transport.results.statistics import standard_error
 
     values, sizes = 1e8 + np.tile([-1.0, 1.0], 16), np.full(32, 10)
@@ -73,9 +79,11 @@ def sum_of_squares() -> Seen:
     return Seen(float(standard_error(values, sizes)), math.sqrt(1 / 31), naive)
 
 
-@case("what comes through 20 mean free paths", naive="count those of 20 000 that do: none, with error 0")
+@case("what comes through 20 mean free paths", naive="count those of 20 000 that pass: 0 with an error of 0")
 def deep_penetration() -> Seen:
-    """An error of 0 below some small number hides that hardly anything came: truth is 2.9e-9, and its error is told."""
+    """An error of 0 below a small value hides that almost nothing arrived: the exact value is 2.9e-9,
+    with a known error.
+    """
     slab = tp.Slab(center=(0, 0, -10), thickness=20.0)
     fog = tp.Surface(slab, tp.Transparent(), inside=tp.Medium(absorption=0.8, scattering=0.2))
     lamp = tp.Source(tp.Point(position=(0, 0, 1)), DOWN)
@@ -90,10 +98,10 @@ def deep_penetration() -> Seen:
 
 @case(
     "a grey room a tenth of a nanometre wide",
-    naive="particles are nudged off a wall by 1e-9 m: out of the room",
+    naive="particles start 1e-9 m off a wall: outside the room",
 )
 def tiny_room() -> Seen:
-    """An epsilon in metres is larger than the scene: histories leak, here all of them at their first reflection."""
+    """An offset in metres is larger than the scene: all histories leak at their first reflection."""
     walls = tp.Surface(tp.Box(size=1e-10), tp.Diffuse(0.5), "walls")
     lamp = tp.Source("walls", tp.Lambertian(power=1.0), side="inside")
     found = _run(tp.Scene(lamp, walls, tp.Detector("walls", side="inside")))["walls"].flux_in
@@ -102,10 +110,12 @@ def tiny_room() -> Seen:
 
 @case(
     "a grey room a billion kilometres wide",
-    naive="the same 1e-9 m vanish beside 1e12 m: walls hit themselves",
+    naive="the offset of 1e-9 m vanishes beside 1e12 m: walls hit themselves",
 )
 def vast_room() -> Seen:
-    """What should keep a particle off the wall it stands on is rounded away, and it meets that wall again and again."""
+    """The offset that should separate a particle from its wall is rounded away, and the particle hits
+    the wall repeatedly.
+    """
     walls = tp.Surface(tp.Box(size=1e12), tp.Diffuse(0.5), "walls")
     lamp = tp.Source("walls", tp.Lambertian(power=1.0), side="inside")
     found = _run(tp.Scene(lamp, walls, tp.Detector("walls", side="inside")))["walls"].flux_in
@@ -114,10 +124,10 @@ def vast_room() -> Seen:
 
 @case(
     "a meter that lies in the very plane of a wall",
-    naive="the nearest of two equal distances is met, the other lost",
+    naive="one of two surfaces at equal distance scores, the other does not",
 )
 def meter_on_a_wall() -> Seen:
-    """A tie of roundings decides which of two surfaces in one plane is seen; both are met, by every ray."""
+    """Rounding decides which of two coplanar surfaces is hit first; both must score every ray."""
     floor = tp.Rectangle(normal=(1, 2, 3), width=1.0, height=1.0)
     patch = tp.Detector(tp.Rectangle(normal=(1, 2, 3), width=0.5, height=0.5), "patch")
     light = tp.Source(
@@ -128,22 +138,24 @@ def meter_on_a_wall() -> Seen:
     return Seen(result["patch"].flux_in / result["floor"].flux_in, 0.25, naive=0.0)
 
 
-# ---- 6: a plane is not its patch; increments ----
+# ---- 6: bounds of a patch; increments ----
 
 
-@case("a patch of 20 cm, 1 m below a lamp", naive="what crosses the patch's plane is counted")
+@case("a patch of 20 cm, 1 m below a lamp", naive="all crossings of the patch's plane are counted")
 def patch_of_a_plane() -> Seen:
-    """A surface's equation knows no edges: half of all light crosses the plane, a four-hundredth the patch."""
+    """A surface's equation has no bounds: half of all light crosses the plane, a four-hundredth the patch."""
     patch = tp.Detector(tp.Disk(center=(0, 0, 1), radius=0.1), "patch", side="back")
     found = _run(tp.Scene(tp.Source(tp.Point(), GLOW), detectors=patch), 500_000)["patch"].flux_in
     return Seen(found, emitters.point_flux_through_disk(1.0, 0.1, 1.0), naive=0.5)
 
 
 @case(
-    "a window of a nanometre, a thousand reflections away", naive="x grows by a million steps of a millimetre"
+    "a window of a nanometre, a thousand reflections away", naive="a million steps of a millimetre added to x"
 )
 def many_reflections() -> Seen:
-    """Rounding errors of steps add up until the beam is beside the window; a flight is one product from where it began."""
+    """Rounding errors of the steps add up until the beam misses the window; here each position is one
+    product from the flight's start.
+    """
     mirrors = [tp.Surface(tp.Plane(center=(0, 0, z)), tp.Mirror()) for z in (-0.5, 0.5)]
     window = tp.Disk(center=(1000, 0, 0), normal=(-1, 0, 0), radius=1e-9)
     beam = tp.Source(tp.Point(), tp.Beam((1, 0, 1), power=1.0))
@@ -161,7 +173,9 @@ def many_reflections() -> Seen:
     naive="the mean of weight / |μ|, with a ray at μ = 0 among them",
 )
 def grazing_fluence() -> Seen:
-    """1/|μ| has no variance, and one ray along the surface makes it 0/0; below a cut its mean is scored instead."""
+    """1/|μ| has infinite variance, and a ray in the surface gives 0/0; below a cut its mean is scored
+    instead.
+    """
     room = tp.Source(tp.Sphere(radius=2.0), tp.Lambertian(radiance=1.0), side="inside")
     scene = tp.Scene(room, detectors=tp.Detector(tp.Disk(radius=1.0), "disk"))
     found = _run(scene, 200_000)["disk"].fluence_rate
@@ -176,27 +190,31 @@ def grazing_fluence() -> Seen:
 
 @case("the spread of z over 120 seeds", naive="the next history's random numbers begin one draw later")
 def overlapping_streams() -> Seen:
-    """Means are right, and so is every single run: only errors are too small, as neighbours share their draws."""
+    """Means are right, and so is every single run: only the errors are too small, because neighbours
+    share random numbers.
+    """
     meter = tp.Disk(center=(0, 0, 0.5), normal=(0, 0, -1), radius=0.5)
     lamp = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(power=1.0))
     scene, share = tp.Scene(lamp, detectors=tp.Detector(meter, "meter")), (3 - math.sqrt(5)) / 2
     flux = [_run(scene, 640, seed, threads=1)["meter"].flux_in for seed in range(120)]
     z = np.array([one.z(share) for one in flux])
     draws = np.random.default_rng(1).random((120, 642))
-    scores = draws[:, :-2] + draws[:, 1:-1] + draws[:, 2:]  # of three draws, two of them the next one's
+    scores = draws[:, :-2] + draws[:, 1:-1] + draws[:, 2:]  # two of the three draws are the next one's
     naive = (scores.mean(axis=1) - 1.5) / (scores.std(axis=1) / math.sqrt(640))
-    return Seen(float(z.std()), 1.0, float(naive.std()), within=0.32)  # five standard errors of a spread
+    return Seen(float(z.std()), 1.0, float(naive.std()), within=0.32)  # five standard errors of the spread
 
 
-# ---- 9: numbers that are none ----
+# ---- 9: nan and infinity ----
 
 
 @case(
     "particles at rest, 1 m from a wall",
-    naive="compiled with fastmath: an infinite time of arrival may be any number",
+    naive="compiled with fastmath, where an infinite time of arrival is undefined",
 )
 def never_arrives() -> Seen:
-    """Such code takes isfinite(nan) for True and an infinity for a number: guards vanish, and rest becomes arrival."""
+    """Such code takes isfinite(nan) for True and an infinity for a number: checks are removed, and
+    particles at rest arrive.
+    """
     wall = tp.Surface(tp.Box(size=2.0), tp.Black(), "wall")
     gas = tp.Source(tp.Point(), tp.Gas(number=7.0, speed=0.0))
     ledger = _run(tp.Scene(gas, wall, duration=1e300)).ledger
@@ -206,32 +224,33 @@ def never_arrives() -> Seen:
 # ---- 10: energy from nowhere ----
 
 
-@case("one scene run twice", naive="sums go on from where the first run left them")
+@case("one scene run twice", naive="sums continue from the first run's values")
 def twice() -> Seen:
-    """Sums that belong to the scene instead of the run double the answer."""
+    """Sums that belong to the scene instead of the run double the result."""
     walls = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "walls")
     scene = tp.Scene(tp.Source(tp.Point(), GLOW), walls, tp.Detector("walls", side="inside"))
     first, second = (_run(scene)["walls"].flux_in.value for _ in range(2))
     return Seen(second, 1.0, naive=first + second)
 
 
-@case("1000 histories in 7 batches", naive="7 batches of ceil(1000 / 7), over 1000")
+@case("1000 histories in 7 batches", naive="7 batches of ceil(1000 / 7) histories, divided by 1000")
 def batches_make_no_energy() -> Seen:
-    """Batches of unlike size carry their own numbers of histories, and the whole power is emitted, no more."""
+    """Batches of different sizes carry their own numbers of histories; exactly the whole power is emitted."""
     walls = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "walls")
     scene = tp.Scene(tp.Source(tp.Point(), GLOW), walls, tp.Detector("walls", side="inside"))
     found = _run(scene, 1000, batches=7)["walls"].flux_in.value
     return Seen(found, 1.0, naive=7 * math.ceil(1000 / 7) / 1000)
 
 
-# ---- 11: overflow, and what is counted with what ----
+# ---- 11: overflow bins; specular and diffuse parts ----
 
 
 @case(
-    "the outermost of two rings, with light outside of both", naive="what is beyond the last bin goes into it"
+    "the outermost of two rings, with light outside of both",
+    naive="values beyond the last bin are added to it",
 )
 def overflow_of_bins() -> Seen:
-    """The last bin then holds all that has nowhere else to go, and its mean is of nothing in particular."""
+    """The last bin then holds all values outside the range, and its mean has no meaning."""
     sun = tp.Source(
         tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0), tp.Beam((0, 0, -1), irradiance=1.0)
     )
@@ -241,9 +260,9 @@ def overflow_of_bins() -> Seen:
     return Seen(found, 1.0, naive=(1 - 0.25**2) / ring)
 
 
-@case("what a pond of ink sends back", naive="diffuse light only: the mirror image is not counted")
+@case("what a pond of ink sends back", naive="diffuse light only: the specular reflection is not counted")
 def specular_part() -> Seen:
-    """Reflectance with and without the specular part are two numbers; both are meant by "R"."""
+    """Reflectance with and without the specular part are two quantities; both are called "R"."""
     ink = tp.Medium(absorption=1e6, index=1.5)
     pond = tp.Surface(tp.Plane(), tp.Dielectric(1.5), back=ink)
     lamp = tp.Source(tp.Point(position=(0, 0, 1)), DOWN)
@@ -251,14 +270,15 @@ def specular_part() -> Seen:
     return Seen(_run(scene)["sky"].flux_out, 0.04, naive=0.0)
 
 
-# ---- 12: convergence that looks fine ----
+# ---- 12: apparent convergence ----
 
 
-@case("a pinhole that sends three quarters of the light", naive="2 % claimed, so the mean is right")
+@case("a pinhole that sends three quarters of the light", naive="the claimed error of 2 % is trusted")
 def trusted_error() -> Seen:
-    """The few births that pass the pinhole have not come: the answer is a quarter of the truth, and its batches agree.
+    """No sampled particle has passed the pinhole: the result is a quarter of the exact value, and its
+    batches agree.
 
-    1 where the run is right or says that it is not to be trusted.
+    1 where the run is right or reports that its error is not to be trusted.
     """
     height, ring, spot = 0.05, 0.8, 3.24e-3
     meter = tp.Disk(center=(0, 0, height), radius=3e-4, normal=(0, 0, -1))

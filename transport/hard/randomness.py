@@ -1,4 +1,4 @@
-"""Random numbers: known answers, neighbours that know nothing of each other, no number twice, and the extreme draws."""
+"""Random numbers: known answers, independent neighbours, no repeated number, and the extreme draws."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MANY = 200_000
 
 @lru_cache(maxsize=1)
 def _rays() -> np.ndarray:
-    """One component of the directions of MANY particles in the order of their histories, 1 batch after another."""
+    """One component of the directions of MANY particles, in the order of their histories."""
     source = tp.Source(tp.Point(), tp.Gas(number=1.0, speed=1.0))
     scene = tp.Scene(source, detectors=tp.Snapshot(1.0, particles=MANY, name="all"), duration=1.0)
     return tp.simulate(scene, MANY, seed=1, progress=False)["all"].velocities[:, 2]
 
 
 def _through_the_half(seed: int) -> float:
-    """The z of a flux whose exact value is a half."""
+    """z of a flux whose exact value is 1/2."""
     scene = tp.Scene(
         tp.Source(tp.Point(), tp.Isotropic(power=1.0)),
         detectors=tp.Detector(tp.Plane(center=(0, 0, -1)), "low"),
@@ -37,10 +37,10 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 @case(
     "the generator's first word for a counter and key of ones",
-    naive="products of 32-bit words kept in 32 bits",
+    naive="products of 32-bit words truncated to 32 bits",
 )
 def known_answer() -> Seen:
-    """Philox4x32-10 takes the upper half of each product: Random123 says 0x408f276d (Salmon et al. 2011)."""
+    """Philox4x32-10 uses the upper half of each product: Random123 gives 0x408f276d (Salmon et al. 2011)."""
     from transport.physics.streams import philox
 
     ones = np.uint64(0xFFFFFFFF)
@@ -53,7 +53,7 @@ def known_answer() -> Seen:
 
 
 def _truncated() -> int:
-    """The same rounds, without the upper halves."""
+    """The same rounds without the upper halves."""
     word, key = 0xFFFFFFFF, [0xFFFFFFFF, 0xFFFFFFFF]
     c = [word] * 4
     for _ in range(10):
@@ -64,17 +64,19 @@ def _truncated() -> int:
 
 @case(
     "200 000 histories: how many set out in directions of their own",
-    naive="each has a seed of 32 bits, drawn at random",
+    naive="a random 32-bit seed per history",
 )
 def no_history_twice() -> Seen:
-    """Of 200 000 seeds drawn with replacement some five repeat (a birthday problem), and with them whole lives."""
+    """Of 200 000 seeds drawn with replacement about five repeat (a birthday problem), and their
+    histories with them.
+    """
     seeds = np.random.default_rng(1).integers(0, 1 << 32, MANY)
     return Seen(float(len(np.unique(_rays()))), MANY, naive=float(len(np.unique(seeds))), within=0.0)
 
 
 @case(
     "the correlation of each history with the next",
-    naive="a multiplier of 69069 and seeds that are counted up",
+    naive="a linear generator (multiplier 69069) with consecutive seeds",
 )
 def neighbouring_histories() -> Seen:
     """The first number of a linear generator is linear in its seed: neighbours are born side by side."""
@@ -90,10 +92,12 @@ def neighbouring_histories() -> Seen:
 
 @case(
     "the correlation of the z of neighbouring seeds",
-    naive="history h of seed s has the random numbers of s + h",
+    naive="history h of seed s uses the random numbers of s + h",
 )
 def neighbouring_seeds() -> Seen:
-    """Runs of seeds 1, 2, 3 then share all histories but one: repeating a run with the next seed tells nothing new."""
+    """Runs with seeds 1, 2, 3 then share all histories but one: a repetition with the next seed adds no
+    information.
+    """
     z = np.array([_through_the_half(seed) for seed in range(SEEDS)])
     draws = np.random.default_rng(1).random(SEEDS + 640)
     naive = np.array([draws[seed : seed + 640].mean() for seed in range(SEEDS)])
@@ -101,9 +105,9 @@ def neighbouring_seeds() -> Seen:
     return Seen(_correlation(z[1:], z[:-1]), 0.0, _correlation(naive[1:], naive[:-1]), within)
 
 
-@case("the longest free path that a draw can give, in mean free paths", naive="-ln u of a draw of 0")
+@case("the longest free path that a draw can give, in mean free paths", naive="-ln u for u = 0")
 def longest_flight() -> Seen:
-    """Uniforms are multiples of 2^-52 below 1; 0 is one of them, and its logarithm is not to be taken."""
+    """Uniform numbers are multiples of 2^-52 below 1; 0 is one of them, and its logarithm is infinite."""
     from transport.engine.walks import BELOW_ONE
     from transport.physics.elementary import log_positive
     from transport.physics.streams import uniform

@@ -1,4 +1,4 @@
-"""Sums that are long, unlike, tiny or huge; errors beside large means; merges in any order."""
+"""Sums: long, of unequal terms, tiny or huge; errors beside large means; merges in any order."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from transport.theory import emitters
 
 
 def _run(tau: float, depths: tuple[float, ...], particles: int, **options) -> tp.Result:
-    """One watt straight down into an absorber, of one mean free path a metre; meters named by their depths."""
+    """One watt straight down into an absorber of mean free path 1 m; detectors are named by depth."""
     ink = tp.Medium(absorption=1.0)
     slab = tp.Surface(tp.Slab(center=(0, 0, -tau / 2), thickness=tau), tp.Transparent(), inside=ink)
     lamp = tp.Source(tp.Point(position=(0, 0, 1)), tp.Beam((0, 0, -1), power=1.0))
@@ -27,10 +27,11 @@ def _run(tau: float, depths: tuple[float, ...], particles: int, **options) -> tp
 
 @lru_cache(maxsize=1)
 def _long_run() -> Result:
-    """A run whose 16 batches have each been merged with themselves 23 times: 1.3e12 histories, all of which score."""
+    """A run whose 16 batches are each merged with themselves 23 times: 1.3e12 histories, all scoring."""
     short = _run(1.0, (1.0,), 160_000, batches=16)
 
     def doubled(batch: Batch) -> Batch:
+        """The batch merged with itself 23 times."""
         return reduce(lambda whole, _: whole.merged(whole, 0), range(23), batch)
 
     return Result(short.plan, [doubled(batch) for batch in short.batches], 1, None, True, [])
@@ -38,38 +39,38 @@ def _long_run() -> Result:
 
 @lru_cache(maxsize=1)
 def _thousand() -> list[Batch]:
-    """The batches of a run of a thousand, their scores spread over a decade."""
+    """The batches of a run with 1000 batches, whose scores span a factor of ten."""
     room = tp.Surface(tp.Sphere(radius=1.0), tp.Black(), "room", inside=tp.Medium(absorption=1.0))
     lamp = tp.Source(tp.Point(position=(0, 0, 0.8)), tp.Isotropic(power=1.0))
     scene = tp.Scene(lamp, room, tp.Detector("room", side="inside"))
     return tp.simulate(scene, 16_000, seed=1, batches=1000, progress=False).batches
 
 
-# ---- many ----
+# ---- many terms ----
 
 
-@case("the mean of 1.3e12 scores", naive="a float32, which stands still at 2^24 scores")
+@case("the mean of 1.3e12 scores", naive="a float32, which stops growing at 2^24 scores")
 def very_many_scores() -> Seen:
-    """Whole numbers add up without rounding within a batch, and batches in float64."""
+    """Integers add up without rounding within a batch, and batches in float64."""
     found = _long_run()["1"].flux_in.value
     return Seen(found, math.exp(-1), naive=math.exp(-1) * 2**24 / _long_run().particles)
 
 
-@case("their number", naive="an int32 that runs over at 2^31")
+@case("their number", naive="an int32 that overflows at 2^31")
 def counts_beyond_int32() -> Seen:
-    """Counts are int64 from the first to the last."""
+    """Counts are int64 throughout."""
     found, exact = _long_run()["1"].counts.value, 160_000 << 23
     return Seen(float(found), exact, naive=float(np.int64(exact).astype(np.int32)), within=0.0)
 
 
-@case("the number of one batch's scores, above 2^32", naive="a uint32 that runs over")
+@case("the number of one batch's scores, above 2^32", naive="a uint32 that overflows")
 def counts_beyond_uint32() -> Seen:
-    """Batches are merged while a run for an error goes on, until each holds billions of scores."""
+    """A run towards a target error merges batches until each holds billions of scores."""
     found, exact = _long_run().batches[0].counts.max(), 10_000 << 23
     return Seen(float(found), exact, naive=float(np.int64(exact).astype(np.uint32)), within=0.0)
 
 
-# ---- unlike ----
+# ---- terms of different sizes ----
 
 
 @case(
@@ -77,28 +78,32 @@ def counts_beyond_uint32() -> Seen:
     naive="weights below 1e-12 are dropped",
 )
 def seventeen_decades() -> Seen:
-    """Weights from 1 to 4e-18 in the same sums: the faintest, below half a unit of the sums, are right in the mean."""
+    """Weights from 1 to 4e-18 in the same sums: the mean of the faintest, below half a unit of the
+    sums, is right.
+    """
     depths = (10.0, 20.0, 30.0, 40.0)
     result = _run(41.0, depths, 50_000)
     found = sum(result[f"{depth:g}"].flux_in * math.exp(depth) for depth in depths)
     return Seen(found, 4.0, naive=sum(math.exp(-depth) > 1e-12 for depth in depths))
 
 
-@case("what is left after 45 mean free paths", naive="cut off at the sums' unit of 2^-63")
+@case("what is left after 45 mean free paths", naive="truncation at the sums' unit of 2^-63")
 def below_the_last_digit() -> Seen:
-    """Each score is a quarter of the unit: rounded up once in four times it is right, cut off it is 0 without an error."""
+    """Each score is a quarter of the unit: rounded up one time in four its mean is right; truncated it
+    is 0 without an error.
+    """
     found = _run(45.0, (45.0,), 100_000)["45"].flux_in
     return Seen(found, math.exp(-45), naive=math.floor(math.exp(-45) * 2.0**63) / 2.0**63)
 
 
-@case("whether an error is known of thirty decades less", naive="no score: 0, with error 0")
+@case("whether an error is known of thirty decades less", naive="no score: 0 with an error of 0")
 def thirty_decades() -> Seen:
-    """69 mean free paths leave 1e-30: where nothing was scored nothing is known, and 0 ± 0 would be a lie."""
+    """69 mean free paths leave 1e-30. Without a score the error is unknown; 0 ± 0 would be wrong."""
     flux = _run(69.0, (69.0,), 10_000)["69"].flux_in
     return Seen(float(math.isnan(flux.error)), 1.0, naive=0.0)
 
 
-@case("the error of batches from 1e-200 to 1e200", naive="sqrt(Σ(x - m)²/n), whose squares leave the range")
+@case("the error of batches from 1e-200 to 1e200", naive="sqrt(Σ(x - m)²/n), whose squares overflow")
 def decades_between_batches() -> Seen:
     """Deviations are divided by the largest before they are squared."""
     values = 10.0 ** np.linspace(-200, 200, 33)
@@ -112,15 +117,20 @@ def decades_between_batches() -> Seen:
 
 @case("the error of batches of mean 1e9 and variance 1", naive="sqrt(Σx²/n - (Σx/n)²)")
 def billion_and_one() -> Seen:
-    """The variance is the nineteenth digit of the sum of squares."""
+    """The variance is in the nineteenth digit of the sum of squares."""
     values = 1e9 + np.random.default_rng(1).integers(-8, 9, 64) / 4
     naive = math.sqrt(abs((values**2).mean() - values.mean() ** 2) / 63)
     return Seen(float(standard_error(values, np.full(64, 7))), _exact_error(values), naive, within=1e-7)
 
 
-@case("the difference of two fluxes of a gigawatt, 4 % apart", naive="one of them from a run of other seed")
+@case(
+    "the difference of two fluxes of a gigawatt, 4 % apart",
+    naive="the second flux from a run with another seed",
+)
 def small_difference() -> Seen:
-    """Meters of one run see the same histories: the noise of each alone is as large as the difference, and is not in it."""
+    """Detectors of one run score the same histories: the noise of each is as large as the difference,
+    but cancels in it.
+    """
     heights, lamp = {"near": 5.0, "far": 5.1}, tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1e11))
     meters = [
         tp.Detector(tp.Disk(center=(0, 0, z), normal=(0, 0, -1), radius=0.5), name)
@@ -136,7 +146,7 @@ def small_difference() -> Seen:
 
 @case("the spread of a thousand parts of mean 1e9, merged in any order", naive="sums of x and x² are merged")
 def thousand_merged() -> Seen:
-    """Counts, means and squares of deviations are merged (Chan): nothing cancels whichever comes first."""
+    """Counts, means and sums of squared deviations are merged (Chan): nothing cancels in any order."""
     rng = np.random.default_rng(1)
     values = 1e9 + rng.integers(-8, 9, (1000, 4)) / 8
     parts = [(4, x.mean(), ((x - x.mean()) ** 2).sum()) for x in values]
@@ -148,7 +158,7 @@ def thousand_merged() -> Seen:
 
 @case("a thousand batches merged forwards, backwards and shuffled: how far apart", naive="in float32")
 def batches_in_any_order() -> Seen:
-    """Whoever merges first, the sums are the same to rounding in the sixteenth digit."""
+    """In any order of merging the sums agree to the sixteenth digit."""
     batches = _thousand()
     weights = np.array([batch.weights.max() for batch in batches])
     shuffled = np.random.default_rng(1).permutation(1000)
@@ -165,10 +175,10 @@ def batches_in_any_order() -> Seen:
 
 @case(
     "what is in 10 000 bins of direction, most of them with one score or none",
-    naive="bins of a single score are noise: left out",
+    naive="bins with a single score are omitted as noise",
 )
 def one_score_a_bin() -> Seen:
-    """A bin of one score has an error as large as itself, and its score all the same."""
+    """A bin with one score has an error as large as its value, but the score counts."""
     dome = tp.Detector(
         tp.Sphere(radius=1.0), "dome", side="inside", directions=tp.Directions(mu=100, phi=100)
     )
@@ -182,7 +192,7 @@ def one_score_a_bin() -> Seen:
     naive="floor(100 μ) is 100, and the last bin is 99",
 )
 def all_in_one_bin() -> Seen:
-    """μ = 1 is the upper edge of the last bin, and belongs to it."""
+    """μ = 1 is the upper edge of the last bin and belongs to it."""
     meter = tp.Detector(tp.Disk(radius=1.0), "meter", directions=tp.Directions(mu=100))
     sun = tp.Source(tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=0.5), tp.Beam((0, 0, -1), power=1.0))
     counts = tp.simulate(tp.Scene(sun, detectors=meter), 3000, seed=1, progress=False)["meter"].counts.value
@@ -191,18 +201,18 @@ def all_in_one_bin() -> Seen:
 
 
 def _exact_squares(values: np.ndarray) -> Fraction:
-    """Sum of squared deviations from the mean, in whole numbers."""
+    """Sum of squared deviations from the mean, in exact fractions."""
     exact = [Fraction(float(x)) for x in values]
     mean = sum(exact) / len(exact)
     return sum((x - mean) ** 2 for x in exact)
 
 
 def _exact_error(values: np.ndarray) -> float:
-    """Standard error of the mean, in whole numbers up to the root."""
+    """Standard error of the mean, in exact fractions up to the square root."""
     return _root(_exact_squares(values) / (len(values) * (len(values) - 1)))
 
 
 def _root(square: Fraction) -> float:
-    """The square root of a fraction that may be beyond the range of a float."""
+    """Square root of a fraction that may exceed the range of a float."""
     digits = 10**20 if square < 1 else 1
     return math.isqrt(square.numerator * digits**2 // square.denominator) / digits

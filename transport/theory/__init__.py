@@ -1,4 +1,4 @@
-"""The analytic limits of transport theory, as plain functions of floats with their sources."""
+"""Analytic solutions of transport theory as plain functions of floats, each with its source."""
 
 from transport.theory import emitters, enclosures, gas, solid_angles, sun, view_factors
 

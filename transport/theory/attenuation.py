@@ -1,13 +1,13 @@
-"""Attenuation: what is left of light that neither was absorbed nor scattered on its way through a medium.
+"""Attenuation: the light that has been neither absorbed nor scattered along its path through a medium.
 
-Along a ray radiance falls by exp(-tau), tau the integral of the extinction along it (Bouguer 1729; Beer 1852):
-what is left never collided.  Everything here is an integral of that over directions.  tau is the optical depth
-straight through, mu the cosine to the straight way, so that a slanted ray has tau/mu before it.  Integrals over
-directions are exponential integrals, E_n(tau) = ∫ mu^(n-2) exp(-tau/mu) dmu over mu from 0 to 1 (Chandrasekhar
-1960, appendix I).
+Along a ray radiance falls as exp(-tau), tau the integral of the extinction along it (Bouguer 1729; Beer
+1852): the rest is light that never collided. All functions here integrate exp(-tau) over directions.
+tau is the optical depth along the normal and mu the cosine to the normal, so that the optical depth of
+a slanted ray is tau/mu. Integrals over directions are exponential integrals, E_n(tau) = ∫ mu^(n-2)
+exp(-tau/mu) dmu over mu from 0 to 1 (Chandrasekhar 1960, appendix I).
 
-Radiance L in W m^-2 sr^-1, lengths in m, extinction in m^-1.  In a purely absorbing medium the values are those
-of all light; where light is scattered, those of the direct part.
+Radiance L in W m^-2 sr^-1, lengths in m, extinction in m^-1. In a purely absorbing medium the values
+hold for all light; in a scattering medium, for the uncollided part.
 """
 
 from __future__ import annotations
@@ -19,42 +19,138 @@ import numpy as np
 from transport.theory.nodes import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(64)
-_SERIES = 40  # terms: in units of the first, the last is below 1e-40
+_SERIES = 40  # terms of the series: the last is below 1e-40 of the first
 
 
 def transmittance(tau: float) -> float:
-    """Share of a beam that gets through the optical depth tau uncollided [1]: exp(-tau).  Vectorised."""
+    """Share of a beam that passes an optical depth without collision.
+
+    Parameters
+    ----------
+    tau : float or ndarray
+        Optical depth along the normal, at least 0 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``exp(-tau)`` [1].
+
+    Notes
+    -----
+    Source: Bouguer 1729; Beer 1852.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import transmittance
+    >>> print(f"{transmittance(1.0):.4g}")
+    0.3679
+    """
     return np.exp(-np.asarray(tau, dtype=float))[()]
 
 
 def exponential_integral(order: int, tau: float) -> float:
-    """E_n(tau) [1], n from 0 on: ∫ exp(-tau t) / t^n dt over t from 1 on (DLMF 8.19.3).  Vectorised over tau >=
-    0."""
+    """Exponential integral E_n(tau).
+
+    Parameters
+    ----------
+    order : int
+        n, at least 0.
+    tau : float or ndarray
+        Optical depth along the normal, at least 0 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``∫ exp(-tau t) / t^n dt`` over t from 1 to infinity [1].
+
+    Notes
+    -----
+    Source: DLMF 8.19.3.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import exponential_integral
+    >>> print(f"{exponential_integral(3, 1.0):.4g}")
+    0.1097
+    """
     from scipy.special import expn
 
     return expn(order, tau)
 
 
 def lambertian_transmission(tau: float) -> float:
-    """Share of diffuse light that gets through a slab uncollided [1]: 2 E3(tau).  Vectorised."""
+    """Share of Lambertian light that passes a slab without collision.
+
+    Parameters
+    ----------
+    tau : float or ndarray
+        Optical depth along the normal, at least 0 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``2 E3(tau)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import lambertian_transmission
+    >>> print(f"{lambertian_transmission(1.0):.4g}")
+    0.2194
+    """
     return 2 * exponential_integral(3, tau)
 
 
 def slab_escape(tau: float) -> float:
-    """Share of what a slab emits, evenly and isotropically, that leaves it uncollided on either side [1].
+    """Share of a slab's uniform isotropic emission that leaves it uncollided through either face.
 
-    tau: above 0.  (1 - 2 E3(tau)) / (2 tau), as (E2(tau) + (1 - exp(-tau))/tau) / 2, in which nothing cancels.
-    Vectorised.  Source: integral of E2 over the depth (Case, de Hoffmann, Placzek 1953, 10).
+    Parameters
+    ----------
+    tau : float or ndarray
+        Optical thickness of the slab, above 0 [1].
+
+    Returns
+    -------
+    float or ndarray
+        Escape probability [1].
+
+    Notes
+    -----
+    ``(1 - 2 E3(tau)) / (2 tau)``, computed as ``(E2(tau) + (1 - exp(-tau))/tau) / 2``, which does not
+    cancel: the integral of E2 over the depth (Case, de Hoffmann, Placzek 1953, 10).
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import slab_escape
+    >>> print(f"{slab_escape(1.0):.4g}")
+    0.3903
     """
     tau = np.asarray(tau, dtype=float)
     return ((exponential_integral(2, tau) - np.expm1(-tau) / tau) / 2)[()]
 
 
 def sphere_escape(radii: float) -> float:
-    """Share of what a ball emits, evenly and isotropically, that leaves it uncollided [1].
+    """Share of a ball's uniform isotropic emission that leaves it uncollided.
 
-    radii: x above 0, the ball's radius times its extinction.  3/(8 x^3) [2 x^2 - 1 + (1 + 2 x) exp(-2 x)]
-    (Case, de Hoffmann, Placzek 1953, 10), below x = 1 by its series.  Vectorised.
+    Parameters
+    ----------
+    radii : float or ndarray
+        Optical radius x of the ball, radius times extinction, above 0 [1].
+
+    Returns
+    -------
+    float or ndarray
+        Escape probability [1].
+
+    Notes
+    -----
+    ``3/(8 x^3) [2 x^2 - 1 + (1 + 2 x) exp(-2 x)]`` (Case, de Hoffmann, Placzek 1953, 10); a power
+    series below x = 1.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import sphere_escape
+    >>> print(f"{sphere_escape(1.0):.4g}")
+    0.5273
     """
     x = np.asarray(radii, dtype=float)
     y = 2 * np.maximum(x, 1.0)
@@ -66,18 +162,58 @@ def sphere_escape(radii: float) -> float:
 
 
 def mean_slant_transmittance(tau: float, low: float, high: float) -> float:
-    """Mean of exp(-tau/mu) over the cosines low to high, weighted with mu [1]: what a bin of radiance holds.
+    """Mean of ``exp(-tau/mu)`` over a bin of cosines, weighted by mu: the transmittance of a radiance bin.
 
-    0 <= low < high <= 1.  Vectorised.  Source: 2 ∫ mu exp(-tau/mu) dmu / (high^2 - low^2).
+    Parameters
+    ----------
+    tau : float or ndarray
+        Optical depth along the normal, at least 0 [1].
+    low : float or ndarray
+        Lower cosine of the bin, at least 0 [1].
+    high : float or ndarray
+        Upper cosine of the bin, above `low`, at most 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``2 ∫ mu exp(-tau/mu) dmu / (high^2 - low^2)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import mean_slant_transmittance
+    >>> print(f"{mean_slant_transmittance(1.0, 0.5, 1.0):.4g}")
+    0.2724
     """
     low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
     return (2 * slant_integral(tau, low, high) / ((high - low) * (high + low)))[()]
 
 
 def slant_integral(tau: float, low: float, high: float) -> float:
-    """∫ mu exp(-tau/mu) dmu from low to high [1], 0 <= low <= high <= 1; E3(tau) over all of them.  Vectorised.
+    """Integral ``∫ mu exp(-tau/mu) dmu`` from low to high.
 
-    high^2 E3(tau/high) - low^2 E3(tau/low), and by quadrature where these would cancel.
+    Parameters
+    ----------
+    tau : float or ndarray
+        Optical depth along the normal, at least 0 [1].
+    low : float or ndarray
+        Lower cosine, at least 0 [1].
+    high : float or ndarray
+        Upper cosine, at least `low`, at most 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        The integral [1]; E3(tau) over all cosines.
+
+    Notes
+    -----
+    ``high^2 E3(tau/high) - low^2 E3(tau/low)``, or quadrature where this difference would cancel.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import slant_integral
+    >>> print(f"{slant_integral(1.0, 0.0, 1.0):.4g}")
+    0.1097
     """
     tau, low, high = (np.asarray(x, dtype=float) for x in (tau, low, high))
     wide = low < high / 2
@@ -91,12 +227,37 @@ def slant_integral(tau: float, low: float, high: float) -> float:
 
 
 def disk_irradiance(radiance: float, radius: float, distance: float, tau: float, meter: float = 0.0) -> float:
-    """Irradiance by a Lambert disk on a coaxial meter that faces it through fog [W m^-2], the mean over it.
+    """Mean irradiance by a Lambert disk on a coaxial parallel detector through an absorbing layer.
 
-    tau: optical depth of the fog between the two, that lies evenly between parallel planes; meter: its radius
-    [m]. On the axis 2 pi L ∫ mu exp(-tau/mu) dmu over the disk.  Over a meter the pairs of points that are the
-    vector s apart sideways are as many as two disks overlap that are shifted by s: one integral is left (of
-    autocorrelation).
+    Parameters
+    ----------
+    radiance : float
+        Radiance of the disk [W m^-2 sr^-1].
+    radius : float
+        Radius of the emitting disk [m].
+    distance : float
+        Distance between the planes of disk and detector [m].
+    tau : float
+        Optical depth of the layer between the two planes along the normal [1].
+    meter : float, default 0.0
+        Radius of the detector [m]; 0: the point on the axis.
+
+    Returns
+    -------
+    float
+        Irradiance, averaged over the detector [W m^-2].
+
+    Notes
+    -----
+    On the axis ``2 pi L ∫ mu exp(-tau/mu) dmu`` over the disk. Over a detector, the number of pairs of
+    points with the lateral offset s is proportional to the overlap area of two disks shifted by s
+    (autocorrelation), which leaves one integral.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import disk_irradiance
+    >>> print(f"{disk_irradiance(1.0, 1.0, 2.0, 0.5):.4g}")
+    0.3707
     """
     small, large = sorted((radius, meter))
     if small == 0:
@@ -113,12 +274,38 @@ def disk_irradiance(radiance: float, radius: float, distance: float, tau: float,
 def disk_radiance(
     theta: float, radiance: float, radius: float, distance: float, tau: float, meter: float
 ) -> np.ndarray:
-    """Radiance that arrives from a Lambert disk at the angles theta [rad] through fog, the mean over a coaxial
-    meter.
+    """Mean radiance from a Lambert disk, through an absorbing layer, over a coaxial detector.
 
-    L exp(-tau/cosθ) as long as the disk is met from all of the meter, then falling as the two overlap, seen
-    along the ray, to 0 [W m^-2 sr^-1].  meter: its radius, above 0 [m].  Vectorised over theta from 0 to below
-    pi/2.
+    Parameters
+    ----------
+    theta : float or ndarray
+        Polar angles, from 0 to below pi/2 [rad].
+    radiance : float or ndarray
+        Radiance of the disk [W m^-2 sr^-1].
+    radius : float or ndarray
+        Radius of the emitting disk [m].
+    distance : float or ndarray
+        Distance between the planes of disk and detector [m].
+    tau : float or ndarray
+        Optical depth of the layer along the normal [1].
+    meter : float or ndarray
+        Radius of the detector, above 0 [m].
+
+    Returns
+    -------
+    float or ndarray
+        Mean radiance, shape of `theta` [W m^-2 sr^-1].
+
+    Notes
+    -----
+    ``L exp(-tau/cosθ)`` as long as all of the detector sees the disk at this angle; then it falls to 0
+    with the overlap of disk and detector, projected along the ray.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import disk_radiance
+    >>> print(f"{disk_radiance(0.1, 1.0, 1.0, 1.0, 0.5, 0.5):.4g}")
+    0.605
     """
     theta = np.asarray(theta, dtype=float)
     shift, (small, large) = distance * np.tan(theta), sorted((radius, meter))
@@ -129,22 +316,44 @@ def disk_radiance(
 
 
 def _overlap(large: float, small: float, shift: np.ndarray) -> np.ndarray:
-    """Area that two disks share whose middles are that far apart: two segments over the common chord."""
+    """Overlap area of two disks whose centers are `shift` apart: two segments on the common chord."""
     sides = (shift + large + small, small + shift - large, shift - small + large, large + small - shift)
-    chord = np.sqrt(np.maximum(math.prod(sides), 0.0)) / (2 * shift)  # half of it, Heron
+    chord = np.sqrt(np.maximum(math.prod(sides), 0.0)) / (2 * shift)  # half the chord, by Heron's formula
     area = 0.0
     for own, other in ((large, small), (small, large)):
-        # Foot of the chord seen from the middle; negative where it lies beyond the middle.
+        # Distance of the chord from the center; negative if the center lies inside the segment.
         foot = (shift * shift + (own - other) * (own + other)) / (2 * shift)
         area = area + own**2 * np.arctan2(chord, foot) - chord * foot
     return area
 
 
 def cone_transmittance(tau: float, zenith_angle: float, half_angle: float) -> float:
-    """Mean of exp(-tau/cosθ) over a narrow cone of directions, weighted with the cosine to its axis [1].
+    """Mean of ``exp(-tau/cosθ)`` over a narrow cone of directions, weighted by the cosine to the cone's axis.
 
-    tau: from the ground to the zenith; zenith_angle: of the cone's axis, with half_angle below pi/2 [rad].  For
-    the sun through a flat atmosphere: exp(-tau secθ) (Bouguer 1729), and the spread of secθ over its disk.
+    Parameters
+    ----------
+    tau : float
+        Optical depth from the ground to the zenith [1].
+    zenith_angle : float
+        Zenith angle of the cone's axis [rad].
+    half_angle : float
+        Half angle of the cone, below pi/2 [rad].
+
+    Returns
+    -------
+    float
+        Mean transmittance [1].
+
+    Notes
+    -----
+    For the sun through a flat atmosphere: ``exp(-tau secθ)`` (Bouguer 1729), averaged over the sun's
+    disk.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import cone_transmittance
+    >>> print(f"{cone_transmittance(0.3, 1.0, 0.00465):.4g}")
+    0.5739
     """
     inner = np.cos(half_angle) + (1 - np.cos(half_angle)) * (1 + _NODES) / 2
     azimuth = (np.arange(32) + 0.5) * math.pi / 32
@@ -155,11 +364,32 @@ def cone_transmittance(tau: float, zenith_angle: float, half_angle: float) -> fl
 
 
 def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) -> float:
-    """Mean of exp(-x mu) over the cosines low to high, weighted with mu [1]: light across a ball, seen from its
-    wall.
+    """Transmittance across a ball from its wall: mean of ``exp(-x mu)`` over cosines, weighted by mu.
 
-    diameters: x, the ball's diameter times its extinction; a chord at the cosine mu to the normal is mu
-    diameters long.  Over all cosines 2 (1 - (1 + x) exp(-x)) / x^2.  Vectorised over bins of cosine.
+    Parameters
+    ----------
+    diameters : float or ndarray
+        Optical diameter x of the ball, diameter times extinction [1].
+    low : float or ndarray, default 0.0
+        Lower cosine of the bin to the wall's normal [1].
+    high : float or ndarray, default 1.0
+        Upper cosine of the bin [1].
+
+    Returns
+    -------
+    float or ndarray
+        Mean transmittance [1].
+
+    Notes
+    -----
+    A chord at the cosine mu to the normal is mu diameters long. Over all cosines the mean is ``2 (1 -
+    (1 + x) exp(-x)) / x^2``.
+
+    Examples
+    --------
+    >>> from transport.theory.attenuation import ball_transmittance
+    >>> print(f"{ball_transmittance(1.0):.4g}")
+    0.5285
     """
     low, high = (np.asarray(x, dtype=float)[..., None] for x in (low, high))
     mu = low + (high - low) * (1 + _NODES) / 2

@@ -1,20 +1,21 @@
-"""Adding and doubling: what a layer does to diffuse light, by way of one so thin that this is plain.
+"""Adding and doubling: reflection and transmission of a plane layer, built up from a very thin one.
 
-Light is taken without its azimuth, at ordinates of cosine mu with weights w; I is its mean radiance over
-azimuth.  A layer is two kernels, which are symmetric, and what passes straight on, e = exp(-tau/mu):
+Light is averaged over azimuth and given at ordinates of cosine mu with weights w; I is its mean
+radiance over azimuth. A layer is two symmetric kernels R and T, and the direct transmission e =
+exp(-tau/mu):
 
     reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j.
 
-An ordinate of weight 0 is seen but sees nothing: a beam of flux E at mu_j gives the radiance R_ij E/2 pi.
-Two equal layers on each other are, with w for w mu,
+An ordinate of weight 0 receives light but contributes none to integrals: a beam of flux E at mu_j gives
+the radiance R_ij E/2 pi. Two equal layers on top of each other are, with w for w mu,
 
     S = (1 - Q)^-1 Q,  Q = R w R,    D = T + S e + S w T,  U = R e + R w D,
     R' = R + e U + T w U,    T' = e D + T e + T w D
 
-(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that nothing
-cancels at a depth of 1e-12 or of 1e4.  Through the first layer, `start` deep, out - in = start/mu (a P - 1)
-(in + out)/2, P the mean over directions: it keeps the books exactly, is good to (start/mu)^2/12, and goes
-with a direct part of (2 mu - start)/(2 mu + start).
+(van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that
+nothing cancels at a depth of 1e-12 or of 1e4. The first layer, of depth `start`, obeys out - in =
+start/mu (a P - 1) (in + out)/2, P the mean over directions: it conserves energy exactly, is accurate to
+(start/mu)^2/12, and has the direct part (2 mu - start)/(2 mu + start).
 """
 
 from __future__ import annotations
@@ -25,14 +26,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-THIN = 0.1  # depth over mu of the first layer, for what the quadrature holds next to grazing
-THINNER = 2e-6  # for a beam, whose direct part it then is to 1e-12
-DARK = 1e-20  # transmitted share, below which a layer counts as without end
-MOST = 200  # doublings
+THIN = 0.1  # depth over mu of the first layer, at the quadrature's lowest cosine
+THINNER = 2e-6  # the same for a beam, whose direct part is then accurate to 1e-12
+DARK = 1e-20  # transmitted share below which a layer counts as semi-infinite
+MOST = 200  # largest number of doublings
 
 
 class Layer(NamedTuple):
-    """A layer's kernels and its direct transmission.  reflection, transmission: (n, n); direct: (n,) [1]."""
+    """Kernels of a layer and its direct transmission.
+
+    Parameters
+    ----------
+    reflection : ndarray
+        Reflection kernel R, shape (n, n) [1].
+    transmission : ndarray
+        Kernel T of diffuse transmission, shape (n, n) [1].
+    direct : ndarray
+        Direct transmission of each ordinate, shape (n,) [1].
+    """
 
     reflection: np.ndarray
     transmission: np.ndarray
@@ -47,10 +58,40 @@ def layer(
     mu: np.ndarray,
     weight: np.ndarray,
 ) -> Layer:
-    """A homogeneous layer of that optical depth; math.inf: as deep as light goes, for an albedo below 1.
+    """Return the kernels of a homogeneous layer.
 
-    forward, backward: (n, n) phase function between ordinates of one hemisphere, and of both, mean 1 over the
-    sphere.
+    Parameters
+    ----------
+    depth : float
+        Optical depth, above 0; math.inf for a half space of albedo below 1 [1].
+    albedo : float
+        Single-scattering albedo, 0 to 1 [1].
+    forward : ndarray
+        Phase function between ordinates of one hemisphere, mean 1 over the sphere, shape (n, n) [1].
+    backward : ndarray
+        Phase function between ordinates of opposite hemispheres, shape (n, n) [1].
+    mu : ndarray
+        Cosines of the ordinates, shape (n,) [1].
+    weight : ndarray
+        Quadrature weights, 0 for beams, shape (n,) [1].
+
+    Returns
+    -------
+    Layer
+        Kernels of the layer.
+
+    Raises
+    ------
+    ValueError
+        If the layer is semi-infinite and the albedo is 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.doubling import layer
+    >>> one = np.ones((1, 1))
+    >>> print(layer(1.0, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct.round(4))
+    [0.1352]
     """
     if math.isinf(depth):
         return _without_end(_thin(mu, weight), albedo, forward, backward, mu, weight)
@@ -61,7 +102,28 @@ def layer(
 def layers(
     depth: float, albedo: float, forward: np.ndarray, backward: np.ndarray, mu: np.ndarray, weight: np.ndarray
 ) -> Iterator[Layer]:
-    """The same by way of all halves of it: ..., of depth/4, depth/2 and depth."""
+    """Yield the layers of depth/2^k, ..., depth/2 and depth, as doubling computes them.
+
+    Parameters
+    ----------
+    depth : float
+        Optical depth of the layer, above 0 [1].
+    albedo : float
+        Single-scattering albedo, 0 to 1 [1].
+    forward : ndarray
+        Phase function between ordinates of one hemisphere, mean 1 over the sphere, shape (n, n) [1].
+    backward : ndarray
+        Phase function between ordinates of opposite hemispheres, shape (n, n) [1].
+    mu : ndarray
+        Cosines of the ordinates, shape (n,) [1].
+    weight : ndarray
+        Quadrature weights, 0 for beams, shape (n,) [1].
+
+    Returns
+    -------
+    iterator of Layer
+        Layers in increasing depth; the last has the depth `depth`.
+    """
     times = max(0, math.ceil(math.log2(depth / _thin(mu, weight))))
     start = math.ldexp(depth, -times)
     one = thin_layer(start, albedo, forward, backward, mu, weight)
@@ -73,14 +135,43 @@ def layers(
 
 
 def _thin(mu: np.ndarray, weight: np.ndarray) -> float:
-    """Depth of the first layer, at most."""
+    """Largest permitted optical depth of the first layer."""
     return min(THIN * mu[weight > 0].min(), THINNER * mu[weight == 0].min(initial=math.inf))
 
 
 def thin_layer(
     depth: float, albedo: float, forward: np.ndarray, backward: np.ndarray, mu: np.ndarray, weight: np.ndarray
 ) -> Layer:
-    """A layer so thin that what it scatters is the mean of what enters and leaves: without cancellation."""
+    """Return the kernels of a layer so thin that its source is the mean of the entering and leaving light.
+
+    Parameters
+    ----------
+    depth : float
+        Optical depth of the layer, above 0 [1].
+    albedo : float
+        Single-scattering albedo, 0 to 1 [1].
+    forward : ndarray
+        Phase function between ordinates of one hemisphere, mean 1 over the sphere, shape (n, n) [1].
+    backward : ndarray
+        Phase function between ordinates of opposite hemispheres, shape (n, n) [1].
+    mu : ndarray
+        Cosines of the ordinates, shape (n,) [1].
+    weight : ndarray
+        Quadrature weights, 0 for beams, shape (n,) [1].
+
+    Returns
+    -------
+    Layer
+        Kernels, computed without cancellation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.doubling import thin_layer
+    >>> one = np.ones((1, 1))
+    >>> print(thin_layer(0.01, 1.0, one, one, np.array([0.5]), np.array([1.0])).direct.round(4))
+    [0.9802]
+    """
     n, reach = len(mu), 2 * mu + depth
     phase, reaches = np.block([[forward, backward], [backward, forward]]), np.tile(reach, 2)[:, None]
     again = (albedo * depth / 2) * phase * np.tile(weight, 2) / reaches
@@ -90,12 +181,49 @@ def thin_layer(
 
 
 def direct(start: float, times: int, mu: np.ndarray) -> np.ndarray:
-    """What passes straight on after so many doublings of the first layer [1]."""
+    """Direct transmission after a number of doublings of the first layer.
+
+    Parameters
+    ----------
+    start : float
+        Optical depth of the first layer [1].
+    times : int
+        Number of doublings.
+    mu : ndarray
+        Cosines of the ordinates, shape (n,) [1].
+
+    Returns
+    -------
+    ndarray
+        Direct transmission, shape (n,) [1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.doubling import direct
+    >>> print(direct(0.01, 3, np.array([0.5])).round(4))
+    [0.8521]
+    """
     return np.exp(-np.ldexp(np.arctanh(start / (2 * mu)), times + 1))
 
 
 def doubled(one: Layer, flux: np.ndarray, straight: np.ndarray) -> Layer:
-    """The layer upon itself.  flux: w mu of the ordinates; straight: the direct transmission of both."""
+    """Return the kernels of a layer on top of an equal one.
+
+    Parameters
+    ----------
+    one : Layer
+        The single layer.
+    flux : ndarray
+        w mu of the ordinates, shape (n,) [1].
+    straight : ndarray
+        Direct transmission of both layers together, shape (n,) [1].
+
+    Returns
+    -------
+    Layer
+        Kernels of the double layer.
+    """
     r, t, e = one
     between = (r * flux) @ r
     echo = np.linalg.solve(np.eye(len(e)) - between * flux, between)
@@ -106,10 +234,11 @@ def doubled(one: Layer, flux: np.ndarray, straight: np.ndarray) -> Layer:
 
 
 def _without_end(thin, albedo, forward, backward, mu, weight) -> Layer:
+    """Double a layer until it transmits less than DARK."""
     one, flux = thin_layer(thin, albedo, forward, backward, mu, weight), mu * weight
     with np.errstate(under="ignore"):
         for k in range(MOST):
             one = doubled(one, flux, direct(thin, k + 1, mu))
             if 2 * flux @ (one.transmission @ flux) + flux @ one.direct < DARK:
                 return one
-    raise ValueError(f"layer: a medium without end needs an albedo below 1, got {albedo!r}")
+    raise ValueError(f"layer: a semi-infinite medium needs an albedo below 1, got {albedo!r}")

@@ -1,8 +1,10 @@
-"""Effusion: what a Maxwellian gas sends through a plane, how a vessel with a hole empties, and time of flight.
+"""Effusion: particle flux of a Maxwellian gas through a plane, emptying of a vessel through a hole,
+time of flight.
 
-sigma = sqrt(kT/m) [m/s] is the standard deviation of each component of velocity, v = sqrt(8/pi) sigma the mean speed.
-Crossings are weighted by the normal velocity: through a hole come more of the fast ones, 2 kT each in the mean,
-although those in the gas have 3/2 kT (Reif 1965, 7.11-7.12; Knudsen 1909).
+sigma = sqrt(kT/m) [m/s] is the standard deviation of each component of velocity, v = sqrt(8/pi) sigma
+the mean speed. Crossings are weighted by the normal velocity: fast particles are more frequent among
+those that pass a hole, and their mean energy is 2 kT, against 3/2 kT in the gas (Reif 1965, 7.11-7.12;
+Knudsen 1909).
 """
 
 from __future__ import annotations
@@ -14,51 +16,224 @@ import numpy as np
 
 from transport.units import BOLTZMANN
 
-FLIGHT = math.sqrt(math.pi) / 3  # mean time between hits in a ball, in its natural time sqrt(2) R / sigma
-STEPS = 96  # a flight, of the coarsest grid of the renewal equation; two finer ones extrapolate it
+FLIGHT = math.sqrt(math.pi) / 3  # mean time between wall hits in a ball, in units of sqrt(2) R / sigma
+STEPS = 96  # per flight, coarsest grid of the renewal equation; two finer grids extrapolate it
 
 
 def thermal_sigma(temperature: float, mass: float) -> float:
-    """Standard deviation of each component of velocity in a gas [m/s]: sqrt(kT/m) (Maxwell 1860)."""
+    """Standard deviation of each component of velocity in a gas.
+
+    Parameters
+    ----------
+    temperature : float
+        Temperature T [K].
+    mass : float
+        Mass of a particle [kg].
+
+    Returns
+    -------
+    float
+        ``sqrt(kT/m)`` [m/s].
+
+    Notes
+    -----
+    Source: Maxwell 1860.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import thermal_sigma
+    >>> print(f"{thermal_sigma(300.0, 4.65e-26):.4g}")
+    298.5
+    """
     return math.sqrt(BOLTZMANN * temperature / mass)
 
 
 def mean_speed(sigma: float) -> float:
-    """Mean speed in the gas [m/s]: sqrt(8/pi) sigma (Reif 1965, 7.10); the root mean square is sqrt(3) sigma."""
+    """Mean speed in a Maxwellian gas.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float
+        ``sqrt(8/pi) sigma`` [m/s]; the root mean square speed is sqrt(3) sigma.
+
+    Notes
+    -----
+    Source: Reif 1965, 7.10.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import mean_speed
+    >>> print(f"{mean_speed(300.0):.4g}")
+    478.7
+    """
     return math.sqrt(8 / math.pi) * sigma
 
 
 def effusive_flux_density(density: float, sigma: float) -> float:
-    """One-way particle flux density of a gas at rest [m^-2 s^-1]: n v/4 = n sigma / sqrt(2 pi) (Reif 1965, 7.11)."""
+    """One-way particle flux density in a gas at rest.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    sigma : float
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float
+        ``n v/4 = n sigma / sqrt(2 pi)`` [m^-2 s^-1].
+
+    Notes
+    -----
+    Source: Reif 1965, 7.11.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import effusive_flux_density
+    >>> print(f"{effusive_flux_density(2.5e25, 300.0):.4g}")
+    2.992e+27
+    """
     return density * mean_speed(sigma) / 4
 
 
 def mean_speed_of_crossers(sigma: float) -> float:
-    """Mean speed of what crosses a plane [m/s]: (3/4) sqrt(2 pi) sigma, 3 pi/8 times that of the gas."""
+    """Mean speed of the particles that cross a plane.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float
+        ``(3/4) sqrt(2 pi) sigma`` [m/s], 3 pi/8 times the mean speed of the gas.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import mean_speed_of_crossers
+    >>> print(f"{mean_speed_of_crossers(300.0):.4g}")
+    564
+    """
     return 0.75 * math.sqrt(2 * math.pi) * sigma
 
 
 def mean_energy_of_crossers(temperature: float) -> float:
-    """Mean kinetic energy of what crosses a plane [J]: 2 kT; kT along the normal and kT/2 each across (Reif, 7.12)."""
+    """Mean kinetic energy of the particles that cross a plane.
+
+    Parameters
+    ----------
+    temperature : float
+        Temperature T [K].
+
+    Returns
+    -------
+    float
+        ``2 kT`` [J]: kT along the normal and kT/2 in each tangential direction.
+
+    Notes
+    -----
+    Source: Reif 1965, 7.12.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import mean_energy_of_crossers
+    >>> print(f"{mean_energy_of_crossers(300.0):.4g}")
+    8.284e-21
+    """
     return 2 * BOLTZMANN * temperature
 
 
 def share_of_crossers(low: float, high: float, sigma: float) -> float:
-    """Share of what crosses a plane with speeds low to high [1]: of the density v^3 exp(-v^2/2 sigma^2).  Vectorised."""
+    """Share of the particles crossing a plane whose speed is in a range.
+
+    Parameters
+    ----------
+    low : float or ndarray
+        Lower speed, at least 0 [m/s].
+    high : float or ndarray
+        Upper speed [m/s].
+    sigma : float or ndarray
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        Integral of the normalised density ``v^3 exp(-v^2/2 sigma^2)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import share_of_crossers
+    >>> print(f"{share_of_crossers(0.0, 300.0, 300.0):.4g}")
+    0.0902
+    """
     return _speed_share(2.0, low, high, sigma)
 
 
 def share_of_gas(low: float, high: float, sigma: float) -> float:
-    """Share of a gas with speeds low to high [1]: of the density v^2 exp(-v^2/2 sigma^2) (Maxwell 1860).  Vectorised."""
+    """Share of a Maxwellian gas whose speed is in a range.
+
+    Parameters
+    ----------
+    low : float or ndarray
+        Lower speed, at least 0 [m/s].
+    high : float or ndarray
+        Upper speed [m/s].
+    sigma : float or ndarray
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        Integral of the normalised density ``v^2 exp(-v^2/2 sigma^2)`` [1].
+
+    Notes
+    -----
+    Source: Maxwell 1860.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import share_of_gas
+    >>> print(f"{share_of_gas(0.0, 300.0, 300.0):.4g}")
+    0.1987
+    """
     return _speed_share(1.5, low, high, sigma)
 
 
 def drifting_flux_density(density: float, sigma: float, drift: float) -> float:
-    """One-way particle flux density of a gas that drifts along the plane's normal [m^-2 s^-1].
+    """One-way particle flux density of a gas that drifts along the plane's normal.
 
-    drift: u, positive along the crossings counted.  n [sigma/sqrt(2 pi) exp(-s^2) + u/2 erfc(-s)], s = u/(sqrt(2) sigma)
-    (Bird 1994, 4.22).  Against the drift its terms cancel to a relative error of 2 s^2 roundings, which is what the
-    rounding of s costs as well.  Vectorised.
+    Parameters
+    ----------
+    density : float or ndarray
+        Particle density n [m^-3].
+    sigma : float or ndarray
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+    drift : float or ndarray
+        Drift velocity u, positive along the counted crossings [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        One-way flux density [m^-2 s^-1].
+
+    Notes
+    -----
+    ``n [sigma/sqrt(2 pi) exp(-s^2) + u/2 erfc(-s)]`` with ``s = u/(sqrt(2) sigma)`` (Bird 1994, 4.22).
+    Against the drift the terms cancel to a relative error of 2 s^2 roundings, the same as the error due
+    to the rounding of s.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import drifting_flux_density
+    >>> print(f"{drifting_flux_density(1.0, 300.0, 300.0):.4g}")
+    325
     """
     from scipy.special import erfc
 
@@ -67,38 +242,126 @@ def drifting_flux_density(density: float, sigma: float, drift: float) -> float:
 
 
 def hole_rate(area: float, volume: float, speed: float) -> float:
-    """Share of a gas that leaves by a small hole a second [s^-1]: A v / 4V (Knudsen 1909; Reif 1965, 7.12).
+    """Share of a gas that leaves through a small hole per second.
 
-    speed: mean speed v.  Exact at first, while the gas is in equilibrium; then off by a part of itself of the order of
-    the hole's share of the walls (too low by 0.28 of that share for a ball, by about 1.3 of it for a cube).
+    Parameters
+    ----------
+    area : float
+        Area A of the hole [m^2].
+    volume : float
+        Volume V of the vessel [m^3].
+    speed : float
+        Mean speed v of the gas [m/s].
+
+    Returns
+    -------
+    float
+        ``A v / 4V`` [s^-1].
+
+    Notes
+    -----
+    Source: Knudsen 1909; Reif 1965, 7.12. Exact at first, while the gas is in equilibrium. Later its
+    relative error is of the order of the hole's share of the wall area (too low by 0.28 of that share
+    for a ball, by about 1.3 of it for a cube).
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import hole_rate
+    >>> print(f"{hole_rate(1e-4, 1.0, 480.0):.4g}")
+    0.012
     """
     return area * speed / (4 * volume)
 
 
 def hole_survivors(time: float, area: float, volume: float, speed: float) -> float:
-    """Share of a gas that is still in a vessel with a small hole [1]: exp(-A v t / 4V).  Vectorised."""
+    """Share of a gas that is still in a vessel with a small hole.
+
+    Parameters
+    ----------
+    time : float or ndarray
+        Time [s].
+    area : float or ndarray
+        Area A of the hole [m^2].
+    volume : float or ndarray
+        Volume V of the vessel [m^3].
+    speed : float or ndarray
+        Mean speed v of the gas [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        ``exp(-A v t / 4V)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import hole_survivors
+    >>> print(f"{hole_survivors(60.0, 1e-4, 1.0, 480.0):.4g}")
+    0.4868
+    """
     return np.exp(-hole_rate(area, volume, speed) * np.asarray(time, dtype=float))
 
 
 def ball_flight_time(radius: float, sigma: float) -> float:
-    """Mean time between two hits of the wall of a ball of gas [s]: 4V/(S v) = 4R/3v; sqrt(pi)/3 sqrt(2) R/sigma."""
+    """Mean time between two wall hits in a ball of gas.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the ball [m].
+    sigma : float
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float
+        ``4V/(S v) = 4R/3v = sqrt(pi)/3 sqrt(2) R/sigma`` [s].
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import ball_flight_time
+    >>> print(f"{ball_flight_time(1.0, 300.0):.4g}")
+    0.002785
+    """
     return 4 * radius / (3 * mean_speed(sigma))
 
 
 def ball_survivors(flights: float, loss: float) -> float:
-    """Share of a gas left in a ball whose thermal wall keeps each hit with the chance `loss` [1].  Vectorised.
+    """Share of a gas left in a ball whose thermal wall absorbs each hitting particle with a probability.
 
-    flights: time over the mean time between hits.  What a sphere re-emits by the cosine law falls evenly on all of it,
-    so that the flights are independent: chord over speed, the chord c of density c/2R^2, the speed flux-weighted.
-    The time x of a flight, in units of sqrt(2) R / sigma, has the density f = 4x P(3, 1/x^2), P the regularised lower
-    incomplete gamma function; the first one ends like one begun before the clock, of density (1 - F)/m.  So the hits a(t)
-    of those left solve the renewal equation a = (1 - F)/m + (1 - loss) a*f and N = 1 - loss ∫a (Feller 1971, XI).  It is
-    near exp(-loss t/m), the small hole's law, and does not end as an exponential: the slow ones outlive, like t^-3.
-    Solved by trapezia with Romberg's extrapolation; the error is below 1e-9.
+    Parameters
+    ----------
+    flights : float or ndarray
+        Time over the mean time between wall hits [1].
+    loss : float or ndarray
+        Probability of absorption per hit, 0 to 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        Share left [1]; error below 1e-9.
+
+    Notes
+    -----
+    Particles re-emitted by a sphere's wall with the cosine law hit the whole wall uniformly, so that
+    successive flights are independent: chord over speed, with the chord c of density c/2R^2 and the
+    flux-weighted speed. The time x of a flight, in units of ``sqrt(2) R / sigma``, has the density ``f
+    = 4x P(3, 1/x^2)``, P the regularised lower incomplete gamma function. The first flight began before
+    time 0; its end has the density ``(1 - F)/m``. The hit rate a(t) of the remaining particles obeys
+    the renewal equation ``a = (1 - F)/m + (1 - loss) a*f`` (``*`` is convolution), and ``N = 1 - loss ∫
+    a`` (Feller 1971, XI).
+
+    N is close to ``exp(-loss t/m)``, the law of the small hole, but its tail falls as t^-3 because slow
+    particles survive longer. Solved by the trapezoidal rule with Romberg extrapolation.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import ball_survivors
+    >>> print(f"{ball_survivors(1.0, 0.1):.4g}")
+    0.9024
     """
     flights = np.asarray(flights, dtype=float)
     nodes, left, hits = _renewal(float(loss), float(max(flights.max(), 1e-3)))
-    # Cubic Hermite: values and slopes are known.
+    # Interpolate by cubic Hermite polynomials: values and slopes are known.
     i = np.minimum((flights / nodes[1]).astype(int), len(nodes) - 2)
     h, s = nodes[1], flights / nodes[1] - i
     a, b = (1 + 2 * s) * (1 - s) ** 2, s * s * (3 - 2 * s)
@@ -108,7 +371,7 @@ def ball_survivors(flights: float, loss: float) -> float:
 
 @lru_cache(maxsize=8)
 def _renewal(loss: float, longest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times [flights], share left and hits a flight on the coarsest grid."""
+    """Times [flights], share left and hits per flight on the coarsest grid."""
     steps = math.ceil(STEPS * max(longest, 4.0))
     grids = [_renewal_on_grid(loss, longest, steps << level) for level in range(3)]
     left, hits = ([values[part][:: 1 << k] for k, values in enumerate(grids)] for part in (0, 1))
@@ -116,19 +379,19 @@ def _renewal(loss: float, longest: float) -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def _romberg(coarse: np.ndarray, middle: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """The limit of errors in h^2 and h^4."""
+    """Limit of values with errors in h^2 and h^4."""
     first, second = middle + (middle - coarse) / 3, fine + (fine - middle) / 3
     return second + (second - first) / 15
 
 
 def _renewal_on_grid(loss: float, longest: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Share left and hits a flight, by trapezia; f(0) = 0 makes each step explicit."""
+    """Share left and hits per flight, by the trapezoidal rule; f(0) = 0 makes each step explicit."""
     from scipy.special import gammainc
 
     h = longest / steps
     x = FLIGHT * h * np.arange(steps + 1)
     beta = np.concatenate(([np.inf], x[1:] ** -2))
-    density = 4 * x * gammainc(3, beta) * FLIGHT  # a flight
+    density = 4 * x * gammainc(3, beta) * FLIGHT  # per flight
     first = gammainc(2, beta) - 2 * x * x * gammainc(3, beta)  # 1 - F
     hits, backwards = np.empty(steps + 1), density[::-1].copy()
     hits[0] = 1.0
@@ -140,9 +403,27 @@ def _renewal_on_grid(loss: float, longest: float, steps: int) -> tuple[np.ndarra
 
 
 def fraction_past(distance: float, time: float, sigma: float) -> float:
-    """Share of a burst of a one-dimensional Maxwellian from a point that is past a plane [1]: erfc(d/(sqrt(2) sigma t))/2.
+    """Share of a point burst of a one-dimensional Maxwellian that is past a plane.
 
-    Half of the burst flies the other way.  Vectorised, 0 at time 0.
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance d of the plane from the point of the burst [m].
+    time : float or ndarray
+        Time [s].
+    sigma : float or ndarray
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        ``erfc(d/(sqrt(2) sigma t))/2`` [1]; 0 at time 0. Half of the burst flies away from the plane.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import fraction_past
+    >>> print(f"{fraction_past(1.0, 1e-2, 300.0):.4g}")
+    0.3694
     """
     from scipy.special import erfc
 
@@ -151,9 +432,31 @@ def fraction_past(distance: float, time: float, sigma: float) -> float:
 
 
 def arrival_rate(distance: float, time: float, sigma: float) -> float:
-    """Share of such a burst that arrives at the plane a second [s^-1]: (d/t^2) f(d/t), f the density of velocities.
+    """Share of a point burst of a one-dimensional Maxwellian that arrives at a plane per second.
 
-    Vectorised, 0 at time 0.  Its mean over a bin of time is the difference of fraction_past over the bin's length.
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance d of the plane from the point of the burst [m].
+    time : float or ndarray
+        Time [s].
+    sigma : float or ndarray
+        Standard deviation of each component of velocity, sqrt(kT/m) [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        ``(d/t^2) f(d/t)`` [s^-1], f the density of velocities; 0 at time 0.
+
+    Notes
+    -----
+    Its mean over a bin of time is the difference of `fraction_past` over the bin's length.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import arrival_rate
+    >>> print(f"{arrival_rate(1.0, 1e-2, 300.0):.4g}")
+    12.58
     """
     time = np.asarray(time, dtype=float)
     t = np.where(time > 0, time, 1.0)
@@ -162,13 +465,34 @@ def arrival_rate(distance: float, time: float, sigma: float) -> float:
 
 
 def burst_fraction_past(distance: float, time: float, speed: float) -> float:
-    """Share of an isotropic burst of one speed from a point that is past a plane [1]: (1 - d/vt)/2.  Vectorised."""
+    """Share of an isotropic point burst of one speed that is past a plane.
+
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance d of the plane from the point of the burst [m].
+    time : float or ndarray
+        Time [s].
+    speed : float or ndarray
+        Speed v of all particles [m/s].
+
+    Returns
+    -------
+    float or ndarray
+        ``(1 - d/vt)/2`` [1]; 0 before the first arrival.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import burst_fraction_past
+    >>> print(f"{burst_fraction_past(1.0, 2.0, 1.0):.4g}")
+    0.25
+    """
     reach = np.maximum(speed * np.asarray(time, dtype=float), distance)
     return (1 - distance / reach) / 2
 
 
 def _speed_share(order: float, low: float, high: float, sigma: float) -> float:
-    """Difference of the regularised incomplete gamma function, from the side where it is small."""
+    """Difference of the regularised incomplete gamma function, from its small tail."""
     from scipy.special import gammainc, gammaincc
 
     x, y = (0.5 * np.square(np.divide(v, sigma)) for v in (low, high))

@@ -1,8 +1,10 @@
-"""An eye before a round wall: what a cell of its retina reads, R = L T, and when the wall is too small for that.
+"""An eye in front of a round wall: the reading R = L T of a retina cell, and the distance at which the
+wall is too small.
 
-The eye has its pupil 17 mm before the retina (the reduced eye: Listing 1853).  T is the throughput between the pupil and
-the cell.  A ray from the cell through every point of the pupil must end on the wall; with an ideal lens in the pupil,
-which keeps throughput, these rays end on the cell's image, with a bare pupil on a patch that is wider by the pupil.
+The eye has its pupil 17 mm in front of the retina (the reduced eye: Listing 1853). T is the throughput
+between the pupil and the cell. R = L T requires that the ray from the cell through every point of the
+pupil ends on the wall. With an ideal lens in the pupil, which conserves throughput, these rays end on
+the cell's image; with a bare pupil, on a patch that is wider by the pupil.
 """
 
 from __future__ import annotations
@@ -14,12 +16,32 @@ from transport.theory.apertures import reach_through_lens, three_disks_throughpu
 from transport.theory.elements import disks_throughput
 
 DEPTH = 0.017  # m, from the pupil to the retina
-SURE = 0.98  # of a radius, up to which what is traced counts as within it
+SURE = 0.98  # share of a radius up to which traced rays count as inside
 
 
 @dataclass(frozen=True)
 class Eye:
-    """A round wall and an eye on its axis; wall, pupil and the retina's middle cell by their radii [m]."""
+    """A round wall and an eye on its axis.
+
+    Parameters
+    ----------
+    wall : float
+        Radius of the wall [m].
+    distance : float
+        Distance from the wall to the pupil [m].
+    pupil : float
+        Radius of the pupil [m].
+    cell : float
+        Radius of the retina's central cell [m].
+    has_lens : bool, default False
+        Whether an ideal lens in the pupil focuses the wall on the retina.
+
+    Examples
+    --------
+    >>> from transport.theory.eyes import Eye
+    >>> print(f"{Eye(wall=1.0, distance=2.0, pupil=0.002, cell=0.001).furthest:.4g}")
+    5.655
+    """
 
     wall: float
     distance: float
@@ -29,26 +51,58 @@ class Eye:
 
     @property
     def focal_length(self) -> float:
-        """Of the lens that throws a sharp image of the wall on the retina [m]: 1/f = 1/depth + 1/distance; inf without."""
+        """Focal length that focuses the wall on the retina, 1/f = 1/depth + 1/distance [m]; inf without."""
         return 1 / (1 / DEPTH + 1 / self.distance) if self.has_lens else math.inf
 
     @property
     def furthest(self) -> float:
-        """Distance from which the wall just fills the middle cell's view [m]; with a lens but for its small blur."""
+        """Distance at which the wall just fills the view of the central cell [m]; with a lens, nearly."""
         if self.has_lens:
             return self.wall * DEPTH / self.cell
         return (self.wall - self.pupil) * DEPTH / (self.pupil + self.cell)
 
     def throughput(self, inner: float, outer: float) -> float:
-        """T between the pupil and a ring of the retina [m^2 sr] (Howell, C-41)."""
+        """Throughput between the pupil and a ring of the retina.
+
+        Parameters
+        ----------
+        inner : float
+            Inner radius of the ring [m].
+        outer : float
+            Outer radius of the ring [m].
+
+        Returns
+        -------
+        float
+            T [m^2 sr].
+
+        Notes
+        -----
+        Source: Howell, C-41.
+        """
         whole, middle = (disks_throughput(self.pupil, radius, DEPTH) for radius in (outer, inner))
         return float(whole - middle)
 
     def brightness(self, inner: float, outer: float) -> float | None:
-        """R / L T of a ring of the retina [1]; None where the lens leaves an edge of the wall's image on it.
+        """Reading of a ring of the retina over L T.
 
-        1 where the wall fills its view, 0 where its view misses the wall, T'/T for a middle cell that holds the whole
-        image, T' between wall and pupil.  With a bare pupil all between is the throughput of ring, pupil and wall.
+        Parameters
+        ----------
+        inner : float
+            Inner radius of the ring [m].
+        outer : float
+            Outer radius of the ring [m].
+
+        Returns
+        -------
+        float or None
+            R / L T [1]; None if the lens puts an edge of the wall's image on the ring.
+
+        Notes
+        -----
+        It is 1 where the wall fills the ring's view, 0 where the ring does not see the wall, and T'/T
+        for a central cell that holds the whole image, T' the throughput between wall and pupil. With a
+        bare pupil all values between follow from the throughput of ring, pupil and wall.
         """
         reach = reach_through_lens(outer, self.pupil, self.focal_length, DEPTH, self.distance)
         image = reach_through_lens(self.wall, self.pupil, self.focal_length, self.distance, DEPTH)

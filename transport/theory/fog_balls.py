@@ -1,18 +1,20 @@
-"""A ball of fog that scatters and absorbs: what gets out of the light that is made in its middle.
+"""A ball of fog that scatters and absorbs: the share of light that escapes from a glowing core.
 
-Lengths are in mean free paths, scattering is isotropic: albedo ϖ.  Light is emitted evenly and isotropically
-within the radius a of a ball of the radius R ≥ a, q = 3/(4π a³) there.  What was emitted or scattered at one
-place comes to another one dimmed, so that for the fluence rate φ, with u = r φ made odd, u(-r) = -u(r),
+Lengths are in mean free paths; scattering is isotropic with the albedo ϖ. Light is emitted uniformly
+and isotropically within the radius a of a ball of radius R ≥ a, with the emission density q = 3/(4π
+a³). The fluence rate φ obeys, with u = r φ continued as an odd function, u(-r) = -u(r),
 
     u(r) = (1/2) ∫ E₁(|r - t|) (ϖ u(t) + t q(t)) dt  from -R to R:
 
-a sphere is a slab of twice its radius with odd sources (Davison 1957, Neutron Transport Theory, ch. 9; Case,
-de Hoffmann and Placzek 1953).  The share that escapes is what each place sends out uncollided, P = ∫ 4π r (ϖ
-u + r q) p₀(r) dr; what is absorbed is (1 - ϖ) ∫ 4π r u dr, and both add up to 1.
+a sphere is a slab of twice its radius with odd sources (Davison 1957, Neutron Transport Theory, ch. 9;
+Case, de Hoffmann and Placzek 1953). The escaping share is P = ∫ 4π r (ϖ u + r q) p₀(r) dr, with p₀ the
+uncollided escape probability from r. The absorbed share is (1 - ϖ) ∫ 4π r u dr, and the two add up to
+1.
 
-Solution.  E₁ has a logarithm at t = r, u has one in its slope at a and R: by Legendre nodes on panels that
-are halved towards these two radii (Nyström).  Integrals over the panels about the singular point are Gauss's
-in the fifth root of the distance from it.  The balance closes to 1e-9 and better.
+Solution. E₁ has a logarithm at t = r, and the slope of u has one at a and R. The equation is solved
+with Legendre nodes on panels that are halved towards these two radii (Nyström). Integrals over the
+panels about the singular point use Gauss's rule in the fifth root of the distance from it. The balance
+closes to 1e-9 and better.
 """
 
 from __future__ import annotations
@@ -27,14 +29,25 @@ from numpy.polynomial import legendre
 from transport.theory.glow import ball_fluence_share
 from transport.theory.nodes import legendre_nodes
 
-NODES, PANEL = 12, 1.0  # of a panel; longest panel [mean free paths]
-HALVINGS = 12  # panels halved towards a and R
-NEAR, ROOT = 40, 5  # nodes over a panel about the singular point, and the root that they are even in
-LARGEST = 50.0  # optical radius
+NODES, PANEL = 12, 1.0  # nodes per panel; longest panel [mean free paths]
+HALVINGS = 12  # number of halvings of panels towards a and R
+NEAR, ROOT = 40, 5  # nodes per panel next to the singular point; root in which they are regular
+LARGEST = 50.0  # largest optical radius
 
 
 def exp1(x: np.ndarray) -> np.ndarray:
-    """E₁(x), from SciPy, which is loaded when it is needed."""
+    """Exponential integral E₁(x) from SciPy, imported at the first call.
+
+    Parameters
+    ----------
+    x : ndarray
+        Arguments, at least 0 [1].
+
+    Returns
+    -------
+    ndarray
+        E₁(x) [1].
+    """
     from scipy.special import exp1 as integral
 
     return integral(x)
@@ -42,7 +55,23 @@ def exp1(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FogBall:
-    """The solution.  places, weights: of the quadrature;  sources: r (ϖ φ + q) there;  fluence: r φ there."""
+    """Solution for one ball of fog, from `solved_ball`.
+
+    Parameters
+    ----------
+    radius : float
+        Optical radius R of the ball [mean free paths].
+    albedo : float
+        Single-scattering albedo ϖ [1].
+    places : ndarray
+        Quadrature nodes r, shape (n,) [mean free paths].
+    weights : ndarray
+        Quadrature weights, shape (n,) [mean free paths].
+    sources : ndarray
+        r (ϖ φ + q) at the nodes, shape (n,).
+    fluence : ndarray
+        r φ at the nodes, shape (n,).
+    """
 
     radius: float
     albedo: float
@@ -59,30 +88,74 @@ class FogBall:
 
     @property
     def absorbed(self) -> float:
-        """Share of the light that the fog keeps [1]."""
+        """Share of the light that the fog absorbs [1]."""
         return float((1 - self.albedo) * 4 * math.pi * (self.weights * self.places) @ self.fluence)
 
     @property
     def collisions(self) -> float:
-        """Mean number of collisions of a particle [1], where it is scattered on until it is absorbed or escapes."""
+        """Mean number of collisions per particle until it is absorbed or escapes [1]."""
         return float(4 * math.pi * (self.weights * self.places) @ self.fluence)
 
 
 def escape(radius: float, albedo: float, lamp: float | None = None) -> float:
-    """Share of the light that escapes a ball of fog [1]; of a lamp within the radius `lamp`, or of all the ball.
+    """Share of the light that escapes a ball of fog.
 
-    Lengths in mean free paths.  exp(-R) for a small lamp in fog that only absorbs; 1 in fog that absorbs nothing.
+    Parameters
+    ----------
+    radius : float
+        Optical radius R, in (0, 50] [mean free paths].
+    albedo : float
+        Single-scattering albedo, 0 to 1 [1].
+    lamp : float or None, default None
+        Optical radius of the emitting core, in (0, R]; None: the whole ball emits [mean free paths].
+
+    Returns
+    -------
+    float
+        Escaping share [1]: exp(-R) for a small core in purely absorbing fog, 1 without absorption.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from transport.theory.fog_balls import escape
+    >>> print(f"{escape(0.5, 0.0):.4g}")
+    0.7073
     """
     return solved_ball(radius, albedo, radius if lamp is None else lamp).escaping
 
 
 @lru_cache(maxsize=32)
 def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
-    """The integral equation solved.  Raises ValueError for a radius not in (0, 50], or a lamp not within it."""
+    """Solve the integral equation for one ball; the result is cached.
+
+    Parameters
+    ----------
+    radius : float
+        Optical radius R, in (0, 50] [mean free paths].
+    albedo : float
+        Single-scattering albedo, 0 to 1 [1].
+    lamp : float
+        Optical radius of the emitting core, in (0, R] [mean free paths].
+
+    Returns
+    -------
+    FogBall
+        The solution.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not in (0, 50], the core does not lie within the ball, or the albedo is not in
+        [0, 1].
+    """
     if not (0 < lamp <= radius <= LARGEST and 0 <= albedo <= 1):
         given = f"{radius=}, {albedo=}, {lamp=}"
         raise ValueError(
-            f"solved_ball: 0 < lamp <= radius <= {LARGEST:g} and albedo from 0 to 1, got {given}"
+            f"solved_ball: need 0 < lamp <= radius <= {LARGEST:g} and albedo from 0 to 1, got {given}"
         )
     places, weights, kernel = operator_of(radius, lamp)
     emitted = np.where(places < lamp, 3 * places / (4 * math.pi * lamp**3), 0.0)
@@ -92,7 +165,20 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
 
 @lru_cache(maxsize=8)
 def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places, weights, and the matrix that turns r times what leaves each place into r times the fluence rate."""
+    """Nodes, weights, and the matrix from r times the emission density to r times the fluence rate.
+
+    Parameters
+    ----------
+    radius : float
+        Optical radius R of the ball [mean free paths].
+    lamp : float
+        Optical radius of the emitting core [mean free paths].
+
+    Returns
+    -------
+    tuple of ndarray
+        Nodes (n,), weights (n,), matrix (n, n).
+    """
     edges = _edges(radius, lamp)
     x, w = legendre_nodes(NODES)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
@@ -110,7 +196,7 @@ def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def _edges(radius: float, lamp: float) -> np.ndarray:
-    """Edges of panels, halved towards the lamp's and the ball's radius."""
+    """Edges of panels, halved towards the core's and the ball's radius."""
     steps = 2.0 ** -np.arange(HALVINGS + 1)
     edges = [0.0, lamp, radius]
     for low, high, ends in ((0.0, lamp, (1,)), (lamp, radius, (0, 1))):
@@ -124,7 +210,7 @@ def _edges(radius: float, lamp: float) -> np.ndarray:
 
 
 def _near(point: float, low: float, high: float) -> np.ndarray:
-    """Weights of the values at a panel's nodes in ∫ E₁(|point - t|) f(t) dt over it, whether it holds the point or not."""
+    """Weights of a panel's nodal values in ∫ E₁(|point - t|) f(t) dt, for a point inside or outside."""
     split = min(max(point, low), high)
     v, w = _even_in_the_root()
     total = np.zeros(NODES)
@@ -138,7 +224,7 @@ def _near(point: float, low: float, high: float) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
-    """Places in (0, 1) and weights, dense at 0: Gauss's in the root."""
+    """Nodes in (0, 1) and weights of Gauss's rule in the root of the variable, dense at 0."""
     x, w = legendre_nodes(NEAR)
     root = (1 + x) / 2
     return root**ROOT, ROOT * root ** (ROOT - 1) * w / 2
@@ -146,6 +232,6 @@ def _even_in_the_root() -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
-    """From values at the nodes of a panel to coefficients of Legendre polynomials."""
+    """Matrix from values at the nodes of a panel to Legendre coefficients."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

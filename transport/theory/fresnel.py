@@ -1,13 +1,14 @@
-"""Smooth boundaries of clear media: Snell's law, Fresnel's formulas, and radiance over the square of the index.
+"""Smooth boundaries of clear media: Snell's law, Fresnel's formulas, and radiance over the squared
+index.
 
-Everywhere `cosine` is that of incidence, in [0, 1], and `index_ratio` n = (index beyond the boundary) /
-(index on the side of arrival): glass seen from air is 1.5, air seen from glass 1/1.5.  With c the cosine of
-incidence and q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's amplitudes (1823; Born and Wolf 1999,
-1.5.2) are written
+`cosine` is the cosine of incidence, in [0, 1], and `index_ratio` n = (index beyond the boundary) /
+(index on the side of incidence): 1.5 for glass seen from air, 1/1.5 for air seen from glass. With c the
+cosine of incidence and q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's amplitudes (1823; Born
+and Wolf 1999, 1.5.2) are
 
     r_s = -(n^2 - 1)/(c + q)^2,    r_p = (n^2 - 1) (c q - s^2)/((c + q)(n^2 c + q)),    s^2 = (1 - c)(1 + c)
 
-in which no two nearly equal numbers are subtracted, but at Brewster's angle, where r_p is 0.
+in which no two nearly equal numbers are subtracted, except at Brewster's angle, where r_p is 0.
 """
 
 from __future__ import annotations
@@ -19,22 +20,53 @@ import numpy as np
 
 from transport.theory.nodes import legendre_nodes
 
-SPLITTER = 2.0**27 + 1  # of a double into halves (Veltkamp 1968)
+SPLITTER = 2.0**27 + 1  # splits a double into halves (Veltkamp 1968)
 NODES, WEIGHTS = legendre_nodes(32)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
-# Panels for t: R_p varies within 1/n^2 of grazing, and beyond t = 40 R is nothing (e^-160).
+# Panels for t: R_p varies within 1/n^2 of grazing, and beyond t = 40 R is negligible (e^-160).
 EDGES = np.concatenate([[0.0], 2.0 ** np.arange(-64, 0), np.arange(1.0, 41.0)])
 
 
 class Polarised(NamedTuple):
-    """A share of light for each polarisation: s with its field across the plane of incidence, p within it."""
+    """Share of the light for each polarisation.
+
+    Parameters
+    ----------
+    s : ndarray
+        Share with the electric field perpendicular to the plane of incidence [1].
+    p : ndarray
+        Share with the electric field in the plane of incidence [1].
+    """
 
     s: np.ndarray
     p: np.ndarray
 
 
 def reflectances(cosine: np.ndarray, index_ratio: np.ndarray) -> Polarised:
-    """Shares of s- and p-polarised light that are reflected [1]; 1 beyond the critical angle.  Vectorised."""
+    """Reflected shares of s- and p-polarised light.
+
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    Polarised
+        Reflectances [1]; 1 beyond the critical angle.
+
+    Notes
+    -----
+    Source: Fresnel 1823, formulas in the module's docstring.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import reflectances
+    >>> print(f"{reflectances(0.5, 1.5).s:.4g}")
+    0.1766
+    """
     c, n, q, is_total = _angles(cosine, index_ratio)
     rise, both, weighted = (n - 1) * (n + 1), _divisor(c + q, is_total), _divisor(n * n * c + q, is_total)
     s = rise / both / both
@@ -43,7 +75,31 @@ def reflectances(cosine: np.ndarray, index_ratio: np.ndarray) -> Polarised:
 
 
 def transmittances(cosine: np.ndarray, index_ratio: np.ndarray) -> Polarised:
-    """Shares of s- and p-polarised light that are refracted [1], good relatively at grazing too.  Vectorised."""
+    """Refracted shares of s- and p-polarised light.
+
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    Polarised
+        Transmittances [1], with full relative accuracy at grazing incidence; 0 beyond the critical
+        angle.
+
+    Notes
+    -----
+    Source: Fresnel 1823, formulas in the module's docstring.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import transmittances
+    >>> print(f"{transmittances(0.5, 1.5).p:.4g}")
+    0.9982
+    """
     c, n, q, is_total = _angles(cosine, index_ratio)
     both, weighted = _divisor(c + q, is_total), _divisor(n * n * c + q, is_total)
     s = 4 * (c / both) * (q / both)
@@ -52,39 +108,159 @@ def transmittances(cosine: np.ndarray, index_ratio: np.ndarray) -> Polarised:
 
 
 def reflectance(cosine: np.ndarray, index_ratio: np.ndarray) -> np.ndarray:
-    """Share of unpolarised light that is reflected [1]: the mean of both polarisations.  Vectorised."""
+    """Reflected share of unpolarised light.
+
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        Mean of both polarisations [1].
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import reflectance
+    >>> print(f"{reflectance(1.0, 1.5):.4g}")
+    0.04
+    """
     s, p = reflectances(cosine, index_ratio)
     return (s + p) / 2
 
 
 def transmittance(cosine: np.ndarray, index_ratio: np.ndarray) -> np.ndarray:
-    """Share of unpolarised light that is refracted [1]: the mean of both polarisations.  Vectorised."""
+    """Refracted share of unpolarised light.
+
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        Mean of both polarisations [1].
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import transmittance
+    >>> print(f"{transmittance(1.0, 1.5):.4g}")
+    0.96
+    """
     s, p = transmittances(cosine, index_ratio)
     return (s + p) / 2
 
 
 def snell_cosine(cosine: np.ndarray, index_ratio: np.ndarray) -> np.ndarray:
-    """Cosine of the angle of refraction [1] (Snell 1621); nan beyond the critical angle.  Vectorised."""
+    """Cosine of the angle of refraction.
+
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        Cosine [1]; nan beyond the critical angle.
+
+    Notes
+    -----
+    Source: Snell 1621.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import snell_cosine
+    >>> print(f"{snell_cosine(0.5, 1.5):.4g}")
+    0.8165
+    """
     _, n, q, is_total = _angles(cosine, index_ratio)
     return np.where(is_total, math.nan, np.minimum(q / n, 1.0))[()]
 
 
 def brewster_angle(index_ratio: float) -> float:
-    """Angle of incidence at which no p-polarised light is reflected [rad]: atan n (Brewster 1815).  Vectorised."""
+    """Angle of incidence at which p-polarised light is not reflected.
+
+    Parameters
+    ----------
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``atan n`` [rad].
+
+    Notes
+    -----
+    Source: Brewster 1815.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import brewster_angle
+    >>> print(f"{brewster_angle(1.5):.4g}")
+    0.9828
+    """
     return np.arctan(index_ratio)
 
 
 def critical_angle(index_ratio: float) -> float:
-    """Angle of incidence beyond which all light is reflected [rad]: asin n, at most pi/2.  Vectorised."""
+    """Angle of incidence beyond which all light is reflected.
+
+    Parameters
+    ----------
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``asin n`` [rad], at most pi/2.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import critical_angle
+    >>> print(f"{critical_angle(1 / 1.5):.4g}")
+    0.7297
+    """
     return np.arcsin(np.minimum(index_ratio, 1.0))
 
 
 def plate_transmittance(cosine: np.ndarray, index_ratio: np.ndarray, keeps_polarisation: bool = False):
-    """Share of unpolarised light that passes a clear plate, all reflections between its faces added up [1].
+    """Share of unpolarised light that passes a clear plate, including all internal reflections.
 
-    Incoherent: T^2 (1 + R^2 + R^4 + ...) = (1 - R)/(1 + R) (Stokes 1862).  As it stands each face meets
-    unpolarised light, as the simulator's do; with `keeps_polarisation` the mean of that of s and that of p,
-    as of a real plate, which is larger.  Vectorised.
+    Parameters
+    ----------
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+    keeps_polarisation : bool, default False
+        If False, each face meets unpolarised light, as in the simulator. If True, the mean of the s and
+        p results, as for a real plate, which is larger.
+
+    Returns
+    -------
+    float or ndarray
+        Transmittance [1].
+
+    Notes
+    -----
+    Incoherent sum ``T^2 (1 + R^2 + R^4 + ...) = (1 - R)/(1 + R)`` (Stokes 1862).
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import plate_transmittance
+    >>> print(f"{plate_transmittance(1.0, 1.5):.4g}")
+    0.9231
     """
     if not keeps_polarisation:
         return transmittance(cosine, index_ratio) / (1 + reflectance(cosine, index_ratio))
@@ -93,12 +269,30 @@ def plate_transmittance(cosine: np.ndarray, index_ratio: np.ndarray, keeps_polar
 
 
 def diffuse_reflectance(index_ratio: np.ndarray) -> np.ndarray:
-    """Share of diffuse unpolarised light (equal radiance from all directions) that is reflected [1].  Vectorised.
+    """Reflected share of diffuse unpolarised light (equal radiance from all directions).
 
-    From the thinner side 2 int_0^1 R c dc, for which Walsh (1926) and Duntley (1942, J. Opt. Soc. Am. 32, 61)
-    have a closed form; it cancels near n = 1, so that it is integrated here, in t of c = sqrt(n^2 - 1) sinh
-    t, where R_s is exp(-4 t).  From the denser side, n < 1, total reflection included, by reciprocity 1 - (1 -
-    R(1/n)) n^2.
+    Parameters
+    ----------
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        Reflectance [1].
+
+    Notes
+    -----
+    From the side of lower index it is ``2 int_0^1 R c dc``, for which Walsh (1926) and Duntley (1942,
+    J. Opt. Soc. Am. 32, 61) have a closed form. That form cancels near n = 1, so that the integral is
+    computed by quadrature in t, with ``c = sqrt(n^2 - 1) sinh t`` and R_s = exp(-4 t). From the side of
+    higher index, n < 1, including total reflection, reciprocity gives ``1 - (1 - R(1/n)) n^2``.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import diffuse_reflectance
+    >>> print(f"{diffuse_reflectance(1.5):.4g}")
+    0.09178
     """
     ratio = np.asarray(index_ratio, float)
     n = np.where(ratio < 1, 1 / ratio, ratio)
@@ -108,30 +302,86 @@ def diffuse_reflectance(index_ratio: np.ndarray) -> np.ndarray:
 
 
 def escape_share(index_ratio: np.ndarray) -> np.ndarray:
-    """Share of diffuse light that leaves a medium through its smooth boundary at one go [1].  Vectorised.
+    """Share of diffuse light that leaves a medium through its smooth boundary at the first incidence.
 
-    1 - diffuse_reflectance; from the denser side, n < 1, (1 - R(1/n)) n^2: what is left of the escape cone.
+    Parameters
+    ----------
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``1 - diffuse_reflectance(n)`` [1]; from the side of higher index ``(1 - R(1/n)) n^2``.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import escape_share
+    >>> print(f"{escape_share(1 / 1.5):.4g}")
+    0.4037
     """
     return 1 - diffuse_reflectance(index_ratio)
 
 
 def escape_cone_share(index_ratio: np.ndarray) -> np.ndarray:
-    """Share of the hemisphere's solid angle within the critical angle [1]: 1 - sqrt(1 - n^2).  Vectorised."""
+    """Share of the hemisphere's solid angle within the critical angle.
+
+    Parameters
+    ----------
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``1 - sqrt(1 - n^2)`` [1]; 1 for n above 1.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import escape_cone_share
+    >>> print(f"{escape_cone_share(1 / 1.5):.4g}")
+    0.2546
+    """
     n = np.minimum(index_ratio, 1.0)
     return n * n / (1 + np.sqrt((1 - n) * (1 + n)))
 
 
 def refracted_radiance(radiance: float, cosine: np.ndarray, index_ratio: np.ndarray) -> np.ndarray:
-    """Radiance beyond the boundary [unit of `radiance`] of light that arrives at that cosine: T n^2 L.  Vectorised.
+    """Radiance beyond the boundary.
 
-    L/n^2 is the same on both sides but for what is reflected (Kirchhoff 1860; Clausius 1864): etendue n^2 cos
-    dA dw is.
+    Parameters
+    ----------
+    radiance : float or ndarray
+        Incident radiance, in any unit.
+    cosine : float or ndarray
+        Cosine of incidence, in [0, 1] [1].
+    index_ratio : float or ndarray
+        Index beyond the boundary over that on the side of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``T n^2 L``, unit of `radiance`.
+
+    Notes
+    -----
+    Apart from the reflected share, L/n^2 is the same on both sides (Kirchhoff 1860; Clausius 1864),
+    because the étendue ``n^2 cos dA dw`` is.
+
+    Examples
+    --------
+    >>> from transport.theory.fresnel import refracted_radiance
+    >>> print(f"{refracted_radiance(1.0, 1.0, 1.5):.4g}")
+    2.16
     """
     return transmittance(cosine, index_ratio) * np.square(index_ratio) * radiance
 
 
 def _angles(cosine, index_ratio) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """c, n, q and whether all is reflected; q^2 from exact products, so that q is good at the critical angle too."""
+    """c, n, q, and whether reflection is total.
+
+    q^2 is computed from exact products, so that q is accurate at the critical angle too.
+    """
     c, n = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(index_ratio, float))
     (n2, n2_rest), (c2, c2_rest) = _square(n), _square(c)
     # Both sums are exact where they cancel: n^2 against 1, and the difference against c^2 (Sterbenz 1974).
@@ -141,19 +391,19 @@ def _angles(cosine, index_ratio) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
 
 
 def _divisor(x: np.ndarray, is_total: np.ndarray) -> np.ndarray:
-    """x, and 1 where nothing is to be divided: beyond the critical angle, or at grazing without a boundary."""
+    """x, or 1 where no division is needed: beyond the critical angle, or at grazing without a boundary."""
     return np.where(is_total | (x == 0), 1.0, x)
 
 
 def _square(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The square of doubles as a rounded number and what is left (Dekker 1971)."""
+    """Square of doubles as a rounded number and the remainder (Dekker 1971)."""
     high = x * SPLITTER - (x * SPLITTER - x)
     low, square = x - high, x * x
     return square, ((high * high - square) + 2 * high * low) + low * low
 
 
 def _integrated(n: np.ndarray) -> np.ndarray:
-    """2 int_0^1 R c dc for n > 1, by panels of t."""
+    """2 int_0^1 R c dc for n > 1, over panels of t."""
     rise = ((n - 1) * (n + 1))[..., None, None]
     root, n2 = np.sqrt(rise), np.square(n)[..., None, None]
     edges = np.minimum(EDGES[:, None], np.arcsinh(1 / root))

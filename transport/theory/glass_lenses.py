@@ -1,16 +1,19 @@
-"""What comes straight through real glass to a detector behind it: sky of radiance L, Fresnel at every surface.
+"""Light of a uniform sky that reaches a detector directly through a glass lens, with Fresnel losses at
+each surface.
 
-A detector of radius a lies about the origin and looks along +z through a window, a coaxial disk, at a lens of spherical
-surfaces.  Traced back, each of its rays ends on the sky; the forward ray brings (1 - R1)(1 - R2) L, and so
+A detector of radius a lies at the origin and faces +z, through a window (a coaxial disk), a lens with
+spherical surfaces. Traced back, each of its rays ends on the sky of radiance L. The forward ray has the
+radiance (1 - R1)(1 - R2) L, so that
 
     E = L/A ∬ (1 - R1)(1 - R2) cos²θ/r² dA dA_window,
 
-and the mean over a bin of directions of what the detector sees is the mean of (1 - R1)(1 - R2), weighted by cosθ dω.
-Light that was reflected inside and came later is left out; it comes by other ways, and brings at most what is missing.
-The integrals are smooth and taken by Gauss-Legendre, over azimuth by the trapezoidal rule.
+and the mean over a direction bin of the detector is the mean of (1 - R1)(1 - R2), weighted by cosθ dω.
+Light reflected inside the lens is left out: it arrives along other paths and adds at most the power
+that is missing here. The integrals are smooth: Gauss-Legendre, and the trapezoidal rule over azimuth.
 
-R is Fresnel's reflectance averaged over both polarisations at each surface, as for light that is unpolarised at every
-crossing; light that keeps its polarisation passes two surfaces with a share that is greater by ((R_s - R_p)/2)².
+R is Fresnel's reflectance averaged over both polarisations at each surface, as for light that is
+unpolarised at every crossing. Light that keeps its polarisation passes two surfaces with a share that
+is larger by ((R_s - R_p)/2)².
 """
 
 from __future__ import annotations
@@ -25,11 +28,21 @@ import numpy as np
 from transport.theory.nodes import legendre_nodes
 from transport.theory.optical_paths import Rays, from_to, refract
 
-NODES, TURNS = 20, 48  # along radii, and round half a turn
+NODES, TURNS = 20, 48  # nodes along radii, intervals over half a turn of azimuth
 
 
 class Face(NamedTuple):
-    """A sphere that a ray traced back meets: its center's height and radius [m], and whether at its second point."""
+    """A sphere that a traced-back ray meets.
+
+    Parameters
+    ----------
+    center : float
+        Height z of the center [m].
+    radius : float
+        Radius [m].
+    far : bool
+        Whether the ray meets the sphere at its second intersection.
+    """
 
     center: float
     radius: float
@@ -37,18 +50,71 @@ class Face(NamedTuple):
 
 
 def ball(height: float, radius: float) -> tuple[Face, Face]:
-    """A ball about (0, 0, height) [m]."""
+    """Faces of a ball lens.
+
+    Parameters
+    ----------
+    height : float
+        Height z of the center [m].
+    radius : float
+        Radius [m].
+
+    Returns
+    -------
+    tuple of 2 Face
+        The faces.
+
+    Examples
+    --------
+    >>> from transport.theory.glass_lenses import ball
+    >>> ball(1.0, 0.5)[0]
+    Face(center=1.0, radius=0.5, far=False)
+    """
     return Face(height, radius, False), Face(height, radius, True)
 
 
 def biconvex(height: float, rim: float, curvature_radius: float) -> tuple[Face, Face]:
-    """Two caps of one curvature radius [m] on a rim of this radius at this height [m]."""
+    """Faces of a biconvex lens: two caps of equal curvature on one rim.
+
+    Parameters
+    ----------
+    height : float
+        Height z of the rim [m].
+    rim : float
+        Radius of the rim [m].
+    curvature_radius : float
+        Radius of curvature of both faces [m].
+
+    Returns
+    -------
+    tuple of 2 Face
+        The faces.
+
+    Examples
+    --------
+    >>> from transport.theory.glass_lenses import biconvex
+    >>> biconvex(1.0, 0.3, 0.5)[0]
+    Face(center=1.4, radius=0.5, far=False)
+    """
     depth = math.sqrt((curvature_radius - rim) * (curvature_radius + rim))
     return Face(height + depth, curvature_radius, False), Face(height - depth, curvature_radius, True)
 
 
 def steps(faces: tuple[Face, Face], index: float) -> tuple[Callable[[Rays], Rays], Callable[[Rays], Rays]]:
-    """The way back through both faces of a lens of glass of this index, a function of rays each."""
+    """Return two functions that trace rays back through the first and the second face.
+
+    Parameters
+    ----------
+    faces : tuple of 2 Face
+        The two faces of the lens, in the order in which a traced-back ray meets them.
+    index : float
+        Refractive index of the glass [1].
+
+    Returns
+    -------
+    tuple of 2 callable
+        Functions from Rays to Rays.
+    """
     into, out_of = faces
     return partial(refract, **into._asdict(), index=index), partial(
         refract, **out_of._asdict(), index=1 / index
@@ -56,7 +122,22 @@ def steps(faces: tuple[Face, Face], index: float) -> tuple[Callable[[Rays], Rays
 
 
 def trace(rays: Rays, faces: tuple[Face, Face], index: float) -> Rays:
-    """Back through both faces."""
+    """Trace rays back through both faces.
+
+    Parameters
+    ----------
+    rays : Rays
+        Rays from the detector.
+    faces : tuple of 2 Face
+        The two faces of the lens, in the order in which a traced-back ray meets them.
+    index : float
+        Refractive index of the glass [1].
+
+    Returns
+    -------
+    Rays
+        Rays beyond the lens.
+    """
     enter, leave = steps(faces, index)
     return leave(enter(rays))
 
@@ -64,10 +145,32 @@ def trace(rays: Rays, faces: tuple[Face, Face], index: float) -> Rays:
 def projected_solid_angle(
     faces: tuple[Face, Face], index: float, detector: float, window: float, height: float
 ) -> float:
-    """Mean of ∫ (1 - R1)(1 - R2) cosθ dω over a detector [sr]: its irradiance over the sky's radiance.
+    """Mean of ``∫ (1 - R1)(1 - R2) cosθ dω`` over a detector: its irradiance over the sky's radiance.
 
-    detector, window: radii [m];  height: of the window.  Times the detector's area it is the étendue of what comes
-    through, each ray counted by the share that does.
+    Parameters
+    ----------
+    faces : tuple of 2 Face
+        The two faces of the lens, in the order in which a traced-back ray meets them.
+    index : float
+        Refractive index of the glass [1].
+    detector : float
+        Radius of the detector [m].
+    window : float
+        Radius of the window [m].
+    height : float
+        Height of the window above the detector [m].
+
+    Returns
+    -------
+    float
+        Weighted projected solid angle [sr]. Times the detector's area it is the étendue of the
+        transmitted beam, each ray weighted by its transmitted share.
+
+    Examples
+    --------
+    >>> from transport.theory.glass_lenses import ball, projected_solid_angle
+    >>> print(f"{projected_solid_angle(ball(1.0, 0.5), 1.5, 0.01, 0.1, 0.4):.4g}")
+    0.1701
     """
     r, area_weights = _over_disk(detector)
     rho, window_weights = _over_disk(window)
@@ -82,7 +185,30 @@ def projected_solid_angle(
 def mean_transmittances(
     faces: tuple[Face, Face], index: float, detector: float, theta_edges: Sequence[float]
 ) -> np.ndarray:
-    """Means of (1 - R1)(1 - R2) over a detector [m] and bins of directions from its normal [1], one a bin."""
+    """Means of (1 - R1)(1 - R2) over a detector and bins of polar angle.
+
+    Parameters
+    ----------
+    faces : tuple of 2 Face
+        The two faces of the lens, in the order in which a traced-back ray meets them.
+    index : float
+        Refractive index of the glass [1].
+    detector : float
+        Radius of the detector [m].
+    theta_edges : sequence of float
+        Edges of the bins of the angle to the normal, increasing, shape (bins + 1,) [rad].
+
+    Returns
+    -------
+    ndarray
+        Mean transmittances, shape (bins,) [1].
+
+    Examples
+    --------
+    >>> from transport.theory.glass_lenses import ball, mean_transmittances
+    >>> print(mean_transmittances(ball(1.0, 0.5), 1.5, 0.01, [0.0, 0.1, 0.2]).round(4))
+    [0.9216 0.9212]
+    """
     r, area_weights = _over_disk(detector)
     phi, turns = _half_turn()
     means = []
@@ -96,9 +222,29 @@ def mean_transmittances(
 
 
 def axial_transmittance(faces: tuple[Face, Face], index: float) -> Callable[[np.ndarray], np.ndarray]:
-    """(1 - R1)(1 - R2) of the ray that reaches the origin at an angle theta to the axis, as a function of theta [rad]."""
+    """Return the transmittance of the ray that reaches the origin, as a function of its angle to the axis.
+
+    Parameters
+    ----------
+    faces : tuple of 2 Face
+        The two faces of the lens, in the order in which a traced-back ray meets them.
+    index : float
+        Refractive index of the glass [1].
+
+    Returns
+    -------
+    callable
+        Function of theta [rad] that returns ``(1 - R1)(1 - R2)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.glass_lenses import axial_transmittance, ball
+    >>> print(f"{axial_transmittance(ball(1.0, 0.5), 1.5)(0.1):.4g}")
+    0.9215
+    """
 
     def share(theta: np.ndarray) -> np.ndarray:
+        """Transmittance at polar angles theta [1]."""
         targets = _stack(np.sin(theta), 0.0, np.cos(theta))
         return trace(from_to(np.zeros(3), targets), faces, index).carried
 
@@ -114,19 +260,19 @@ def _stack(*parts) -> np.ndarray:
 
 
 def _unit_nodes() -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre on 0 to 1."""
+    """Gauss-Legendre nodes and weights on [0, 1]."""
     x, w = legendre_nodes(NODES)
     return (1 + x) / 2, w / 2
 
 
 def _over_disk(radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Radii and weights of a mean over a disk's area."""
+    """Radii and weights for a mean over a disk's area."""
     x, w = _unit_nodes()
     return radius * x, 2 * x * w
 
 
 def _half_turn() -> tuple[np.ndarray, np.ndarray]:
-    """Azimuths from 0 to pi and weights of a mean over them, both ends included."""
+    """Azimuths from 0 to pi, both ends included, and weights for a mean over them."""
     weights = np.full(TURNS + 1, 1 / TURNS)
     weights[[0, -1]] /= 2
     return np.linspace(0, np.pi, TURNS + 1), weights

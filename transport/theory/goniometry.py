@@ -1,9 +1,11 @@
-"""What a goniometer with bins and lamps of finite size reads: averages of a reflection law f over directions.
+"""Readings of a goniometer with bins and lamps of finite size: averages of a reflection law f over
+directions.
 
-f = dL_out/dE_in [sr^-1] is the radiance that an irradiance from one direction gives rise to (Nicodemus et al. 1977,
-NBS Monograph 160).  A law is a function f(mu_in, mu_out, phi), vectorised: cosines of the directions *to* the lamp and
-*to* the eye, and the difference of their azimuths [rad].  A bin of directions holds the mean of L_out weighted by
-cosθ dω, and a lamp of radiance L makes L_out = L ∫ f cosθ dω over its cone (Kajiya 1986): both by Gauss-Legendre.
+f = dL_out/dE_in [sr^-1] is the radiance reflected per irradiance from one direction (Nicodemus et al.
+1977, NBS Monograph 160). A law is a vectorised function f(mu_in, mu_out, phi): the cosines of the
+directions *to* the lamp and *to* the eye, and the difference of their azimuths [rad]. A bin of
+directions holds the mean of L_out weighted by cosθ dω, and a lamp of radiance L gives L_out = L ∫ f
+cosθ dω over its cone (Kajiya 1986); both integrals are Gauss-Legendre.
 """
 
 from __future__ import annotations
@@ -17,14 +19,35 @@ from transport.theory.nodes import legendre_nodes
 
 Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
-NODES = 24  # of a polar angle; bins of the sims are at most as wide as the laws' lobes
+NODES = 24  # nodes per polar angle; bins of the sims are at most as wide as the laws' lobes
 SHARED, AZIMUTHAL = legendre_nodes(NODES), legendre_nodes(2 * NODES)
 
 
 def bin_means(law: Law, angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray) -> np.ndarray:
-    """Means of f over bins of the eye's directions [sr^-1], shape (theta bins, phi bins), for a beam.
+    """Means of f over bins of the eye's directions, for a beam.
 
-    angle: between the direction to the lamp and the normal [rad]; azimuth is counted from the lamp's.
+    Parameters
+    ----------
+    law : callable
+        Reflection law f(mu_in, mu_out, phi) [sr^-1].
+    angle : float
+        Angle between the direction to the lamp and the normal [rad].
+    theta_edges : ndarray
+        Edges of the bins of the eye's polar angle, shape (theta bins + 1,) [rad].
+    phi_edges : ndarray
+        Edges of the bins of azimuth, counted from the lamp's, shape (phi bins + 1,) [rad].
+
+    Returns
+    -------
+    ndarray
+        Means of f, shape (theta bins, phi bins) [sr^-1].
+
+    Examples
+    --------
+    >>> from transport.theory.goniometry import bin_means
+    >>> law = lambda mu_in, mu_out, phi: 0.3 + 0 * mu_out * phi
+    >>> print(bin_means(law, 0.5, [0.0, 0.5], [0.0, 1.0]).round(4))
+    [[0.3]]
     """
     return _over_bins(lambda mu, phi: law(np.cos(angle), mu, phi), theta_edges, phi_edges)
 
@@ -32,15 +55,43 @@ def bin_means(law: Law, angle: float, theta_edges: np.ndarray, phi_edges: np.nda
 def reflected_radiance(
     law: Law, angle: float, half_angle: float, theta_edges: np.ndarray, phi_edges: np.ndarray
 ) -> np.ndarray:
-    """∫ f cosθ dω over a lamp's cone, averaged over bins of the eye [1]: L_out of a lamp of radiance 1.
+    """Radiance reflected from a lamp of radiance 1, averaged over bins of the eye's directions.
 
-    angle: of the cone's axis to the normal; half_angle: of the cone, all of it above the horizon [rad].
-    Shape (theta bins, phi bins).
+    Parameters
+    ----------
+    law : callable
+        Reflection law f(mu_in, mu_out, phi) [sr^-1].
+    angle : float
+        Angle between the lamp's cone axis and the normal [rad].
+    half_angle : float
+        Half angle of the cone, which must be above the horizon [rad].
+    theta_edges : ndarray
+        Edges of the bins of the eye's polar angle, shape (theta bins + 1,) [rad].
+    phi_edges : ndarray
+        Edges of the bins of azimuth, counted from the lamp's, shape (phi bins + 1,) [rad].
+
+    Returns
+    -------
+    ndarray
+        ``∫ f cosθ dω`` over the cone, shape (theta bins, phi bins) [1].
+
+    Raises
+    ------
+    ValueError
+        If the cone reaches below the horizon.
+
+    Examples
+    --------
+    >>> from transport.theory.goniometry import reflected_radiance
+    >>> law = lambda mu_in, mu_out, phi: 0.3 + 0 * mu_out * phi
+    >>> print(reflected_radiance(law, 0.5, 0.1, [0.0, 0.5], [0.0, 1.0]).round(4))
+    [[0.0082]]
     """
     lamp, weights = cone(angle, 0.0, half_angle)
     mu_in, phi_in = lamp[:, 2], np.arctan2(lamp[:, 1], lamp[:, 0])
 
     def seen(mu: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        """Reflected radiance of a lamp of radiance 1 in the directions (mu, phi) [1]."""
         mu, phi = np.broadcast_arrays(mu, phi)
         return law(mu_in, mu[..., None], phi[..., None] - phi_in) @ weights
 
@@ -48,9 +99,35 @@ def reflected_radiance(
 
 
 def mean_between_cones(law: Law, lamp: tuple[float, float], eye: tuple[float, float], half_angle: float):
-    """Mean of f from a lamp's cone to an eye's [sr^-1], weighted by cosθ dω of both.
+    """Mean of f from a lamp's cone to an eye's cone, weighted by cosθ dω of both.
 
-    lamp, eye: (polar angle, azimuth) of the axes [rad].  The same with lamp and eye exchanged, where f is reciprocal.
+    Parameters
+    ----------
+    law : callable
+        Reflection law f(mu_in, mu_out, phi) [sr^-1].
+    lamp : tuple of 2 float
+        Polar angle and azimuth of the lamp's cone axis [rad].
+    eye : tuple of 2 float
+        Polar angle and azimuth of the eye's cone axis [rad].
+    half_angle : float
+        Half angle of both cones [rad].
+
+    Returns
+    -------
+    float
+        Mean of f [sr^-1]; unchanged by an exchange of lamp and eye if f is reciprocal.
+
+    Raises
+    ------
+    ValueError
+        If a cone reaches below the horizon.
+
+    Examples
+    --------
+    >>> from transport.theory.goniometry import mean_between_cones
+    >>> law = lambda mu_in, mu_out, phi: 0.3 + 0 * phi
+    >>> print(f"{mean_between_cones(law, (0.5, 0.0), (0.5, 1.0), 0.1):.4g}")
+    0.3
     """
     to_lamp, at_lamp = cone(*lamp, half_angle)
     to_eye, at_eye = cone(*eye, half_angle)
@@ -60,9 +137,32 @@ def mean_between_cones(law: Law, lamp: tuple[float, float], eye: tuple[float, fl
 
 
 def cone(angle: float, azimuth: float, half_angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Directions in a cone, (n, 3), and their shares of its projected solid angle [sr], (n,).
+    """Directions in a cone and their quadrature weights of projected solid angle.
 
-    Raises ValueError for a cone that reaches below the horizon, where the weights would not be smooth.
+    Parameters
+    ----------
+    angle : float
+        Polar angle of the cone's axis [rad].
+    azimuth : float
+        Azimuth of the cone's axis [rad].
+    half_angle : float
+        Half angle of the cone [rad].
+
+    Returns
+    -------
+    tuple of ndarray
+        Unit vectors, shape (n, 3), and their shares of the projected solid angle, shape (n,) [sr].
+
+    Raises
+    ------
+    ValueError
+        If the cone reaches below the horizon, where the weights would not be smooth.
+
+    Examples
+    --------
+    >>> from transport.theory.goniometry import cone
+    >>> print(f"{cone(0.5, 0.0, 0.1)[1].sum():.4g}")
+    0.02748
     """
     if angle + half_angle > math.pi / 2 * (1 + 1e-15):
         raise ValueError(f"the cone must stay above the horizon, got {angle} + {half_angle} rad")

@@ -1,11 +1,11 @@
-"""A rough mirror of microfacets: density of its normals, shadowing, albedo and reflectance distribution.
+"""A rough mirror of microfacets: density of normals, shadowing, albedo and BRDF.
 
-Normals follow Trowbridge and Reitz (1975), "GGX" (Walter et al. 2007, EGSR, eq. 33), with the roughness alpha
-in (0, 1]; shadowing is Smith's with correlated heights (Heitz 2014, JCGT 3(2), 48); what one reflection does
-not return, a second lobe does (Kulla and Conty 2017).  Cosines mu are measured from the surface's normal and
-are positive on the side of the light; the azimuth phi between arrival and departure is that between the
-direction *towards* the light and the direction of departure: phi = pi is the specular side, phi = 0 straight
-back.
+Normals follow Trowbridge and Reitz (1975), "GGX" (Walter et al. 2007, EGSR, eq. 33), with the roughness
+alpha in (0, 1]. Shadowing is Smith's with correlated heights (Heitz 2014, JCGT 3(2), 48). A second lobe
+returns the light that single reflection loses (Kulla and Conty 2017). Cosines mu are measured from the
+surface's normal and are positive on the side of the light. The azimuth phi is that between the
+direction *towards* the light and the direction of reflection: phi = pi is the specular side, phi = 0 is
+straight back.
 """
 
 from __future__ import annotations
@@ -16,13 +16,33 @@ import numpy as np
 
 from transport.theory.compensation import lobe
 
-LEAST_ROUGHNESS = 1e-8  # below it the surface is a mirror to rounding, and the lobe is that of this roughness
+LEAST_ROUGHNESS = 1e-8  # below it the surface is a mirror up to rounding; the lobe of this roughness is used
 
 
 def normal_density(mu: np.ndarray, roughness: float) -> np.ndarray:
-    """Area of microfacets per solid angle of their normals and per area of the surface [sr^-1]: D.  Vectorised.
+    """Density of normals: area of microfacets per solid angle of their normals and per area of the surface.
 
-    D = alpha^2 / (pi (1 - (1 - alpha^2) mu^2)^2), whose integral of D mu over the hemisphere is 1.
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine between a microfacet's normal and the surface's [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``D = alpha^2 / (pi (1 - (1 - alpha^2) mu^2)^2)`` [sr^-1].
+
+    Notes
+    -----
+    The integral of D mu over the hemisphere is 1 (Trowbridge and Reitz 1975).
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import normal_density
+    >>> print(f"{normal_density(1.0, 0.5):.4g}")
+    1.273
     """
     mu = np.asarray(mu, float)
     flat = (1 - mu) * (1 + mu) + np.square(roughness * mu)
@@ -30,13 +50,57 @@ def normal_density(mu: np.ndarray, roughness: float) -> np.ndarray:
 
 
 def shadowing(mu: np.ndarray, roughness: float) -> np.ndarray:
-    """Share of the microfacets' shadow that is seen from a direction [1]: G1 = 2 mu / (mu + h).  Vectorised."""
+    """Smith's shadowing function: visible share of the microfacets' projected area.
+
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine to the surface's normal [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``G1 = 2 mu / (mu + h)`` [1], with ``h = sqrt(mu^2 + alpha^2 (1 - mu^2))``.
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import shadowing
+    >>> print(f"{shadowing(0.5, 0.5):.4g}")
+    0.861
+    """
     mu, h = _lifted(mu, roughness)
     return (2 * mu / (mu + h))[()]
 
 
 def joint_shadowing(mu_in: np.ndarray, mu_out: np.ndarray, roughness: float) -> np.ndarray:
-    """Share that is both lit and seen [1]: G2 = 1/(1 + Lambda_i + Lambda_o).  Vectorised; cosines above 0."""
+    """Joint shadowing: share of the microfacets that is both lit and visible.
+
+    Parameters
+    ----------
+    mu_in : float or ndarray
+        Cosine of the direction towards the light, in (0, 1] [1].
+    mu_out : float or ndarray
+        Cosine of the direction of reflection, in (0, 1] [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``G2 = 1/(1 + Lambda_i + Lambda_o)`` [1].
+
+    Notes
+    -----
+    Source: Heitz 2014, eq. 99.
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import joint_shadowing
+    >>> print(f"{joint_shadowing(0.5, 0.5, 0.5):.4g}")
+    0.7559
+    """
     (one, h_one), (other, h_other) = _lifted(mu_in, roughness), _lifted(mu_out, roughness)
     return (2 * one * other / (h_one * other + h_other * one))[()]
 
@@ -44,19 +108,63 @@ def joint_shadowing(mu_in: np.ndarray, mu_out: np.ndarray, roughness: float) -> 
 def visible_density(
     mu: np.ndarray, mu_normal: np.ndarray, cosine: np.ndarray, roughness: float
 ) -> np.ndarray:
-    """Density of normals that are seen from a direction [sr^-1]: G1 max(cosine, 0) D / mu.  Vectorised.
+    """Density of the normals that are visible from a direction.
 
-    mu, mu_normal: cosines of the direction and the microfacet's normal;  cosine: between the two.  Its
-    integral is 1.
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine of the direction to the surface's normal [1].
+    mu_normal : float or ndarray
+        Cosine of the microfacet's normal to the surface's normal [1].
+    cosine : float or ndarray
+        Cosine between the direction and the microfacet's normal [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``G1 max(cosine, 0) D / mu`` [sr^-1]; its integral is 1.
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import visible_density
+    >>> print(f"{visible_density(0.5, 0.9, 0.8, 0.5):.4g}")
+    0.7116
     """
     mu, h = _lifted(mu, roughness)
     return (2 / (mu + h) * np.maximum(cosine, 0.0) * normal_density(mu_normal, roughness))[()]
 
 
 def single_reflection(mu_in, mu_out, phi, roughness: float) -> np.ndarray:
-    """Reflectance distribution of one reflection without loss [sr^-1]: D G2 / (4 mu_i mu_o).  Vectorised.
+    """BRDF of a single lossless reflection.
 
-    Symmetric in the cosines to the last bit, and nothing in it cancels.
+    Parameters
+    ----------
+    mu_in : float or ndarray
+        Cosine of the direction towards the light, in (0, 1] [1].
+    mu_out : float or ndarray
+        Cosine of the direction of reflection, in (0, 1] [1].
+    phi : float or ndarray
+        Azimuth between the two directions, pi on the specular side [rad].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``D G2 / (4 mu_i mu_o)`` [sr^-1].
+
+    Notes
+    -----
+    Symmetric in the cosines to the last bit; nothing in it cancels.
+
+    Examples
+    --------
+    >>> import math
+    >>> from transport.theory.microfacets import single_reflection
+    >>> print(f"{single_reflection(0.5, 0.5, math.pi, 0.5):.4g}")
+    0.9625
     """
     one, other = (np.arcsin(np.asarray(mu, float)) for mu in (mu_in, mu_out))
     (mu_in, h_in), (mu_out, h_out) = _lifted(mu_in, roughness), _lifted(mu_out, roughness)
@@ -69,10 +177,32 @@ def single_reflection(mu_in, mu_out, phi, roughness: float) -> np.ndarray:
 
 
 def brdf(mu_in, mu_out, phi, roughness: float, albedo: float = 1.0) -> np.ndarray:
-    """Bidirectional reflectance distribution of `Glossy(roughness, albedo)` [sr^-1].  Vectorised.
+    """Bidirectional reflectance distribution function of `Glossy(roughness, albedo)`.
 
-    mu_in, mu_out: cosines in (0, 1], towards the light and of departure;  phi: azimuth between them [rad], pi
-    on the specular side.  Its integral with mu_out over the hemisphere is the albedo at every angle.
+    Parameters
+    ----------
+    mu_in : float or ndarray
+        Cosine of the direction towards the light, in (0, 1] [1].
+    mu_out : float or ndarray
+        Cosine of the direction of reflection, in (0, 1] [1].
+    phi : float or ndarray
+        Azimuth between the two directions, pi on the specular side [rad].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+    albedo : float or ndarray, default 1.0
+        Reflected share at every angle of incidence [1].
+
+    Returns
+    -------
+    float or ndarray
+        BRDF [sr^-1]; its integral with mu_out over the hemisphere is the albedo.
+
+    Examples
+    --------
+    >>> import math
+    >>> from transport.theory.microfacets import brdf
+    >>> print(f"{brdf(0.5, 0.5, math.pi, 0.5):.4g}")
+    1.059
     """
     table = _lobe(roughness)
     lost = table.lost(mu_in) * table.lost(mu_out)
@@ -81,27 +211,120 @@ def brdf(mu_in, mu_out, phi, roughness: float, albedo: float = 1.0) -> np.ndarra
 
 
 def single_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
-    """Share of the light at that cosine that a single reflection returns [1]: E(mu).  Vectorised."""
+    """Share of the light at a cosine that a single reflection returns.
+
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine to the surface's normal [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        E(mu) [1].
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import single_albedo
+    >>> print(f"{single_albedo(0.5, 0.5):.4g}")
+    0.6983
+    """
     return (1 - _lobe(roughness).lost(mu))[()]
 
 
 def lost_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
-    """1 - E(mu) [1], good relatively however little it is.  Vectorised."""
+    """Share of the light at a cosine that a single reflection loses, with full relative accuracy.
+
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine to the surface's normal [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``1 - E(mu)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import lost_albedo
+    >>> print(f"{lost_albedo(0.5, 0.5):.4g}")
+    0.3017
+    """
     return _lobe(roughness).lost(mu)[()]
 
 
 def mean_albedo(roughness: float) -> float:
-    """Share of diffuse light that a single reflection returns [1]: E_mean = 2 int_0^1 E mu dmu."""
+    """Share of diffuse light that a single reflection returns.
+
+    Parameters
+    ----------
+    roughness : float
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float
+        ``E_mean = 2 int_0^1 E mu dmu`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import mean_albedo
+    >>> print(f"{mean_albedo(0.5):.4g}")
+    0.7002
+    """
     return 1 - _lobe(roughness).mean_lost
 
 
 def lobe_density(mu: np.ndarray, roughness: float) -> np.ndarray:
-    """Density of the cosine with which the second lobe leaves [1]: 2 (1 - E) mu / (1 - E_mean).  Vectorised."""
+    """Density of the cosine with which the second lobe leaves.
+
+    Parameters
+    ----------
+    mu : float or ndarray
+        Cosine to the surface's normal [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``2 (1 - E) mu / (1 - E_mean)`` [1].
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import lobe_density
+    >>> print(f"{lobe_density(0.5, 0.5):.4g}")
+    1.007
+    """
     return (2 * _lobe(roughness).lost(mu) * np.asarray(mu, float) / _lobe(roughness).mean_lost)[()]
 
 
 def lobe_quantile(u: np.ndarray, roughness: float) -> np.ndarray:
-    """The cosine below which a share u in [0, 1] of the second lobe leaves [1].  Vectorised."""
+    """Cosine below which a share of the second lobe leaves.
+
+    Parameters
+    ----------
+    u : float or ndarray
+        Share, in [0, 1] [1].
+    roughness : float or ndarray
+        Roughness alpha, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        Cosine to the normal [1].
+
+    Examples
+    --------
+    >>> from transport.theory.microfacets import lobe_quantile
+    >>> print(f"{lobe_quantile(0.5, 0.5):.4g}")
+    0.7252
+    """
     return _lobe(roughness).quantile(u)[()]
 
 

@@ -1,4 +1,4 @@
-"""The nodes and weights of Gauss and Legendre, found once for each number of them."""
+"""Gauss-Legendre nodes and weights, computed once per number of nodes."""
 
 from functools import cache
 
@@ -7,7 +7,24 @@ import numpy as np
 
 @cache
 def legendre_nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes in (-1, 1) and weights, each (count,), exact for polynomials of degrees below 2 count; not to be written to."""
+    """Gauss-Legendre nodes and weights on (-1, 1); the result is cached.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes n.
+
+    Returns
+    -------
+    tuple of ndarray
+        Nodes and weights, shape (n,) each, read-only; exact for polynomials of degree below 2 n.
+
+    Examples
+    --------
+    >>> from transport.theory.nodes import legendre_nodes
+    >>> print(legendre_nodes(2)[0].round(4))
+    [-0.5774  0.5774]
+    """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights

@@ -1,9 +1,11 @@
-"""Rays through optics about the z axis, one element after the other: exact traces, no small angles.
+"""Exact ray tracing through optics about the z axis, one element after the other, without small-angle
+approximation.
 
-A ray is a point, a unit vector and the share of its power that has come so far.  Snell at spheres, with what Fresnel lets
-through where light is unpolarised at every crossing; mirrors that are spheres or paraboloids; an ideal lens that maps
-direction cosines, p' = p - x/f, and one that maps tangents, t' = t - x/f, as textbooks draw it.  Light's paths may be
-followed either way, so that a trace back from a detector tells what it sees.
+A ray is a point, a unit vector and the share of its power that remains. Elements: spheres that refract
+by Snell's law, with Fresnel losses for light that is unpolarised at every crossing; mirrors that are
+spheres or paraboloids; an ideal lens that maps direction cosines, p' = p - x/f; and a lens that maps
+tangents, t' = t - x/f, as textbooks draw it. Paths of light are reversible, so that a trace back from a
+detector gives the directions from which it receives light.
 """
 
 from __future__ import annotations
@@ -19,7 +21,17 @@ Heights = Callable[[np.ndarray], np.ndarray]
 
 
 class Rays(NamedTuple):
-    """points [m] and unit directions (..., 3);  carried: share of the power that is left [1], (...)."""
+    """Rays with the share of power that they carry.
+
+    Parameters
+    ----------
+    points : ndarray
+        Points on the rays, shape (..., 3) [m].
+    directions : ndarray
+        Unit directions, shape (..., 3) [1].
+    carried : ndarray
+        Share of the initial power that remains, shape (...) [1].
+    """
 
     points: np.ndarray
     directions: np.ndarray
@@ -27,7 +39,27 @@ class Rays(NamedTuple):
 
 
 def from_to(points: np.ndarray, targets: np.ndarray) -> Rays:
-    """Rays from points through targets [m]; shapes broadcast."""
+    """Rays from points through targets; shapes broadcast.
+
+    Parameters
+    ----------
+    points : array_like
+        Starting points, shape (..., 3) [m].
+    targets : array_like
+        Points that the rays pass, shape (..., 3) [m].
+
+    Returns
+    -------
+    Rays
+        Rays that carry their full power.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to
+    >>> print(from_to(np.zeros(3), np.array([0.0, 3.0, 4.0])).directions.round(4))
+    [0.  0.6 0.8]
+    """
     points, way = np.broadcast_arrays(np.asarray(points, float), np.subtract(targets, points))
     lengths = np.linalg.norm(way, axis=-1)
     return Rays(points, way / lengths[..., None], np.ones(lengths.shape))
@@ -36,10 +68,32 @@ def from_to(points: np.ndarray, targets: np.ndarray) -> Rays:
 def between_disks(
     radius_1: float, height_1: float, radius_2: float, height_2: float | Heights, steps: int = 24
 ) -> Rays:
-    """Rays from a coaxial disk to another, at these heights z [m]: a grid over both, rims included; flat (n, 3).
+    """Rays from a coaxial disk to another: a grid over both disks, rims included.
 
-    By symmetry those from the first disk's points along +x are enough.  height_2: a number, or a function of the
-    distance from the axis where the second is curved.
+    Parameters
+    ----------
+    radius_1 : float
+        Radius of the first disk [m].
+    height_1 : float
+        Height z of the first disk [m].
+    radius_2 : float
+        Radius of the second disk [m].
+    height_2 : float or callable
+        Height z of the second disk; for a curved one, a function of the distance from the axis [m].
+    steps : int, default 24
+        Number of intervals of the grid over the second disk's radius.
+
+    Returns
+    -------
+    Rays
+        Rays, flat, shape (n, 3). By symmetry the points of the first disk on the +x axis are
+        sufficient.
+
+    Examples
+    --------
+    >>> from transport.theory.optical_paths import between_disks
+    >>> between_disks(1.0, 0.0, 1.0, 2.0, steps=4).points.shape
+    (50, 3)
     """
     r, rho = radius_1 * np.linspace(0, 1, steps // 4 + 1), radius_2 * np.linspace(0, 1, steps + 1)
     phi = np.pi * np.linspace(0, 1, steps + 1)
@@ -50,21 +104,85 @@ def between_disks(
 
 
 def to_plane(rays: Rays, height: float) -> Rays:
-    """On to the plane z = height [m], wherever it is along the line."""
+    """Move rays to the plane z = height, forwards or backwards.
+
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    height : float
+        Height z of the plane [m].
+
+    Returns
+    -------
+    Rays
+        Rays with points in the plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to, to_plane
+    >>> print(to_plane(from_to(np.zeros(3), np.array([0.0, 3.0, 4.0])), 2.0).points.round(4))
+    [0.  1.5 2. ]
+    """
     lengths = (height - rays.points[..., 2]) / rays.directions[..., 2]
     return rays._replace(points=rays.points + lengths[..., None] * rays.directions)
 
 
 def reach_at(rays: Rays, height: float) -> float:
-    """How far from the axis the outermost of them are in the plane z = height [m]; nan where one is nowhere."""
+    """Largest distance of the rays from the axis in the plane z = height.
+
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    height : float
+        Height z of the plane [m].
+
+    Returns
+    -------
+    float
+        Distance [m]; nan if a ray is nan.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to, reach_at
+    >>> print(f"{reach_at(from_to(np.zeros(3), np.array([0.0, 3.0, 4.0])), 2.0):.4g}")
+    1.5
+    """
     points = to_plane(rays, height).points
     return float(np.hypot(points[..., 0], points[..., 1]).max())
 
 
 def refract(rays: Rays, center: float, radius: float, index: float, far: bool = False) -> Rays:
-    """Through a sphere about (0, 0, center) [m] by Snell's law; nan where the ray misses it or is totally reflected.
+    """Refract rays at a sphere about (0, 0, center) by Snell's law, with Fresnel losses.
 
-    index: of what lies behind the surface over what lies before it;  far: at the second point of the line.
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    center : float
+        Height z of the sphere's center [m].
+    radius : float
+        Radius of the sphere [m].
+    index : float
+        Index behind the surface over the index in front of it [1].
+    far : bool, default False
+        Whether the rays meet the sphere at the second intersection of the line.
+
+    Returns
+    -------
+    Rays
+        Refracted rays; nan where a ray misses the sphere or is totally reflected.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to, refract
+    >>> rays = from_to(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    >>> print(refract(rays, 2.0, 1.0, 1.5).carried.round(4))
+    0.96
     """
     points, normals = _meet_sphere(rays, center, radius, far)
     cosines = np.einsum("...i,...i", rays.directions, normals)
@@ -78,12 +196,60 @@ def refract(rays: Rays, center: float, radius: float, index: float, far: bool = 
 
 
 def reflect_in_sphere(rays: Rays, center: float, radius: float, far: bool = True) -> Rays:
-    """Off a sphere about (0, 0, center) [m], a perfect mirror; by default at the line's second point, from within."""
+    """Reflect rays at a perfect mirror on a sphere about (0, 0, center).
+
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    center : float
+        Height z of the sphere's center [m].
+    radius : float
+        Radius of the sphere [m].
+    far : bool, default True
+        Whether the rays meet the sphere at the second intersection of the line, from inside.
+
+    Returns
+    -------
+    Rays
+        Reflected rays; nan where a ray misses the sphere.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to, reflect_in_sphere
+    >>> rays = from_to(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    >>> print(reflect_in_sphere(rays, 0.0, 1.0).directions.round(4))
+    [ 0.  0. -1.]
+    """
     return _reflect(rays, *_meet_sphere(rays, center, radius, far))
 
 
 def reflect_in_paraboloid(rays: Rays, vertex: float, focal_length: float) -> Rays:
-    """Off the paraboloid rho^2 = 4 f (z - vertex) [m] from within, a perfect mirror, at the point further on."""
+    """Reflect rays from inside at a perfect mirror on the paraboloid ``rho^2 = 4 f (z - vertex)``.
+
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    vertex : float
+        Height z of the vertex [m].
+    focal_length : float
+        Focal length f [m].
+
+    Returns
+    -------
+    Rays
+        Reflected rays, at the intersection ahead.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to, reflect_in_paraboloid
+    >>> rays = from_to(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 1.0]))
+    >>> print(reflect_in_paraboloid(rays, 0.0, 1.0).directions.round(4))
+    [0. 0. 1.]
+    """
     start, way = rays.points - [0, 0, vertex], rays.directions
     a = way[..., 0] ** 2 + way[..., 1] ** 2
     b = np.einsum("...i,...i", start[..., :2], way[..., :2]) - 2 * focal_length * way[..., 2]
@@ -99,9 +265,34 @@ def reflect_in_paraboloid(rays: Rays, vertex: float, focal_length: float) -> Ray
 
 
 def bend(rays: Rays, height: float, focal_length: float) -> Rays:
-    """Through an ideal lens in the plane z = height [m]: direction cosines change by -x/f (Abbe's sine condition).
+    """Refract rays in an ideal thin lens in the plane z = height that changes direction cosines by -x/f.
 
-    The map's Jacobian in (p_x, p_y) is 1, so that étendue and radiance are conserved; nan where |p'| > 1.
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    height : float
+        Height z of the lens [m].
+    focal_length : float
+        Focal length f [m].
+
+    Returns
+    -------
+    Rays
+        Rays behind the lens; nan where the new direction cosines would exceed 1.
+
+    Notes
+    -----
+    Abbe's sine condition. The map's Jacobian in (p_x, p_y) is 1, so that étendue and radiance are
+    conserved.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import bend, from_to
+    >>> rays = from_to(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 1.0]))
+    >>> print(bend(rays, 1.0, 1.0).directions.round(4))
+    [-0.1    0.     0.995]
     """
     points = to_plane(rays, height).points
     cosines = rays.directions[..., :2] - points[..., :2] / focal_length
@@ -111,7 +302,30 @@ def bend(rays: Rays, height: float, focal_length: float) -> Rays:
 
 
 def bend_tangents(rays: Rays, height: float, focal_length: float) -> Rays:
-    """Through a lens that changes tangents by -x/f: sharp images from any angle, but étendue is not conserved."""
+    """Refract rays in a thin lens that changes tangents by -x/f, which does not conserve étendue.
+
+    Parameters
+    ----------
+    rays : Rays
+        Incident rays.
+    height : float
+        Height z of the lens [m].
+    focal_length : float
+        Focal length f [m].
+
+    Returns
+    -------
+    Rays
+        Rays behind the lens; images are sharp at any angle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import bend_tangents, from_to
+    >>> rays = from_to(np.array([0.1, 0.0, 0.0]), np.array([0.1, 0.0, 1.0]))
+    >>> print(bend_tangents(rays, 1.0, 1.0).directions.round(4))
+    [-0.0995  0.      0.995 ]
+    """
     points = to_plane(rays, height).points
     sign = np.sign(rays.directions[..., 2:])
     tangents = rays.directions[..., :2] / np.abs(rays.directions[..., 2:]) - points[..., :2] / focal_length
@@ -127,10 +341,38 @@ def seen_through(
     theta: np.ndarray,
     steps: int = 16,
 ) -> np.ndarray:
-    """Share of a wide sky's radiance that a detector receives from polar angles theta [rad] by an optic, (n,); its mean.
+    """Share of a uniform sky's radiance that a detector receives through an optic, by polar angle.
 
-    back: traces rays through the optic;  detector, window, height: radii of a disk about the origin and of the one that it
-    looks through, and that one's distance [m].  A sum over a grid, good for a picture: a rim is met to 1/steps.
+    Parameters
+    ----------
+    back : callable
+        Function that traces Rays back through the optic.
+    detector : float
+        Radius of the detector, a disk about the origin [m].
+    window : float
+        Radius of the window, a coaxial disk in front of the optic [m].
+    height : float
+        Height z of the window [m].
+    theta : ndarray
+        Polar angles, shape (n,) [rad].
+    steps : int, default 16
+        Number of radii of the grid over the detector.
+
+    Returns
+    -------
+    ndarray
+        Mean share over the detector and azimuth, shape (n,) [1].
+
+    Notes
+    -----
+    A sum over a grid, accurate enough for a picture: the rim is resolved to 1/steps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import seen_through
+    >>> print(seen_through(lambda rays: rays, 0.01, 0.1, 1.0, np.array([0.0, 0.2])).round(4))
+    [1. 0.]
     """
     r = (detector * np.sqrt((np.arange(steps) + 0.5) / steps))[:, None]
     phi = np.pi * (np.arange(2 * steps) + 0.5) / (2 * steps)
@@ -142,7 +384,7 @@ def seen_through(
 
 
 def _meet_sphere(rays: Rays, center: float, radius: float, far: bool) -> tuple[np.ndarray, np.ndarray]:
-    """The point where the line meets the sphere, and its outward normal."""
+    """Intersection of the line with the sphere, and the outward normal there."""
     start = rays.points - [0, 0, center]
     b = np.einsum("...i,...i", start, rays.directions)
     nearest = start - b[..., None] * rays.directions

@@ -1,21 +1,22 @@
-"""Discrete ordinates: what a plane layer of any depth, albedo, phase function and index sends back and on.
+"""Discrete ordinates: reflection and transmission of a plane layer of any depth, albedo, phase function
+and index.
 
-The azimuthal mean of the radiance obeys, with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from the
-Legendre moments chi_l of the phase function,
+The azimuthal mean of the radiance obeys, with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from
+the Legendre moments chi_l of the phase function,
 
     mu dI/dtau = -I + (a/2) int_-1^1 p(mu, mu') I(mu') dmu'
 
-(Chandrasekhar 1960, ch. 1 and 6).  Here the integral is Gauss's on panels of each hemisphere, which become
-narrower towards grazing, where I has mu log mu and exp(-tau/mu), and as narrow as the phase function is; the
-depth is dealt with by doubling (transport/theory/doubling.py).  Beams are ordinates of their own, of weight
-0; their unscattered part is apart from I.  What the quadrature lacks of sum_j w_j p_ij = 2, about 1e-9, is
-given to forward scattering, so that books close.
+(Chandrasekhar 1960, ch. 1 and 6). The integral uses Gauss's rule on panels of each hemisphere. The
+panels become narrower towards grazing, where I varies as mu log mu and exp(-tau/mu), and are as narrow
+as the phase function requires. The depth is treated by doubling (transport/theory/doubling.py). Beams
+are additional ordinates of weight 0; their unscattered part is kept apart from I. The quadrature's
+error in sum_j w_j p_ij = 2, about 1e-9, is added to forward scattering, so that energy is conserved.
 
-Where the layer has an index n above that around it, both faces reflect by Fresnel's law, light being
-unpolarised at each crossing.  Ordinates are then Gauss's in the cosine outside, in which Fresnel's formulas
-are analytic, and on panels beyond the critical angle.  With u up and d down within the faces, and r what
-these reflect, d = s + r (R d + T u) and u = r (T d + R u): u is eliminated first, so that nothing cancels.
-Outside, L = (1 - r) u/n^2.
+If the layer has an index n above that of its surroundings, both faces reflect by Fresnel's law, with
+light unpolarised at each crossing. The ordinates are then Gauss's in the cosine outside, in which
+Fresnel's formulas are analytic, plus panels beyond the critical angle. With u upward and d downward
+radiance inside the faces, and r the faces' reflectance, d = s + r (R d + T u) and u = r (T d + R u): u
+is eliminated first, so that nothing cancels. Outside, L = (1 - r) u/n^2.
 """
 
 from __future__ import annotations
@@ -33,18 +34,40 @@ from transport.theory import fresnel
 from transport.theory.doubling import Layer, layer, layers
 from transport.theory.nodes import legendre_nodes
 
-NODES = 12  # of a panel
-GRAZING = 1e-5  # mu, next to which the lowest panel ends
-SHRINK, FINE = 0.5, 0.01  # each panel over the next above it, down to this mu; below it the square of that
-FADED = 1e-8  # Legendre moments below this need not be resolved
+NODES = 12  # nodes per panel
+GRAZING = 1e-5  # mu near which the lowest panel ends
+SHRINK, FINE = 0.5, 0.01  # ratio of a panel to the next above it, down to this mu; below it the ratio squared
+FADED = 1e-8  # Legendre moments below this are not resolved
 TURNS = 1.2  # panel width [rad] times degree of the last moment to resolve, over NODES
-WIDEST = 0.5  # rad, a panel
-LAST = 1e-14  # moment, below which the Henyey-Greenstein series ends
+WIDEST = 0.5  # rad, largest width of a panel
+LAST = 1e-14  # moment at which the Henyey-Greenstein series ends
 ISOTROPIC, RAYLEIGH = (1.0,), (1.0, 0.0, 0.1)
 
 
 def henyey_greenstein(g: float) -> tuple[float, ...]:
-    """Legendre moments g^l of the phase function of Henyey and Greenstein (1941) [1]; |g| at most 0.99."""
+    """Legendre moments g^l of the phase function of Henyey and Greenstein (1941).
+
+    Parameters
+    ----------
+    g : float
+        Mean cosine of scattering, from -0.99 to 0.99 [1].
+
+    Returns
+    -------
+    tuple of float
+        Moments down to 1e-14 [1].
+
+    Raises
+    ------
+    ValueError
+        If abs(g) exceeds 0.99.
+
+    Examples
+    --------
+    >>> from transport.theory.ordinates import henyey_greenstein
+    >>> henyey_greenstein(0.5)[:3]
+    (1.0, 0.5, 0.25)
+    """
     if not abs(g) <= 0.99:
         raise ValueError(
             f"henyey_greenstein: g must be between -0.99 and 0.99 for discrete ordinates, got {g}"
@@ -54,7 +77,29 @@ def henyey_greenstein(g: float) -> tuple[float, ...]:
 
 
 def moments_of(mu: np.ndarray, density: np.ndarray, count: int) -> tuple[float, ...]:
-    """Legendre moments of a phase function that is linear between cosines mu, from -1 to 1 [1]."""
+    """Legendre moments of a tabulated phase function.
+
+    Parameters
+    ----------
+    mu : ndarray
+        Cosines of the table, increasing from -1 to 1, shape (n,) [1].
+    density : ndarray
+        Density at these cosines, linear between them, in any unit, shape (n,).
+    count : int
+        Number of moments.
+
+    Returns
+    -------
+    tuple of float
+        Moments, the first of them 1 [1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.ordinates import moments_of
+    >>> [round(each, 4) for each in moments_of(np.array([-1.0, 1.0]), np.array([0.0, 1.0]), 3)]
+    [1.0, 0.3333, 0.0]
+    """
     x, w = legendre_nodes(math.ceil((count + 3) / 2))
     half, middle = np.diff(mu)[:, None] / 2, (np.asarray(mu)[1:] + np.asarray(mu)[:-1])[:, None] / 2
     places, weights = (middle + half * x).ravel(), (half * w).ravel()
@@ -64,12 +109,33 @@ def moments_of(mu: np.ndarray, density: np.ndarray, count: int) -> tuple[float, 
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """What leaves a layer, as shares of the incident flux [1].
+    """Light that leaves a layer, as shares of the incident flux.
 
-    reflected_diffuse, transmitted_diffuse: what was scattered.  unscattered_back, unscattered_on: what was
-    not: mirrored by the faces, and passed straight.  up, down: scattered radiance within the faces per
-    incident irradiance [sr^-1], its azimuthal mean, at the nodes of the panels (panels, nodes); up_straight,
-    down_straight: that of Lambertian light that was not scattered.
+    Parameters
+    ----------
+    reflected_diffuse : float
+        Reflected share that was scattered [1].
+    transmitted_diffuse : float
+        Transmitted share that was scattered [1].
+    unscattered_back : float
+        Share that the faces reflect without scattering [1].
+    unscattered_on : float
+        Share that passes without scattering [1].
+    mu0 : float or None
+        Cosine of incidence outside, in (0, 1]; None: Lambertian light [1].
+    index : float
+        Index of the layer over that of its surroundings, at least 1 [1].
+    edges : ndarray
+        Edges of the panels in the cosine outside, shape (panels + 1,) [1].
+    up : ndarray
+        Scattered upward radiance inside the upper face per incident irradiance, azimuthal mean at the
+        panels' nodes, shape (panels, nodes) [sr^-1].
+    down : ndarray
+        Scattered downward radiance inside the lower face, same form [sr^-1].
+    up_straight : ndarray
+        Unscattered part of the upward radiance for Lambertian light, same form [sr^-1].
+    down_straight : ndarray
+        Unscattered part of the downward radiance for Lambertian light, same form [sr^-1].
     """
 
     reflected_diffuse: float
@@ -78,7 +144,7 @@ class Light:
     unscattered_on: float
     mu0: float | None
     index: float
-    edges: np.ndarray  # of the panels, in the cosine outside
+    edges: np.ndarray  # edges of the panels in the cosine outside
     up: np.ndarray
     down: np.ndarray
     up_straight: np.ndarray
@@ -86,45 +152,98 @@ class Light:
 
     @property
     def reflected(self) -> float:
-        """Share that comes back, mirrored or scattered [1]."""
+        """Reflected share, unscattered or scattered [1]."""
         return self.reflected_diffuse + self.unscattered_back
 
     @property
     def transmitted(self) -> float:
-        """Share that passes, straight or scattered [1]."""
+        """Transmitted share, unscattered or scattered [1]."""
         return self.transmitted_diffuse + self.unscattered_on
 
     @property
     def absorbed(self) -> float:
-        """Share that stays in the layer [1]."""
+        """Absorbed share [1]."""
         return 1 - self.reflected - self.transmitted
 
     def reflected_radiance(self, mu: np.ndarray) -> np.ndarray:
-        """Radiance that returns at these cosines after scattering, per irradiance [sr^-1]: azimuthal mean."""
+        """Return the reflected scattered radiance per incident irradiance.
+
+        Parameters
+        ----------
+        mu : ndarray
+            Cosines outside [1].
+
+        Returns
+        -------
+        ndarray
+            Azimuthal mean, shape of `mu` [sr^-1].
+        """
         return self._radiance(self.up, mu)
 
     def transmitted_radiance(self, mu: np.ndarray) -> np.ndarray:
-        """Radiance that passes at these cosines after scattering, per incident irradiance [sr^-1]."""
+        """Return the transmitted scattered radiance per incident irradiance.
+
+        Parameters
+        ----------
+        mu : ndarray
+            Cosines outside [1].
+
+        Returns
+        -------
+        ndarray
+            Azimuthal mean, shape of `mu` [sr^-1].
+        """
         return self._radiance(self.down, mu)
 
     def reflected_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
-        """Shares that return in bins of cosine after scattering, (bins,) [1].
+        """Return the shares reflected into bins of cosine after scattering.
 
-        straight: of Lambertian light, also what the faces mirror.
+        Parameters
+        ----------
+        edges : ndarray
+            Edges of the bins of cosine, increasing in [0, 1], shape (bins + 1,) [1].
+        straight : bool, default False
+            Whether to include, for Lambertian light, the share that the faces reflect without
+            scattering.
+
+        Returns
+        -------
+        ndarray
+            Shares of the incident flux, shape (bins,) [1].
+
+        Raises
+        ------
+        ValueError
+            If the edges do not increase within 0 to 1.
         """
         if not straight:
             return self._shares(self.up, edges)
         return self._shares(self.up + self.up_straight, edges) + self._mirrored_in(edges)
 
     def transmitted_in(self, edges: np.ndarray, straight: bool = False) -> np.ndarray:
-        """Shares that pass in bins of cosine after scattering, (bins,) [1].
+        """Return the shares transmitted into bins of cosine after scattering.
 
-        straight: of Lambertian light, also what passes unscattered.
+        Parameters
+        ----------
+        edges : ndarray
+            Edges of the bins of cosine, increasing in [0, 1], shape (bins + 1,) [1].
+        straight : bool, default False
+            Whether to include, for Lambertian light, the unscattered share.
+
+        Returns
+        -------
+        ndarray
+            Shares of the incident flux, shape (bins,) [1].
+
+        Raises
+        ------
+        ValueError
+            If the edges do not increase within 0 to 1.
         """
         return self._shares(self.down + self.down_straight if straight else self.down, edges)
 
     def _mirrored_in(self, edges: np.ndarray) -> np.ndarray:
-        """2 int r mu dmu over each bin: what the upper face mirrors outside of Lambertian light."""
+        """2 int r mu dmu over each bin: Lambertian light that the upper face reflects outside."""
         if self.mu0 is not None or self.index == 1:
             return np.zeros(len(edges) - 1)
         cuts = np.union1d(edges, np.linspace(edges[0], edges[-1], 9))
@@ -133,7 +252,7 @@ class Light:
         return np.add.reduceat(parts, np.searchsorted(cuts, edges[:-1]))
 
     def _radiance(self, values: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """Outside: what the face lets through of the polynomial through the nodes of each panel."""
+        """Radiance outside, by the polynomial of each panel and the face's transmittance over n^2."""
         mu = np.asarray(mu, dtype=float)
         panel = np.clip(np.searchsorted(self.edges, mu, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
@@ -146,7 +265,7 @@ class Light:
         """2 pi int L mu dmu over each bin, panel by panel."""
         edges = np.asarray(edges, dtype=float)
         if edges.ndim != 1 or not (np.diff(edges) > 0).all() or edges[0] < 0 or edges[-1] > 1:
-            raise ValueError(f"Light: edges must rise within 0 to 1, got {edges}")
+            raise ValueError(f"Light: edges must increase within 0 to 1, got {edges}")
         cuts = np.union1d(edges, self.edges[(self.edges > edges[0]) & (self.edges < edges[-1])])
         x, w = legendre_nodes(NODES)
         half, middle = np.diff(cuts)[:, None] / 2, (cuts[1:] + cuts[:-1])[:, None] / 2
@@ -163,12 +282,40 @@ def slab(
     mu0: float | None = 1.0,
     index: float = 1.0,
 ) -> Light:
-    """A layer of that optical depth, unbounded sideways, with the same surroundings on both sides.
+    """Light that leaves an infinite plane layer between two equal media; the result is cached.
 
-    depth: above 0; math.inf for a half space of albedo below 1.  albedo: from 0 to 1.  moments: Legendre
-    moments of the phase function as a tuple, from 1 on.  mu0: cosine of incidence outside, in (0, 1]; None:
-    Lambertian.  index: of the layer over that around it, 1 or more.  Good to 1e-7 and better for |g| up to
-    0.9 (against other methods in the tests).
+    Parameters
+    ----------
+    depth : float
+        Optical depth of the layer, above 0; math.inf for a half space of albedo below 1 [1].
+    albedo : float
+        Single-scattering albedo, from 0 to 1 [1].
+    moments : tuple of float, default ISOTROPIC
+        Legendre moments of the phase function, from 1 on [1].
+    mu0 : float or None, default 1.0
+        Cosine of incidence outside, in (0, 1]; None: Lambertian light [1].
+    index : float, default 1.0
+        Index of the layer over that of its surroundings, at least 1 [1].
+
+    Returns
+    -------
+    Light
+        Shares and radiances of the reflected and transmitted light.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Notes
+    -----
+    Good to 1e-7 or better for abs(g) up to 0.9 (against other methods in the tests).
+
+    Examples
+    --------
+    >>> from transport.theory.ordinates import slab
+    >>> print(f"{slab(0.1, 0.9).reflected:.4g}")
+    0.0421
     """
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
@@ -184,7 +331,39 @@ def halved_slabs(
     mu0: float | None = 1.0,
     index: float = 1.0,
 ) -> list[Light]:
-    """Layers of depth/2^times, ..., depth/2 and depth at the cost of the last; otherwise as `slab`."""
+    """Light that leaves layers of depth/2^times, ..., depth/2 and depth, at the cost of the last.
+
+    Parameters
+    ----------
+    depth : float
+        Optical depth of the layer, above 0; math.inf for a half space of albedo below 1 [1].
+    times : int
+        Number of halvings.
+    albedo : float
+        Single-scattering albedo, from 0 to 1 [1].
+    moments : tuple of float, default ISOTROPIC
+        Legendre moments of the phase function, from 1 on [1].
+    mu0 : float or None, default 1.0
+        Cosine of incidence outside, in (0, 1]; None: Lambertian light [1].
+    index : float, default 1.0
+        Index of the layer over that of its surroundings, at least 1 [1].
+
+    Returns
+    -------
+    list[Light]
+        One Light per depth, in increasing depth.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from transport.theory.ordinates import halved_slabs
+    >>> [f"{light.reflected:.4g}" for light in halved_slabs(1e-3, 1, 0.9, mu0=None)]
+    ['0.0004489', '0.0008961']
+    """
     _check(depth, albedo, moments, mu0, index)
     edges, outside, mu, weight = _ordinates(moments, mu0, index)
     found = deque(layers(depth, albedo, *_phase(moments, mu, weight), mu, weight), maxlen=times + 1)
@@ -194,7 +373,35 @@ def halved_slabs(
 def half_space(
     albedo: float, moments: Sequence[float] = ISOTROPIC, mu0: float | None = 1.0, index: float = 1.0
 ) -> Light:
-    """A medium that fills all behind a plane, as `slab` without end.  albedo: below 1; of 1 all returns."""
+    """Light that leaves a medium that fills the half space below a plane.
+
+    Parameters
+    ----------
+    albedo : float
+        Single-scattering albedo, below 1 [1]; for an albedo of 1 all light returns.
+    moments : tuple of float, default ISOTROPIC
+        Legendre moments of the phase function, from 1 on [1].
+    mu0 : float or None, default 1.0
+        Cosine of incidence outside, in (0, 1]; None: Lambertian light [1].
+    index : float, default 1.0
+        Index of the layer over that of its surroundings, at least 1 [1].
+
+    Returns
+    -------
+    Light
+        Shares and radiances of the reflected light.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from transport.theory.ordinates import half_space
+    >>> print(f"{half_space(0.5, mu0=None).reflected:.4g}")
+    0.1465
+    """
     return slab(math.inf, albedo, moments, mu0, index)
 
 
@@ -208,11 +415,11 @@ def _check(depth, albedo, moments, mu0, index) -> None:
     if mu0 is not None and not 0 < mu0 <= 1:
         raise ValueError(f"slab: mu0 must be above 0 and at most 1, or None for Lambertian light, got {mu0}")
     if not 1 <= index < math.inf:
-        raise ValueError(f"slab: index must be 1 or more, of the layer over that around it, got {index}")
+        raise ValueError(f"slab: index relative to the surroundings must be 1 or more, got {index}")
 
 
 def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tuple[np.ndarray, ...]:
-    """Panels' edges and nodes in the cosine outside; cosines within and weights of all, a beam's the last."""
+    """Panel edges and nodes in the cosine outside; cosines inside and weights of all ordinates."""
     last = max((degree for degree, each in enumerate(moments) if abs(each) > FADED), default=0)
     width = min(WIDEST, TURNS * NODES / max(last, 1))
     if index == 1:
@@ -232,7 +439,26 @@ def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tup
 
 
 def graded_edges(top: float, width: float) -> np.ndarray:
-    """Edges of panels from 0 to the cosine `top`: of equal angle at most `width`, and shrinking towards 0."""
+    """Edges of panels from 0 to the cosine `top`: of equal angle, and shrinking towards 0.
+
+    Parameters
+    ----------
+    top : float
+        Largest cosine [1].
+    width : float
+        Largest width of a panel [rad].
+
+    Returns
+    -------
+    ndarray
+        Edges, increasing, shape (panels + 1,) [1].
+
+    Examples
+    --------
+    >>> from transport.theory.ordinates import graded_edges
+    >>> len(graded_edges(1.0, 0.5))
+    16
+    """
     low = min(0.5 * top, width)
     turns = np.linspace(
         math.acos(low), math.acos(top), 1 + math.ceil((math.acos(low) - math.acos(top)) / width)
@@ -245,17 +471,44 @@ def graded_edges(top: float, width: float) -> np.ndarray:
 
 
 def gauss(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss's nodes and weights of all panels with these edges."""
+    """Gauss-Legendre nodes and weights of all panels between edges.
+
+    Parameters
+    ----------
+    edges : ndarray
+        Edges of the panels, increasing, shape (panels + 1,).
+
+    Returns
+    -------
+    tuple of ndarray
+        Nodes and weights, shape (panels NODES,) each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.ordinates import gauss
+    >>> print(f"{gauss(np.array([0.0, 0.5, 1.0]))[1].sum():.4g}")
+    1
+    """
     x, w = legendre_nodes(NODES)
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     return (middle + half * x).ravel(), (half * w).ravel()
 
 
 def azimuthal_phase(moments: Sequence[float], mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means over azimuth of the phase function, of mean 1 over the sphere, between cosines of one hemisphere
-    and of both.
+    """Azimuthal means of the phase function, normalised to a mean of 1 over the sphere.
 
-    (n, n) each: p(mu_i, mu_j) and p(mu_i, -mu_j) [1].
+    Parameters
+    ----------
+    moments : tuple of float
+        Legendre moments of the phase function, from 1 on [1].
+    mu : ndarray
+        Cosines, shape (n,) [1].
+
+    Returns
+    -------
+    tuple of ndarray
+        Matrices p(mu_i, mu_j) and p(mu_i, -mu_j), shape (n, n) each [1].
     """
     degrees = np.arange(len(moments))
     terms = legendre.legvander(mu, len(moments) - 1)
@@ -264,7 +517,7 @@ def azimuthal_phase(moments: Sequence[float], mu: np.ndarray) -> tuple[np.ndarra
 
 
 def _phase(moments: Sequence[float], mu: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same between ordinates, so that by the quadrature too all that is scattered goes somewhere."""
+    """Azimuthal phase function between ordinates, corrected so that the quadrature conserves energy."""
     forward, backward = azimuthal_phase(moments, mu)
     seen = weight > 0
     held = (forward + backward) @ weight
@@ -279,14 +532,14 @@ def _phase(moments: Sequence[float], mu: np.ndarray, weight: np.ndarray) -> tupl
 def _lit(
     one: Layer, edges: np.ndarray, outside: np.ndarray, mu, weight, mu0: float | None, index: float
 ) -> Light:
-    """Light on the layer between its faces."""
+    """Light of a layer between its faces."""
     flux, e, out = mu * weight, one.direct, len(outside)
     r = np.ones(len(mu))
     r[:out] = fresnel.reflectance(outside, index)
     if mu0 is not None:
         r[-1] = fresnel.reflectance(mu0, index)
     leaving = np.where(np.arange(len(mu)) < out, (1 - r) * flux, 0) * 2 * math.pi
-    once = 1 / ((1 - r * e) * (1 + r * e))  # what passes straight, to and fro between the faces
+    once = 1 / ((1 - r * e) * (1 + r * e))  # unscattered light, reflected between the faces
     if mu0 is None:
         down = np.where(np.arange(len(mu)) < out, (1 - r) * index**2 / math.pi, 0) * once
         beams, shares = flux * down, leaving * e * down
@@ -313,10 +566,9 @@ def _lit(
 def _between(
     one: Layer, r: np.ndarray, flux: np.ndarray, beams_down: np.ndarray, beams_up: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scattered light within the upper face, upwards, and within the lower one, downwards, of unscattered
-    beams.
+    """Scattered light of unscattered beams: upward inside the upper face, downward inside the lower face.
 
-    beams_down, beams_up: their flux over 2 pi by ordinate, at the upper face and at the lower one.
+    beams_down, beams_up: flux of the beams over 2 pi by ordinate, at the upper and at the lower face.
     """
     up = one.reflection @ beams_down + one.transmission @ beams_up
     down = one.transmission @ beams_down + one.reflection @ beams_up
@@ -328,7 +580,7 @@ def _between(
     lower, alone = (
         solved[:, :-1],
         solved[:, -1],
-    )  # what goes up from the lower face: of what comes down, and else
+    )  # upward light at the lower face: per downward light at the upper face, and the rest
     falling = np.linalg.solve(unit - r[:, None] * (back + on @ lower), r * (up + on @ alone))
     rising = lower @ falling + alone
     return up + back @ falling + on @ rising, down + on @ falling + back @ rising
@@ -336,6 +588,6 @@ def _between(
 
 @lru_cache(maxsize=1)
 def _to_coefficients() -> np.ndarray:
-    """From values at Gauss's nodes to coefficients of Legendre polynomials."""
+    """Matrix from values at Gauss's nodes to Legendre coefficients."""
     x, w = legendre_nodes(NODES)
     return (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[:, None]

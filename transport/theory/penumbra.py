@@ -1,13 +1,15 @@
-"""Penumbra of a straight edge before a diffuse disk: what of the disk is seen, and means over bins across the edge.
+"""Penumbra of a straight edge in front of a diffuse disk: visible part of the disk, and means over bins
+across the edge.
 
-The disk, of radius R and radiance L, lies in the plane z = 0 about the origin.  In the plane z = gap all of x < 0 is
-opaque; irradiance is sought in the plane z = distance.  The ray from (X, Y, 0) to (x, y, distance) passes where
-X (1 − s) + x s > 0, s = gap / distance: the visible part is X > −x s / (1 − s), cut off by a straight chord, and
+The disk, of radius R and radiance L, lies in the plane z = 0 about the origin. In the plane z = gap the
+half plane x < 0 is opaque. Irradiance is computed in the plane z = distance. The ray from (X, Y, 0) to
+(x, y, distance) passes where X (1 − s) + x s > 0, s = gap / distance: the visible part is X > −x s / (1
+− s), bounded by a straight chord, and
 
     E(x, y) = L ∫ G dX dY over it,   G = cosθ cosθ' / r² = d² / ((x − X)² + (y − Y)² + d²)²,   d = distance.
 
-The penumbra is |x| < R (1 − s) / s.  Seen under a small angle G is constant and the fraction of the disk that is
-visible tells it all.
+The penumbra is |x| < R (1 − s) / s. If the disk subtends a small angle, G is constant and E is
+proportional to the visible fraction of the disk.
 """
 
 from __future__ import annotations
@@ -17,20 +19,55 @@ import numpy as np
 from transport.theory.counting import Moments
 from transport.theory.nodes import legendre_nodes
 
-ACROSS, ALONG = 24, 8  # nodes over the disk, across and along the edge; ALONG over a bin, too
+ACROSS, ALONG = 24, 8  # nodes over the disk, across and along the edge; ALONG also over a bin
 
 
 def visible_fraction(u: float) -> float:
-    """Fraction of a disk's area beyond a chord at u radii from its middle [1]: (acos u − u √(1 − u²)) / π.
+    """Fraction of a disk's area beyond a chord.
 
-    1 at u = −1 and beyond, 0 at u = 1 and beyond.  Vectorised.
+    Parameters
+    ----------
+    u : float or ndarray
+        Distance of the chord from the center over the radius; negative on the other side [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``(acos u - u sqrt(1 - u²)) / pi`` [1]: 1 for u <= -1, 0 for u >= 1.
+
+    Examples
+    --------
+    >>> from transport.theory.penumbra import visible_fraction
+    >>> print(f"{visible_fraction(0.5):.4g}")
+    0.1955
     """
     u = np.clip(u, -1.0, 1.0)
     return (np.arccos(u) - u * np.sqrt((1 - u) * (1 + u))) / np.pi
 
 
 def half_width(radius: float, gap: float, distance: float) -> float:
-    """Half the penumbra's width [m]: R (1 − s) / s, s = gap / distance."""
+    """Half width of the penumbra.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the disk [m].
+    gap : float
+        Distance of the edge's plane from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    float
+        ``R (1 - s) / s`` with s = gap / distance [m].
+
+    Examples
+    --------
+    >>> from transport.theory.penumbra import half_width
+    >>> print(f"{half_width(0.1, 1.0, 3.0):.4g}")
+    0.2
+    """
     return radius * (distance - gap) / gap
 
 
@@ -42,11 +79,38 @@ def geometry_means(
     distance: float,
     power: int = 1,
 ) -> np.ndarray:
-    """Means of ∫ G^power dX dY over bins across the edge, (bins,) [sr for power 1, sr^2 m^-2 for power 2].
+    """Means of ``∫ G^power dX dY`` over bins across the edge.
 
-    x_edges, y_range: of the bins in the receiver's plane [m].  Times L it is the mean irradiance; the square is what
-    the spread of an aimed source's weights needs.  Bins may be cut by the penumbra's ends, where the nodes take the
-    3/2 power; Gauss-Legendre over all four coordinates.
+    Parameters
+    ----------
+    x_edges : array_like
+        Edges of the bins across the edge, increasing, shape (bins + 1,) [m].
+    y_range : tuple of 2 float
+        Range of y in the receiver's plane [m].
+    radius : float
+        Radius R of the disk [m].
+    gap : float
+        Distance of the edge's plane from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+    power : int, default 1
+        1 for the irradiance, 2 for the variance of an aimed source's weights.
+
+    Returns
+    -------
+    ndarray
+        Means, shape (bins,) [sr for power 1, sr^2 m^-2 for power 2]. Times L the mean irradiance.
+
+    Notes
+    -----
+    Gauss-Legendre over all four coordinates. The penumbra's ends may lie inside bins; the nodes
+    integrate the 3/2 power there.
+
+    Examples
+    --------
+    >>> from transport.theory.penumbra import geometry_means
+    >>> print(geometry_means([-1.0, 0.0, 1.0], (-0.1, 0.1), 0.5, 1.0, 3.0).round(4))
+    [0.0167 0.0627]
     """
     x_edges, reach = np.asarray(x_edges, dtype=float), half_width(radius, gap, distance)
     means = []
@@ -61,7 +125,32 @@ def geometry_means(
 
 
 def geometry_at(x: float, y_range: tuple[float, float], radius: float, gap: float, distance: float) -> float:
-    """The same for power 1 on the line x, the mean over y_range [sr]: what narrowing bins tend to."""
+    """Mean of ``∫ G dX dY`` over a range of y on the line x: the limit of narrow bins.
+
+    Parameters
+    ----------
+    x : float
+        Position across the edge [m].
+    y_range : tuple of 2 float
+        Range of y in the receiver's plane [m].
+    radius : float
+        Radius R of the disk [m].
+    gap : float
+        Distance of the edge's plane from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    float
+        Mean [sr].
+
+    Examples
+    --------
+    >>> from transport.theory.penumbra import geometry_at
+    >>> print(f"{geometry_at(0.0, (-0.1, 0.1), 0.5, 1.0, 3.0):.4g}")
+    0.04242
+    """
     y, weight = _nodes(*y_range, ALONG)
     values = _over_disk(np.full(1, x), y, radius, gap, distance, 1)
     return float(values[0] @ weight / (y_range[1] - y_range[0]))
@@ -77,10 +166,44 @@ def penumbra_moments(
     gap: float,
     distance: float,
 ) -> Moments:
-    """Means of the irradiance over strips from x = low to high [W m^-2], counted by rays aimed at the meter.
+    """Moments of the mean irradiance over strips, counted by rays aimed at the detector.
 
-    meter_area: of all that the rays are aimed at [m^2], flat in the receiver's plane: both ends of a ray are uniform
-    over the disk and the meter, and its weight is in proportion to G.
+    Parameters
+    ----------
+    low : ndarray
+        Lower x of each strip, shape (n,) [m].
+    high : ndarray
+        Upper x of each strip, shape (n,) [m].
+    meter_area : float
+        Area of the detector at which all rays are aimed, flat in the receiver's plane [m^2].
+    radiance : float
+        Radiance L of the disk [W m^-2 sr^-1].
+    y_range : tuple of 2 float
+        Range of y in the receiver's plane [m].
+    radius : float
+        Radius R of the disk [m].
+    gap : float
+        Distance of the edge's plane from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    Moments
+        Means [W m^-2] and the terms of their variances, shape (n,).
+
+    Notes
+    -----
+    Both ends of a ray are uniform, over the disk and over the detector, and its weight is proportional
+    to G.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.penumbra import penumbra_moments
+    >>> at = ((-0.1, 0.1), 0.5, 1.0, 3.0)
+    >>> print(penumbra_moments(np.array([0.0]), np.array([0.1]), 1.0, 1.0, *at).mean.round(4))
+    [0.0453]
     """
     geometry = y_range, radius, gap, distance
     mean, square = (
@@ -92,7 +215,10 @@ def penumbra_moments(
 
 
 def _over_piece(low, high, y_range, radius, gap, distance, power):
-    """Integral over low < x < high of the mean over y; x = low + (high − low) sin², for half-odd powers at its ends."""
+    """Integral over low < x < high of the mean over y.
+
+    Substitutes x = low + (high − low) sin², for half-odd powers at the ends.
+    """
     t, weight = _nodes(0.0, np.pi / 2, ALONG)
     x, weight = low + (high - low) * np.sin(t) ** 2, weight * (high - low) * np.sin(2 * t)
     y, weight_y = _nodes(*y_range, ALONG)
@@ -102,7 +228,7 @@ def _over_piece(low, high, y_range, radius, gap, distance, power):
 def _over_disk(x, y, radius, gap, distance, power):
     """∫ G^power over the visible part of the disk, shape (x, y).
 
-    X = R sin a, Y = R cos a sin b: smooth up to the rim.
+    With X = R sin a, Y = R cos a sin b, it is smooth up to the rim.
     """
     share = gap / distance
     first = np.arcsin(np.clip(-x * share / (1 - share) / radius, -1.0, 1.0))

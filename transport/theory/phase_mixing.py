@@ -1,16 +1,18 @@
-"""Phase mixing: particles of one dimension fly to and fro between mirrors at x = 0 and x = length, and forget.
+"""Phase mixing: particles in one dimension between mirrors at x = 0 and x = length become uniform.
 
-A mirror takes x to -x and v to -v.  Unfolded, a particle flies straight on through images of the box, so that the
-density in the box is the sum over images at 2 m length + x and 2 m length - x of that of free flight (method of images;
-Carslaw and Jaeger 1959, ch. 10, for heat).  By Poisson's summation it is a Fourier series as well,
+A mirror maps x to -x and v to -v. Unfolded, a particle flies straight on through images of the box, so
+that the density in the box is the sum over images at 2 m length + x and 2 m length - x of that of free
+flight (method of images; Carslaw and Jaeger 1959, ch. 10, for heat). By Poisson's summation it is also
+a Fourier series,
 
     n(x, t) = 1/length + (2/length) sum over m of  a_m chi(k_m t) cos(k_m x),   k_m = m pi / length,
 
-a_m the mean of cos(k_m x) at the start and chi the characteristic function of the velocities (theta series where they
-are normal).  Where it decays the density becomes uniform, although nothing is forgotten in phase space: n(x, v, t) only
-winds into ever thinner filaments (Binney and Tremaine 2008, 4.10).
+a_m the mean of cos(k_m x) at the start and chi the characteristic function of the velocities (theta
+series for normal velocities). Where it decays the density becomes uniform, although no information is
+lost in phase space: n(x, v, t) winds into ever thinner filaments (Binney and Tremaine 2008, 4.10).
 
-The start is at a place, or uniform over an interval; the velocities are independent of it: `Normal` or `Uniform`.
+Particles start at one position or uniformly over an interval. Velocities are independent of it:
+`Normal` or `Uniform`.
 """
 
 from __future__ import annotations
@@ -23,49 +25,138 @@ import numpy as np
 
 from transport.theory.free_flight import normal_shares
 
-Start = float | tuple[float, float]  # a place, or the interval (low, high) [m]
+Start = float | tuple[float, float]  # position, or interval (low, high) [m]
 
 
 @dataclass(frozen=True)
 class Normal:
-    """Velocities N(0, sigma) [m/s]: one component of a Maxwellian."""
+    """Velocities N(0, sigma): one component of a Maxwellian.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation [m/s].
+    """
 
     sigma: float
 
     @property
     def reach(self) -> float:
-        """The largest speed that matters [m/s]: 1 in 1e18 is faster."""
+        """Largest relevant speed [m/s]: 1 particle in 1e18 is faster."""
         return 9 * self.sigma
 
     def share(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Share of the velocities between low and high >= low [m/s]."""
+        """Return the share of the velocities between two limits.
+
+        Parameters
+        ----------
+        low : ndarray
+            Lower velocities [m/s].
+        high : ndarray
+            Upper velocities, at least `low` [m/s].
+
+        Returns
+        -------
+        ndarray
+            Shares [1].
+        """
         return normal_shares(np.asarray(low) / self.sigma, np.asarray(high) / self.sigma)
 
     def part(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Integral of v over the velocities between low and high [m/s]; their share times their mean."""
+        """Return the integral of v over the velocities between two limits: their share times their mean.
+
+        Parameters
+        ----------
+        low : ndarray
+            Lower velocities [m/s].
+        high : ndarray
+            Upper velocities, at least `low` [m/s].
+
+        Returns
+        -------
+        ndarray
+            Integrals [m/s].
+        """
         bells = [np.exp(-((np.asarray(v) / self.sigma) ** 2) / 2) for v in (low, high)]
         return self.sigma * (bells[0] - bells[1]) / math.sqrt(2 * math.pi)
 
     def characteristic(self, k: np.ndarray) -> np.ndarray:
-        """Mean of cos(k v);  k [s/m]."""
+        """Return the characteristic function, the mean of cos(k v).
+
+        Parameters
+        ----------
+        k : ndarray
+            Wave numbers times time [s/m].
+
+        Returns
+        -------
+        ndarray
+            Means [1].
+        """
         return np.exp(-((k * self.sigma) ** 2) / 2)
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """Velocities uniform between -reach and reach [m/s]: a water bag."""
+    """Velocities uniform between -reach and reach (water-bag distribution).
+
+    Parameters
+    ----------
+    reach : float
+        Largest speed [m/s].
+    """
 
     reach: float
 
     def share(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return the share of the velocities between two limits.
+
+        Parameters
+        ----------
+        low : ndarray
+            Lower velocities [m/s].
+        high : ndarray
+            Upper velocities, at least `low` [m/s].
+
+        Returns
+        -------
+        ndarray
+            Shares [1].
+        """
         low, high = np.clip(low, -self.reach, self.reach), np.clip(high, -self.reach, self.reach)
         return (high - low) / (2 * self.reach)
 
     def part(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return the integral of v over the velocities between two limits: their share times their mean.
+
+        Parameters
+        ----------
+        low : ndarray
+            Lower velocities [m/s].
+        high : ndarray
+            Upper velocities, at least `low` [m/s].
+
+        Returns
+        -------
+        ndarray
+            Integrals [m/s].
+        """
         low, high = np.clip(low, -self.reach, self.reach), np.clip(high, -self.reach, self.reach)
         return (high - low) * (high + low) / (4 * self.reach)
 
     def characteristic(self, k: np.ndarray) -> np.ndarray:
+        """Return the characteristic function, the mean of cos(k v).
+
+        Parameters
+        ----------
+        k : ndarray
+            Wave numbers times time [s/m].
+
+        Returns
+        -------
+        ndarray
+            Means [1].
+        """
         return np.sinc(k * self.reach / math.pi)
 
 
@@ -73,7 +164,32 @@ Law = Normal | Uniform
 
 
 def image_density(x: np.ndarray, time: float, start: float, sigma: float, length: float = 1.0) -> np.ndarray:
-    """Density at x of normal velocities from one place, as a sum over images [m^-1]; time > 0.  Vectorised over x."""
+    """Density of particles with normal velocities from one position, as a sum over images.
+
+    Parameters
+    ----------
+    x : ndarray
+        Positions, in [0, length] [m].
+    time : float
+        Time t, above 0 [s].
+    start : float
+        Starting position [m].
+    sigma : float
+        Standard deviation of the velocities [m/s].
+    length : float, default 1.0
+        Length of the box [m].
+
+    Returns
+    -------
+    ndarray
+        Density, shape of `x` [m^-1].
+
+    Examples
+    --------
+    >>> from transport.theory.phase_mixing import image_density
+    >>> print(f"{image_density(0.5, 1.0, 0.25, 1.0):.4g}")
+    1
+    """
     s = sigma * time
     total = np.zeros(np.shape(x))
     for middle in _image_middles(Normal(sigma).reach * time, length):
@@ -85,10 +201,39 @@ def image_density(x: np.ndarray, time: float, start: float, sigma: float, length
 def series_density(
     x: np.ndarray, time: float, start: Start, law: Law, length: float = 1.0, terms: int = 1000
 ) -> np.ndarray:
-    """Density at x as a Fourier series [m^-1]: the same as by images, summed the other way.  Vectorised over x.
+    """Density as a Fourier series.
 
-    Converges like exp(-(m pi sigma t / length)^2 / 2) where velocities are normal, and only like 1/m, or 1/m^2 from an
-    interval, where they are uniform.  Few terms do late, few images early.
+    Parameters
+    ----------
+    x : ndarray
+        Positions, in [0, length] [m].
+    time : float
+        Time t [s].
+    start : float or tuple of 2 float
+        Starting position, or interval (low, high) [m].
+    law : Normal or Uniform
+        Distribution of the velocities.
+    length : float, default 1.0
+        Length of the box [m].
+    terms : int, default 1000
+        Number of terms.
+
+    Returns
+    -------
+    ndarray
+        Density, shape of `x` [m^-1].
+
+    Notes
+    -----
+    Converges as ``exp(-(m pi sigma t / length)^2 / 2)`` for normal velocities, and as 1/m for uniform
+    ones, 1/m^2 from an interval. The series needs few terms at late times, the images are few at early
+    times.
+
+    Examples
+    --------
+    >>> from transport.theory.phase_mixing import Normal, series_density
+    >>> print(f"{series_density(0.5, 1.0, 0.25, Normal(1.0)):.4g}")
+    1
     """
     k = np.arange(1, terms + 1) * (math.pi / length)
     amplitudes = _mean_cosine(k, start) * law.characteristic(k * time)
@@ -96,7 +241,32 @@ def series_density(
 
 
 def mode(number: int, time: float, start: Start, law: Law, length: float = 1.0) -> float:
-    """Mean of cos(number pi x / length) over the particles: how far they are from uniform in this wave [1]."""
+    """Mean of cos(number pi x / length) over the particles: amplitude of this wave, 0 for uniform density.
+
+    Parameters
+    ----------
+    number : int
+        Number of half waves in the box.
+    time : float
+        Time t [s].
+    start : float or tuple of 2 float
+        Starting position, or interval (low, high) [m].
+    law : Normal or Uniform
+        Distribution of the velocities.
+    length : float, default 1.0
+        Length of the box [m].
+
+    Returns
+    -------
+    float
+        Mean [1].
+
+    Examples
+    --------
+    >>> from transport.theory.phase_mixing import Normal, mode
+    >>> print(f"{mode(1, 0.5, 0.25, Normal(1.0)):.4g}")
+    0.2059
+    """
     k = np.array([number * math.pi / length])
     return float((_mean_cosine(k, start) * law.characteristic(k * time))[0])
 
@@ -109,11 +279,39 @@ def bin_shares(
     length: float = 1.0,
     v_edges: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Share of the particles in each of X bins of position, (X,), or with v_edges of position and velocity, (X, V).
+    """Share of the particles in each bin of position, or in each cell of position and velocity.
 
-    edges: increasing [m], within the box;  v_edges: increasing [m/s].  Sums over images, each in closed form: share of
-    the velocities that lead from the start into a bin; over an interval of starts, of the overlap of the moved interval
-    with the bin, which is piecewise linear in v.  A cell that nothing reaches holds exactly 0.
+    Parameters
+    ----------
+    edges : ndarray
+        Edges of the position bins, increasing within the box, shape (X + 1,) [m].
+    time : float
+        Time t [s].
+    start : float or tuple of 2 float
+        Starting position, or interval (low, high) [m].
+    law : Normal or Uniform
+        Distribution of the velocities.
+    length : float, default 1.0
+        Length of the box [m].
+    v_edges : ndarray or None, default None
+        Edges of the velocity bins, increasing, shape (V + 1,) [m/s]; None: all velocities.
+
+    Returns
+    -------
+    ndarray
+        Shares, shape (X,), or (X, V) with `v_edges` [1].
+
+    Notes
+    -----
+    Sums over images in closed form: the share of the velocities that lead from the start into a bin.
+    For an interval of starts, the overlap of the moved interval with the bin, which is piecewise linear
+    in v. A cell that no particle reaches holds exactly 0.
+
+    Examples
+    --------
+    >>> from transport.theory.phase_mixing import Normal, bin_shares
+    >>> print(bin_shares([0.0, 0.5, 1.0], 1.0, 0.25, Normal(1.0)).round(4))
+    [0.5032 0.4968]
     """
     edges = np.asarray(edges, dtype=float)
     velocities = np.array([-np.inf, np.inf]) if v_edges is None else np.asarray(v_edges, dtype=float)
@@ -127,13 +325,13 @@ def bin_shares(
 
 
 def _image_middles(reach: float, length: float) -> Iterator[float]:
-    """Places of the images of x = 0 [m] from which a particle that flies no further than `reach` can have come."""
+    """Positions of the images of x = 0 from which a flight of at most `reach` can come [m]."""
     count = math.ceil(reach / (2 * length)) + 1
     return (2 * length * m for m in range(-count, count + 1))
 
 
 def _mean_cosine(k: np.ndarray, start: Start) -> np.ndarray:
-    """Mean of cos(k x) over the start."""
+    """Mean of cos(k x) over the starting positions."""
     if isinstance(start, tuple):
         low, high = start
         return np.cos(k * (low + high) / 2) * np.sinc(k * (high - low) / (2 * math.pi))
@@ -141,7 +339,7 @@ def _mean_cosine(k: np.ndarray, start: Start) -> np.ndarray:
 
 
 def _straight(low, high, slow, fast, time: float, start: Start, law: Law) -> np.ndarray:
-    """Share of free particles between the places low and high whose velocities lie between slow and fast, (X, V)."""
+    """Share of free particles between low and high with velocities between slow and fast, (X, V)."""
     first, last = start if isinstance(start, tuple) else (start, start)
     if time == 0:
         shares = _overlap(low, high, first, last) * law.share(slow, fast)
@@ -161,7 +359,7 @@ def _straight(low, high, slow, fast, time: float, start: Start, law: Law) -> np.
 
 
 def _overlap(low, high, first: float, last: float) -> np.ndarray:
-    """Share of the start that lies between low and high; a place belongs to the bin that begins there."""
+    """Share of the starting positions between low and high; one on an edge belongs to the bin above."""
     if first == last:
         return ((low <= first) & (first < high)).astype(float)
     return np.maximum(np.minimum(high, last) - np.maximum(low, first), 0.0) / (last - first)

@@ -1,15 +1,16 @@
-"""An isotropic point source in an infinite medium: fluence rate, net flux and shell means, exact.
+"""An isotropic point source in an infinite medium: exact fluence rate, net flux and shell means.
 
-The medium scatters isotropically; c is its albedo.  In mean free paths, per power emitted, the transform of the
-fluence rate is A/(1 - c A) with A(k) = atan(k)/k.  Its pole at k = i kappa and its cut from i on give
+The medium scatters isotropically; c is its albedo. In mean free paths, per emitted power, the transform
+of the fluence rate is A/(1 - c A) with A(k) = atan(k)/k. Its pole at k = i kappa and its cut from i
+upwards give
 
     phi(r) = [B exp(-kappa r) + ∫ g(s) exp(-s r) ds, s from 1 on] / (4 pi r),
 
 with c atanh(kappa)/kappa = 1, B = 2 kappa^2 (1 - kappa^2) / (c (kappa^2 - 1 + c)), and 1/g = (1 - (c/s)
-atanh(1/s))^2 + (pi c/(2 s))^2 (Case, de Hoffmann, Placzek 1953, 21; Case, Zweifel 1967, 4).  g = 1 gives the
-uncollided exp(-r)/(4 pi r^2); the collided part is taken with g - 1, so that nothing cancels near the source.
-With s = coth t the integrand is smooth, its resonance at t = 1/c included; panels even in log t make it good to
-1e-12 at all r and c.
+atanh(1/s))^2 + (pi c/(2 s))^2 (Case, de Hoffmann, Placzek 1953, 21; Case, Zweifel 1967, 4). g = 1 gives
+the uncollided exp(-r)/(4 pi r^2); the collided part is computed with g - 1, so that nothing cancels
+near the source. With s = coth t the integrand is smooth, including its resonance at t = 1/c; panels
+uniform in log t make it good to 1e-12 at all r and c.
 """
 
 from __future__ import annotations
@@ -22,16 +23,40 @@ import numpy as np
 from transport.theory.nodes import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(24)
-_LARGEST = 20.0  # of t: beyond, s = 1 to 1e-17
-_UNDERFLOW = 745.0  # of s r, beyond which exp(-s r) is 0
+_LARGEST = 20.0  # largest t: beyond it s = 1 to 1e-17
+_UNDERFLOW = 745.0  # s r beyond which exp(-s r) is 0
 
 
 @lru_cache(maxsize=64)
 def relaxation(albedo: float) -> tuple[float, float]:
-    """kappa, one over the diffusion length, in mean free paths, and B above [1]; 0 and 3 for the albedo 1.
+    """Relaxation constant kappa and amplitude B of the asymptotic part.
 
-    z coth z - 1 = (1 - c)/c with z = atanh kappa, convex, by Newton's rule from the right.  Raises ValueError
-    for an albedo not in (0, 1].
+    Parameters
+    ----------
+    albedo : float
+        Single-scattering albedo c, in (0, 1] [1].
+
+    Returns
+    -------
+    tuple of 2 float
+        kappa, the reciprocal of the diffusion length [per mean free path], and B [1]; 0 and 3 for the
+        albedo 1.
+
+    Raises
+    ------
+    ValueError
+        If the albedo is not in (0, 1].
+
+    Notes
+    -----
+    Solves ``z coth z - 1 = (1 - c)/c`` with z = atanh kappa, which is convex, by Newton's method from
+    the right.
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import relaxation
+    >>> print(f"{relaxation(0.9)[0]:.4g}")
+    0.5254
     """
     if not 0 < albedo <= 1:
         raise ValueError(f"relaxation: albedo must be above 0 and at most 1, got {albedo}")
@@ -46,13 +71,13 @@ def relaxation(albedo: float) -> tuple[float, float]:
         if abs(step) <= 4e-16 * z:
             break
     kappa = math.tanh(z)
-    if z > 20:  # sech^2 z, below 1e-17 of everything else
+    if z > 20:  # sech^2 z is below 1e-17 of the other terms
         return kappa, 8 * math.exp(-2 * z) / albedo**2
     return kappa, 2 * (kappa / math.cosh(z)) ** 2 / (albedo * (kappa**2 - lost))
 
 
 def _coth_curve(z: float) -> tuple[float, float]:
-    """z coth z - 1 and its slope; by the continued fraction z^2/(3 + z^2/(5 + ...)) where they would cancel."""
+    """z coth z - 1 and its slope, by the continued fraction z^2/(3 + z^2/(5 + ...)) for small z."""
     if z > 1:
         coth = 1 / math.tanh(z)
         return z * coth - 1, coth - z * (coth - 1) * (coth + 1)
@@ -64,25 +89,86 @@ def _coth_curve(z: float) -> tuple[float, float]:
 
 
 def uncollided(distance: float) -> float:
-    """Fluence rate of light that has not collided, per power [in mean free paths^-2]: exp(-r)/(4 pi r^2).
-    Vectorised."""
+    """Fluence rate of uncollided light, per power.
+
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance from the source [mean free paths].
+
+    Returns
+    -------
+    float or ndarray
+        ``exp(-r)/(4 pi r^2)`` [mean free paths^-2].
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import uncollided
+    >>> print(f"{uncollided(1.0):.4g}")
+    0.02927
+    """
     r = np.asarray(distance, dtype=float)
     return (np.exp(-r) / (4 * math.pi * r * r))[()]
 
 
 def asymptotic(distance: float, albedo: float) -> float:
-    """The part far from source, B exp(-kappa r)/(4 pi r), per power [in mean free paths^-2].  Vectorised over
-    distance."""
+    """Asymptotic part of the fluence rate far from the source, per power.
+
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance from the source [mean free paths].
+    albedo : float
+        Single-scattering albedo c, in (0, 1] [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``B exp(-kappa r)/(4 pi r)`` [mean free paths^-2].
+
+    Raises
+    ------
+    ValueError
+        If the albedo is not in (0, 1].
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import asymptotic
+    >>> print(f"{asymptotic(1.0, 0.9):.4g}")
+    0.1187
+    """
     kappa, factor = relaxation(float(albedo))
     r = np.asarray(distance, dtype=float)
     return (factor * np.exp(-kappa * r) / (4 * math.pi * r))[()]
 
 
 def diffusion(distance: float, albedo: float, g: float = 0.0) -> float:
-    """Diffusion's fluence rate, per power [in mean free paths^-2]: exp(-r/l)/(4 pi D r), D = 1/(3 (1 - g c)).
-    Vectorised.
+    """Fluence rate by diffusion theory, per power.
 
-    1/l^2 = (1 - c)/D.  What transport tends to for albedos near 1, far from the source (Ishimaru 1978, 9-3).
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance from the source [mean free paths].
+    albedo : float
+        Single-scattering albedo c, from 0 to 1 [1].
+    g : float, default 0.0
+        Mean scattering cosine [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``exp(-r/l)/(4 pi D r)`` with ``D = 1/(3 (1 - g c))`` and ``1/l^2 = (1 - c)/D`` [mean free
+        paths^-2].
+
+    Notes
+    -----
+    The limit of transport theory for albedos near 1, far from the source (Ishimaru 1978, 9-3).
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import diffusion
+    >>> print(f"{diffusion(1.0, 0.9):.4g}")
+    0.1381
     """
     r, coefficient = np.asarray(distance, dtype=float), 1 / (3 * (1 - g * albedo))
     falls = math.sqrt((1 - albedo) / coefficient)
@@ -90,16 +176,53 @@ def diffusion(distance: float, albedo: float, g: float = 0.0) -> float:
 
 
 def fluence_rate(distance: float, extinction: float = 1.0, albedo: float = 0.0) -> float:
-    """Fluence rate at a distance [m] from an isotropic point source, per power [m^-2].
+    """Fluence rate at a distance from an isotropic point source, per power.
 
-    extinction [m^-1]; albedo from 0 to 1.  Vectorised over distance.  Good to 1e-12.
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance from the source [m].
+    extinction : float, default 1.0
+        Extinction coefficient [m^-1].
+    albedo : float, default 0.0
+        Single-scattering albedo c, from 0 to 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        Fluence rate per power [m^-2], good to 1e-12.
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import fluence_rate
+    >>> print(f"{fluence_rate(1.0, 1.0, 0.9):.4g}")
+    0.1433
     """
     r = extinction * np.asarray(distance, dtype=float)
     return (extinction**2 * (uncollided(r) + collided(r, albedo)))[()]
 
 
 def collided(distance: float, albedo: float) -> float:
-    """Fluence rate of light that has collided, per power [in mean free paths^-2].  Vectorised over distance."""
+    """Fluence rate of light that has collided, per power.
+
+    Parameters
+    ----------
+    distance : float or ndarray
+        Distance from the source [mean free paths].
+    albedo : float
+        Single-scattering albedo c, from 0 to 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        Fluence rate [mean free paths^-2].
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import collided
+    >>> print(f"{collided(1.0, 0.9):.4g}")
+    0.114
+    """
     r = np.asarray(distance, dtype=float)
     if albedo == 0:
         return np.zeros_like(r)[()]
@@ -108,10 +231,32 @@ def collided(distance: float, albedo: float) -> float:
 
 
 def shell_means(edges: np.ndarray, extinction: float = 1.0, albedo: float = 0.0) -> np.ndarray:
-    """Mean fluence rate in shells round an isotropic point source, per power [m^-2], (n,).
+    """Mean fluence rate in spherical shells about an isotropic point source, per power.
 
-    edges: (n + 1,) increasing radii [m], from 0 on.  Each term of the fluence rate is integrated in closed
-    form, r exp(-s r), so that the pole at the source costs nothing.
+    Parameters
+    ----------
+    edges : ndarray
+        Radii between the shells, increasing from 0 on, shape (n + 1,) [m].
+    extinction : float, default 1.0
+        Extinction coefficient [m^-1].
+    albedo : float, default 0.0
+        Single-scattering albedo c, from 0 to 1 [1].
+
+    Returns
+    -------
+    ndarray
+        Mean fluence rates per power, shape (n,) [m^-2].
+
+    Notes
+    -----
+    Each term of the fluence rate is integrated in closed form, ``r exp(-s r)``, so that the pole at the
+    source causes no error.
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import shell_means
+    >>> print(shell_means([0.0, 1.0, 2.0], 1.0, 0.9).round(4))
+    [0.3527 0.064 ]
     """
     edges = np.asarray(edges, dtype=float) * extinction
     volumes = 4 * math.pi / 3 * np.diff(edges) * (edges[1:] ** 2 + edges[1:] * edges[:-1] + edges[:-1] ** 2)
@@ -119,16 +264,57 @@ def shell_means(edges: np.ndarray, extinction: float = 1.0, albedo: float = 0.0)
 
 
 def absorbed_within(radius: float, extinction: float = 1.0, albedo: float = 0.0) -> float:
-    """Share of the power that is absorbed within a distance [m] of the source [1]: (1 - c) times the collisions
-    there."""
+    """Share of the power that is absorbed within a distance of the source.
+
+    Parameters
+    ----------
+    radius : float
+        Distance [m].
+    extinction : float, default 1.0
+        Extinction coefficient [m^-1].
+    albedo : float, default 0.0
+        Single-scattering albedo c, from 0 to 1 [1].
+
+    Returns
+    -------
+    float
+        (1 - c) times the number of collisions per particle there [1].
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import absorbed_within
+    >>> print(f"{absorbed_within(1.0, 1.0, 0.9):.4g}")
+    0.1477
+    """
     return float((1 - albedo) * _shell_integrals(np.array([0.0, extinction * radius]), albedo)[0])
 
 
 def net_flux(radius: float, extinction: float = 1.0, albedo: float = 0.0) -> float:
-    """Share of the power that crosses a sphere round the source for good [1], out less in: what is not absorbed
-    within.
+    """Net share of the power that crosses a sphere about the source, outward minus inward.
 
-    It is summed over what is absorbed beyond, so that far out it keeps its digits; with the albedo 1 it is 1.
+    Parameters
+    ----------
+    radius : float
+        Radius of the sphere [m].
+    extinction : float, default 1.0
+        Extinction coefficient [m^-1].
+    albedo : float, default 0.0
+        Single-scattering albedo c, from 0 to 1 [1].
+
+    Returns
+    -------
+    float
+        Share that is not absorbed inside [1]; 1 for the albedo 1.
+
+    Notes
+    -----
+    Computed as the sum of the absorption outside, so that it keeps its relative accuracy far away.
+
+    Examples
+    --------
+    >>> from transport.theory.point_source import net_flux
+    >>> print(f"{net_flux(1.0, 1.0, 0.9):.4g}")
+    0.8523
     """
     if albedo == 1:
         return 1.0
@@ -164,7 +350,7 @@ def _ring(s: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _sum_over(nearest: float, albedo: float, term) -> float:
-    """∫ (g(s) - 1) term(s) ds from 1 on, where term(s) falls at least like exp(-s nearest)."""
+    """∫ (g(s) - 1) term(s) ds from 1 on, where term(s) falls at least as fast as exp(-s nearest)."""
     least = max(nearest / _UNDERFLOW, 1e-9)
     if least >= _LARGEST:
         return 0.0

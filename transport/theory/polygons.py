@@ -1,12 +1,13 @@
-"""Solid angles of triangles and polygons, seen from any point; the dodecahedron, whose face is nearly a steradian.
+"""Solid angles of triangles and polygons from any point; the dodecahedron, whose face is close to 1 sr.
 
-A triangle with the vertices a, b, c fills, seen from the origin (Van Oosterom and Strackee 1983, eq. 8),
+A triangle with the vertices a, b, c subtends at the origin (Van Oosterom and Strackee 1983, eq. 8)
 
     tan(Omega / 2) = a.(b x c) / (|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|)
 
-Above it all terms cancel for a sliver or a distant triangle, below it for a point close to an edge.  Here products
-are formed in exact fractions, and below, where two terms have opposite signs, x + y = (x^2 - y^2) / (x - y) with an
-exact difference; so the result has rounding error only, unless the triangle's lengths differ by more than 1e50.
+The numerator cancels for a sliver or a distant triangle, the denominator for a point close to an edge.
+Products are therefore formed in exact fractions, and in the denominator, where two terms have opposite
+signs, x + y = (x^2 - y^2) / (x - y) with an exact difference. The result has rounding error only,
+unless the triangle's lengths differ by more than 1e50.
 """
 
 from __future__ import annotations
@@ -24,28 +25,90 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def triangle_solid_angle(vertices: Sequence[Point], position: Point = ORIGIN) -> float:
-    """Solid angle of a triangle seen from a position [sr]; 2 pi from within it, nan from its edge.
+    """Solid angle of a triangle.
 
-    vertices: three points.  Source: Van Oosterom and Strackee 1983, eq. 8, as above.
+    Parameters
+    ----------
+    vertices : sequence of 3 points
+        Vertices [m].
+    position : Point, default ORIGIN
+        Point of observation [m].
+
+    Returns
+    -------
+    float
+        Solid angle [sr]; 2 pi from inside the triangle, nan from its edge.
+
+    Notes
+    -----
+    Source: Van Oosterom and Strackee 1983, eq. 8, as in the module's docstring.
+
+    Examples
+    --------
+    >>> from transport.theory.polygons import triangle_solid_angle
+    >>> print(f"{triangle_solid_angle([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]):.4g}")
+    1.571
     """
     return abs(_signed(_seen_from(position, vertices)))
 
 
 def polygon_solid_angle(vertices: Sequence[Point], position: Point = ORIGIN) -> float:
-    """Solid angle of a flat polygon seen from a position [sr]; 2 pi from within it, nan from its edge.
+    """Solid angle of a flat polygon, convex or not.
 
-    vertices: three points or more, in order.  The triangles of the fan about the first add up with their signs, so
-    that the polygon need not be convex.
+    Parameters
+    ----------
+    vertices : sequence of points
+        Three vertices or more, in order [m].
+    position : Point, default ORIGIN
+        Point of observation [m].
+
+    Returns
+    -------
+    float
+        Solid angle [sr]; 2 pi from inside the polygon, nan from its edge.
+
+    Notes
+    -----
+    The signed solid angles of the triangles of the fan about the first vertex add up.
+
+    Examples
+    --------
+    >>> from transport.theory.polygons import polygon_solid_angle
+    >>> square = [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (1.0, -1.0, 1.0)]
+    >>> print(f"{polygon_solid_angle(square):.4g}")
+    2.094
     """
     first, *others = _seen_from(position, vertices)
     return abs(math.fsum(_signed((first, *pair)) for pair in zip(others, others[1:], strict=False)))
 
 
 def regular_polygon_solid_angle(sides: int, radius: float, distance: float) -> float:
-    """Solid angle of a regular polygon seen from its axis [sr]: 2 pi - 2 n atan(tan(pi/n) d/h), h^2 = R^2 + d^2.
+    """Solid angle of a regular polygon from a point on its axis.
 
-    radius: R, to the vertices.  Written as 2 n atan((1 - k) t / (1 + k t^2)), t = tan(pi/n), k = d/h, with
-    1 - k = R^2 / (h (h + d)).  It is a sum of right-angled triangles (Van Oosterom and Strackee 1983).
+    Parameters
+    ----------
+    sides : int
+        Number n of sides.
+    radius : float
+        Distance R from the center to the vertices [m].
+    distance : float
+        Distance d from the polygon's plane [m].
+
+    Returns
+    -------
+    float
+        ``2 pi - 2 n atan(tan(pi/n) d/h)`` with ``h^2 = R^2 + d^2`` [sr].
+
+    Notes
+    -----
+    Computed as ``2 n atan((1 - k) t / (1 + k t^2))``, t = tan(pi/n), k = d/h, with ``1 - k = R^2 / (h
+    (h + d))``. A sum of right-angled triangles (Van Oosterom and Strackee 1983).
+
+    Examples
+    --------
+    >>> from transport.theory.polygons import regular_polygon_solid_angle
+    >>> print(f"{regular_polygon_solid_angle(6, 1.0, 1.0):.4g}")
+    1.632
     """
     slant, t = math.hypot(radius, distance), math.tan(math.pi / sides)
     k, short = distance / slant, radius / slant * (radius / (slant + distance))
@@ -53,10 +116,28 @@ def regular_polygon_solid_angle(sides: int, radius: float, distance: float) -> f
 
 
 def dodecahedron_faces(radius: float = 1.0) -> np.ndarray:
-    """The twelve faces of a dodecahedron round the origin as vertices [unit of radius], shape (12, 5, 3).
+    """Vertices of the twelve faces of a dodecahedron about the origin.
 
-    radius: to its vertices.  Each face counterclockwise seen from outside.  The vertices are those of a cube and of
-    three rectangles in the golden ratio (Coxeter 1973, Regular Polytopes, 3.7).
+    Parameters
+    ----------
+    radius : float, default 1.0
+        Distance of the vertices from the origin [m].
+
+    Returns
+    -------
+    ndarray
+        Vertices, shape (12, 5, 3), each face counterclockwise as seen from outside [m].
+
+    Notes
+    -----
+    The vertices are those of a cube and of three rectangles in the golden ratio (Coxeter 1973, Regular
+    Polytopes, 3.7).
+
+    Examples
+    --------
+    >>> from transport.theory.polygons import dodecahedron_faces
+    >>> dodecahedron_faces().shape
+    (12, 5, 3)
     """
     golden = (1 + math.sqrt(5)) / 2
     signs = [(p, q) for p in (1.0, -1.0) for q in (1.0, -1.0)]
@@ -68,7 +149,7 @@ def dodecahedron_faces(radius: float = 1.0) -> np.ndarray:
 
 
 def _face(corners: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """The five corners furthest along a normal, in their order round it."""
+    """The five vertices furthest along a normal, in their order around it."""
     five = corners[np.argsort(corners @ normal)[-5:]]
     across = five[0] - five.mean(axis=0)
     along = np.cross(normal / np.linalg.norm(normal), across)
@@ -76,7 +157,7 @@ def _face(corners: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _seen_from(position: Point, vertices: Sequence[Point]) -> list[list[Fraction]]:
-    """The vertices relative to the position, exactly, in units of their largest coordinate."""
+    """Vertices relative to the position, exactly, in units of their largest coordinate."""
     origin = [Fraction(float(p)) for p in position]
     offsets = [[Fraction(float(x)) - p for x, p in zip(vertex, origin, strict=True)] for vertex in vertices]
     largest = max(abs(x) for offset in offsets for x in offset) or Fraction(1)
@@ -84,7 +165,7 @@ def _seen_from(position: Point, vertices: Sequence[Point]) -> list[list[Fraction
 
 
 def _signed(triangle: Sequence[Sequence[Fraction]]) -> float:
-    """The solid angle, positive where the vertices run clockwise seen from the origin."""
+    """Solid angle, positive if the vertices run clockwise as seen from the origin."""
     a, b, c = _widest_first(triangle)
     length_a, length_b, length_c = (_root(_dot(v, v)) for v in (a, b, c))
     above = float(_dot(a, _cross(b, c)))
@@ -95,10 +176,11 @@ def _signed(triangle: Sequence[Sequence[Fraction]]) -> float:
 
 
 def _widest_first(triangle: Sequence[Sequence[Fraction]]) -> Sequence[Sequence[Fraction]]:
-    """The vertices turned so that the first two are those furthest apart in direction."""
+    """Vertices rotated so that the first two are those furthest apart in direction."""
     turned = [(*triangle[k:], *triangle[:k]) for k in range(3)]
 
     def cosine(turn: Sequence[Sequence[Fraction]]) -> float:
+        """Cosine between the first two vertices."""
         a, b, _ = turn
         lengths = _root(_dot(a, a)) * _root(_dot(b, b))
         return float(_dot(a, b)) / lengths if lengths else 1.0
@@ -107,7 +189,7 @@ def _widest_first(triangle: Sequence[Sequence[Fraction]]) -> Sequence[Sequence[F
 
 
 def _sum(first: float, second: float, p: Fraction, q: Fraction, squares: Fraction) -> float:
-    """p first + q second; squares: their squares' exact difference, for terms of opposite signs."""
+    """p first + q second; squares: the exact difference of their squares, for terms of opposite signs."""
     x, y = float(p) * first, float(q) * second
     return x + y if x * y >= 0 else float(squares) / (x - y)
 

@@ -1,4 +1,6 @@
-"""The oblique prism before a patch: who starts in it crosses the patch (Hanrahan 2001, Stanford CS 348B, lecture 4)."""
+"""The oblique prism in front of a patch, which holds the particles that will cross it (Hanrahan 2001,
+CS 348B, lecture 4).
+"""
 
 from __future__ import annotations
 
@@ -6,12 +8,38 @@ import numpy as np
 
 
 def in_oblique_prism(center, frame, sides, path, places) -> np.ndarray:
-    """Which places lie in the oblique prism on a rectangle, on either side of it: bool, (N,).
+    """Whether points lie in the oblique prism on a rectangle, on either side of it.
 
-    center: of the rectangle;  frame: its unit vectors e_u, e_v and n;  sides: its lengths along e_u and e_v;
-    path: v dt, the prism's edge, one for all or one a place, (N, 3);  places: (N, 3), all in one unit of length.
-    A place is x = p - s path with p on the rectangle and 0 < s <= 1: the particle is at p after s dt.  Along the
-    rectangle the prism has no volume, and nobody is in it.
+    Parameters
+    ----------
+    center : array_like
+        Center of the rectangle, shape (3,).
+    frame : array_like
+        Its unit vectors e_u, e_v and n, shape (3, 3).
+    sides : sequence of 2 float
+        Its side lengths along e_u and e_v.
+    path : array_like
+        v dt, the edge of the prism, shape (3,), or one per point, shape (N, 3).
+    places : array_like
+        Points, shape (N, 3). All lengths are in the same unit.
+
+    Returns
+    -------
+    ndarray
+        Booleans, shape (N,).
+
+    Notes
+    -----
+    A point is x = p - s path with p on the rectangle and 0 < s <= 1: the particle is at p after s dt.
+    If the path is parallel to the rectangle the prism has no volume and holds no point.
+
+    Examples
+    --------
+    >>> from transport.theory.prisms import in_oblique_prism
+    >>> frame = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    >>> points = [(0.0, 0.0, -0.5), (2.0, 0.0, -0.5)]
+    >>> in_oblique_prism((0.0, 0.0, 0.0), frame, (1.0, 1.0), (0.0, 0.0, 1.0), points).tolist()
+    [True, False]
     """
     e_u, e_v, normal = np.asarray(frame, dtype=float)
     offset, path = np.subtract(places, center), np.asarray(path, dtype=float)

@@ -1,13 +1,13 @@
-"""Random flights: how far a particle has come that scatters again and again and is not absorbed.
+"""Random flights: displacement of a particle that scatters repeatedly without absorption.
 
-Directions forget: the mean cosine between that now and that a time t ago is exp(-(1 - g) t), t in mean free
-times, so that the mean square displacement is 2 (nu t - 1 + exp(-nu t))/nu^2 mean free paths squared, nu = 1 -
-g (Taylor 1921; Fürth 1920): t^2 at first, straight flight, and 2 t/(1 - g) in the end, six times the diffusion
-constant.
+Directions decorrelate: the mean cosine between the directions at two times t apart is exp(-(1 - g) t),
+t in mean free times, so that the mean square displacement is 2 (nu t - 1 + exp(-nu t))/nu^2 mean free
+paths squared, nu = 1 - g (Taylor 1921; Fürth 1920): t^2 at first, for straight flight, and 2 t/(1 - g)
+at late times, six times the diffusion constant times t.
 
-A point burst seen along one coordinate is a plane burst: what has x in dx, whatever y and z, follows the plane
-pulse's density, known in closed form but for one integral (Ganapol 1986; benchmark AZURV1, Ganapol 2001).
-Isotropic scattering.
+A point burst projected on one coordinate is a plane burst: its density in x, whatever y and z, is that
+of the plane pulse, known in closed form up to one integral (Ganapol 1986; benchmark AZURV1, Ganapol
+2001). Isotropic scattering.
 """
 
 from __future__ import annotations
@@ -20,14 +20,33 @@ from transport.theory.nodes import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(128)
 _BIN_NODES, _BIN_WEIGHTS = legendre_nodes(24)
-_SERIES = 24  # terms; below 1, the last is 1e-24 of the first
+_SERIES = 24  # terms; for arguments below 1 the last is 1e-24 of the first
 
 
 def mean_square_displacement(time: float, g: float = 0.0) -> float:
-    """<r^2> after a time [mean free paths squared].  time: in mean free times; g: mean cosine, below 1.
-    Vectorised over time.
+    """Mean square displacement after a time.
 
-    2 (nu t - 1 + exp(-nu t)) / nu^2 with nu = 1 - g, by its series where nu t < 1.
+    Parameters
+    ----------
+    time : float or ndarray
+        Time t [mean free times].
+    g : float, default 0.0
+        Mean scattering cosine, below 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``2 (nu t - 1 + exp(-nu t)) / nu^2`` with nu = 1 - g [mean free paths squared].
+
+    Notes
+    -----
+    Source: Taylor 1921; Fürth 1920. A series where nu t < 1.
+
+    Examples
+    --------
+    >>> from transport.theory.random_flights import mean_square_displacement
+    >>> print(f"{mean_square_displacement(1.0, 0.5):.4g}")
+    0.8522
     """
     t, nu = np.asarray(time, dtype=float), 1 - g
     x = nu * t
@@ -40,32 +59,88 @@ def mean_square_displacement(time: float, g: float = 0.0) -> float:
 
 
 def mean_square_after(flights: int, g: float = 0.0) -> float:
-    """<r^2> after that many exponential flights [mean free paths squared]: 2 [n/(1-g) - g (1 - g^n)/(1-g)^2], 2
-    n for g = 0.
+    """Mean square displacement after a number of exponential flights.
 
-    As 2 Σ (n - k) g^k over k from 0 to n - 1 (Flory 1969, a chain of fixed angles, with <l^2> = 2).
+    Parameters
+    ----------
+    flights : int
+        Number n of flights.
+    g : float, default 0.0
+        Mean scattering cosine, below 1 [1].
+
+    Returns
+    -------
+    float
+        ``2 [n/(1-g) - g (1 - g^n)/(1-g)^2]`` [mean free paths squared]; 2 n for g = 0.
+
+    Notes
+    -----
+    Computed as ``2 Σ (n - k) g^k`` over k from 0 to n - 1 (Flory 1969, a chain of fixed angles, with
+    <l^2> = 2).
+
+    Examples
+    --------
+    >>> from transport.theory.random_flights import mean_square_after
+    >>> print(f"{mean_square_after(10, 0.5):.4g}")
+    36
     """
     k = np.arange(flights)
     return float(2 * ((flights - k) * np.power(float(g), k)).sum())
 
 
 def mean_advance(time: float, g: float = 0.0) -> float:
-    """Mean displacement along the first direction after a time [mean free paths]: (1 - exp(-(1 - g) t))/(1 -
-    g).
+    """Mean displacement along the initial direction after a time.
 
-    time: in mean free times; g below 1.  Vectorised over time.
+    Parameters
+    ----------
+    time : float or ndarray
+        Time t [mean free times].
+    g : float, default 0.0
+        Mean scattering cosine, below 1 [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``(1 - exp(-(1 - g) t))/(1 - g)`` [mean free paths].
+
+    Examples
+    --------
+    >>> from transport.theory.random_flights import mean_advance
+    >>> print(f"{mean_advance(1.0, 0.5):.4g}")
+    0.7869
     """
     t, nu = np.asarray(time, dtype=float), 1 - g
     return (-np.expm1(-nu * t) / nu)[()]
 
 
 def plane_pulse(x: float, time: float, albedo: float = 1.0) -> float:
-    """Density along x of particles born at x = 0 at the time 0 [per mean free path]; 0 for |x| > t.
+    """Density along x of particles born isotropically at x = 0 at the time 0.
 
-    x: [mean free paths]; time: in mean free times, above 0; isotropic birth and scattering.  Vectorised over x.
-    exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)] du, u from 0 to pi},
-    with w = x/t and y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2)) (Ganapol 2001).  The first term has not
-    collided.
+    Parameters
+    ----------
+    x : float or ndarray
+        Positions [mean free paths].
+    time : float
+        Time t, above 0 [mean free times].
+    albedo : float, default 1.0
+        Single-scattering albedo c; scattering is isotropic [1].
+
+    Returns
+    -------
+    float or ndarray
+        Density [per mean free path]; 0 for abs(x) > t.
+
+    Notes
+    -----
+    ``exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)] du}``, u from
+    0 to pi, with w = x/t and ``y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2))`` (Ganapol 2001). The
+    first term is the uncollided part.
+
+    Examples
+    --------
+    >>> from transport.theory.random_flights import plane_pulse
+    >>> print(f"{plane_pulse(0.5, 1.0):.4g}")
+    0.5329
     """
     w = np.abs(np.asarray(x, dtype=float) / time)
     inside = w < 1
@@ -80,9 +155,31 @@ def plane_pulse(x: float, time: float, albedo: float = 1.0) -> float:
 
 
 def plane_pulse_shares(edges: np.ndarray, time: float, albedo: float = 1.0) -> np.ndarray:
-    """Share of the particles in each bin of x, (n,).  edges: (n + 1,) increasing [mean free paths].
+    """Share of the particles of the plane pulse in each bin of x.
 
+    Parameters
+    ----------
+    edges : ndarray
+        Bin edges, increasing, shape (n + 1,) [mean free paths].
+    time : float
+        Time t, above 0 [mean free times].
+    albedo : float, default 1.0
+        Single-scattering albedo c [1].
+
+    Returns
+    -------
+    ndarray
+        Shares, shape (n,) [1].
+
+    Notes
+    -----
     Integrated over the angle asin(x/t), in which the density is smooth up to the front.
+
+    Examples
+    --------
+    >>> from transport.theory.random_flights import plane_pulse_shares
+    >>> print(plane_pulse_shares([-1.0, 0.0, 1.0], 1.0).round(4))
+    [0.5 0.5]
     """
     angles = np.arcsin(np.clip(np.asarray(edges, dtype=float) / time, -1, 1))
     half = np.diff(angles)[:, None] / 2

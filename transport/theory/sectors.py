@@ -1,8 +1,9 @@
-"""A diffuse disk seen from a point by sectors of azimuth: how its light is spread over directions.
+"""A diffuse disk seen from a point in sectors of azimuth: distribution of its light over directions.
 
-The disk, of radius R, is parallel to the receiver at the distance d, its middle at s > R from the receiver's axis and
-at the azimuth 0.  Within |φ| < asin(R/s) a half plane of azimuth φ cuts it from ρ₁ to ρ₂ = s cosφ ± √(R² − s² sin²φ), and
-∫ L cosθ dω = (L/2) ∫ (sin²θ₂ − sin²θ₁) dφ with sin²θ = ρ² / (ρ² + d²).
+The disk, of radius R, is parallel to the receiver at the distance d; its center is at the distance s >
+R from the receiver's axis and at the azimuth 0. For |φ| < asin(R/s) the half plane of azimuth φ cuts it
+from ρ₁ to ρ₂ = s cosφ ± √(R² − s² sin²φ), and ∫ L cosθ dω = (L/2) ∫ (sin²θ₂ − sin²θ₁) dφ with sin²θ =
+ρ² / (ρ² + d²).
 """
 
 from __future__ import annotations
@@ -21,24 +22,107 @@ NODES = 24
 def projected_solid_angle_in(
     phi_edges: np.ndarray, radius: float, offset: float, distance: float
 ) -> np.ndarray:
-    """Projected solid angle of the part of the disk in each bin of azimuth, (bins,) [sr].
+    """Projected solid angle of the part of the disk in each bin of azimuth.
 
-    phi_edges: from the middle of the disk [rad], within −π to π.  φ = asin(R/s sin ψ) is smooth up to the disk's rim;
-    Gauss-Legendre over ψ.
+    Parameters
+    ----------
+    phi_edges : ndarray
+        Edges of the bins of azimuth from the disk's center, within −π to π, shape (bins + 1,) [rad].
+    radius : float
+        Radius R of the disk [m].
+    offset : float
+        Distance s of the disk's center from the receiver's axis, above R [m].
+    distance : float
+        Distance d between the planes [m].
+
+    Returns
+    -------
+    ndarray
+        Projected solid angles, shape (bins,) [sr].
+
+    Raises
+    ------
+    ValueError
+        If the offset does not exceed the radius.
+
+    Notes
+    -----
+    Gauss-Legendre over ψ with ``φ = asin(R/s sin ψ)``, in which the integrand is smooth up to the rim.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.sectors import projected_solid_angle_in
+    >>> print(projected_solid_angle_in(np.array([-0.5, 0.0, 0.5]), 1.0, 2.0, 2.0).round(4))
+    [0.1022 0.1022]
     """
     return _over_sectors(phi_edges, radius, offset, distance, 1)
 
 
 def squared_weights_in(phi_edges: np.ndarray, radius: float, offset: float, distance: float) -> np.ndarray:
-    """∫ G² dA over the disk's part in each bin of azimuth, G = cosθ cosθ' / r², (bins,) [sr^2 m^-2].
+    """Integral of G² over the part of the disk in each bin of azimuth, G = cosθ cosθ' / r².
 
-    It tells the spread of the weights that an aim at the receiver gives to particles that are born all over the disk.
+    Parameters
+    ----------
+    phi_edges : ndarray
+        Edges of the bins of azimuth from the disk's center, within −π to π, shape (bins + 1,) [rad].
+    radius : float
+        Radius R of the disk [m].
+    offset : float
+        Distance s of the disk's center from the receiver's axis, above R [m].
+    distance : float
+        Distance d between the planes [m].
+
+    Returns
+    -------
+    ndarray
+        ``∫ G² dA``, shape (bins,) [sr^2 m^-2].
+
+    Raises
+    ------
+    ValueError
+        If the offset does not exceed the radius.
+
+    Notes
+    -----
+    It determines the variance of the weights of particles that are born uniformly over the disk and
+    aimed at the receiver.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.sectors import squared_weights_in
+    >>> print(squared_weights_in(np.array([-0.5, 0.0, 0.5]), 1.0, 2.0, 2.0).round(4))
+    [0.0084 0.0084]
     """
     return _over_sectors(phi_edges, radius, offset, distance, 2)
 
 
 def projected_solid_angle_a_radian(phi: float, radius: float, offset: float, distance: float) -> float:
-    """Projected solid angle of the disk for a radian of azimuth, at the azimuth φ [sr/rad].  Vectorised."""
+    """Projected solid angle of the disk per radian of azimuth.
+
+    Parameters
+    ----------
+    phi : float or ndarray
+        Azimuth φ from the disk's center [rad].
+    radius : float
+        Radius R of the disk [m].
+    offset : float
+        Distance s of the disk's center from the receiver's axis, above R [m].
+    distance : float
+        Distance d between the planes [m].
+
+    Returns
+    -------
+    float or ndarray
+        Projected solid angle per azimuth [sr/rad].
+
+    Examples
+    --------
+    >>> from transport.theory.sectors import projected_solid_angle_a_radian
+    >>> print(f"{projected_solid_angle_a_radian(0.1, 1.0, 2.0, 2.0):.4g}")
+    0.2424
+    """
     sine = np.minimum(offset / radius * np.abs(np.sin(phi)), 1.0)
     near, far = _cuts(np.cos(phi), np.sqrt(1 - sine**2), radius, offset)
     return _along_ray(near, far, distance, 1)
@@ -54,10 +138,40 @@ def sector_moments(
     offset: float,
     distance: float,
 ) -> Moments:
-    """Mean radiance over sectors of azimuth from low to high [W m^-2 sr^-1], counted by rays aimed at the receiver.
+    """Moments of the mean radiance over sectors of azimuth, counted by rays aimed at the receiver.
 
-    mu_range: cosines between which the sectors lie, and all disks;  middles: azimuths of the disks, to each of which
-    an equal number of histories belongs, born all over it.
+    Parameters
+    ----------
+    low : ndarray
+        Lower azimuth of each sector, shape (n,) [rad].
+    high : ndarray
+        Upper azimuth of each sector, shape (n,) [rad].
+    mu_range : tuple of 2 float
+        Range of cosines of the sectors, which contains all disks [1].
+    middles : sequence of float
+        Azimuths of the disks' centers; each disk has an equal number of histories, born uniformly over
+        it [rad].
+    radiance : float
+        Radiance L of the disks [W m^-2 sr^-1].
+    radius : float
+        Radius R of the disk [m].
+    offset : float
+        Distance s of the disk's center from the receiver's axis, above R [m].
+    distance : float
+        Distance d between the planes [m].
+
+    Returns
+    -------
+    Moments
+        Means [W m^-2 sr^-1] and the terms of their variances, shape (n,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.sectors import sector_moments
+    >>> disk = (1.0, 2.0, 2.0)
+    >>> print(sector_moments(np.array([-0.5]), np.array([0.5]), (0.0, 1.0), [0.0], 1.0, *disk).mean.round(4))
+    [0.4089]
     """
     disk, area = (radius, offset, distance), math.pi * radius**2
     low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
@@ -89,7 +203,7 @@ def _over_sectors(phi_edges, radius, offset, distance, power):
 
 
 def _cuts(cosine, half_chord, radius, offset):
-    """Where the half plane enters and leaves the disk [m from the axis]; half_chord in radii."""
+    """Distances from the axis at which the half plane enters and leaves the disk [m]; half_chord in radii."""
     return offset * cosine - radius * half_chord, offset * cosine + radius * half_chord
 
 

@@ -1,17 +1,19 @@
-"""Shadows under a diffuse disk: irradiance behind a straight edge and behind a cylinder, and means over bins across them.
+"""Shadows under a diffuse disk: irradiance behind a straight edge and behind a cylinder, and means over
+bins.
 
-The disk, of radius R, lies in the plane z = 0 about the origin; irradiance is sought in the plane z = distance.  What
-casts the shadow is as long as all sight lines along y, so that from (x, y, distance) a strip low < X < high of the disk
-is hidden, whatever y.  For an edge, x < 0 opaque in the plane z = gap, the strip is all of X < -x s/(1 - s), with
-s = gap/distance; for a cylinder along y it lies between the two planes through the point that touch it.  Two segments
-of the disk are left, X > high and X < low.  The projected solid angle of a patch in a plane parallel to the receiver is
-a contour integral (Lambert 1760; Sparrow 1963, J. Heat Transfer 85, 81),
+The disk, of radius R, lies in the plane z = 0 about the origin; irradiance is computed in the plane z =
+distance. The obstacle extends along y beyond all lines of sight, so that from (x, y, distance) a strip
+low < X < high of the disk is hidden, whatever y. For an edge, x < 0 opaque in the plane z = gap, the
+strip is all of X < -x s/(1 - s), with s = gap/distance; for a cylinder along y it lies between the two
+tangent planes through the point. The two segments X > high and X < low of the disk remain visible. The
+projected solid angle of a patch in a plane parallel to the receiver is a contour integral (Lambert
+1760; Sparrow 1963, J. Heat Transfer 85, 81),
 
-    P = ½ ∮ (ρ × dρ)_z / (ρ² + d²),   ρ: from the foot of the receiver's point to the contour,
+    P = ½ ∮ (ρ × dρ)_z / (ρ² + d²),   ρ: from the projection of the receiver's point to the contour,
 
-which is a closed form for the arc of the disk's rim as for the chord; E = L P.  For the whole disk it is Foote's
-(pi/2)(1 - T/S).  Means over bins are Gauss-Legendre sums of it, cut where the strip's sides pass the disk's rim: there
-P takes the power 3/2.  Rounding is 1e-16 of a hemisphere's pi.
+which has a closed form for the arc of the disk's rim and for the chord; E = L P. For the whole disk it
+is Foote's (pi/2)(1 - T/S). Means over bins are Gauss-Legendre sums of it, split where the strip's sides
+pass the disk's rim: there P varies with the power 3/2. Rounding is 1e-16 of a hemisphere's pi.
 """
 
 from __future__ import annotations
@@ -22,17 +24,43 @@ import numpy as np
 
 from transport.theory.nodes import legendre_nodes
 
-ACROSS, ALONG = 16, 12  # nodes over a piece of a bin: across the shadow, along it
+ACROSS, ALONG = 16, 12  # nodes per piece of a bin, across and along the shadow
 
 Strip = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def segment_projected_solid_angle(cut: float, x: float, y: float, radius: float, distance: float) -> float:
-    """Projected solid angle of the disk's part X > cut, seen from a parallel receiver at (x, y, distance) [sr].
+    """Projected solid angle of the part X > cut of the disk at a parallel receiver at (x, y, distance).
 
-    The whole disk where cut <= -R, 0 where cut >= R.  Vectorised.  Source: the contour integral above.
+    Parameters
+    ----------
+    cut : float or ndarray
+        Position of the chord [m]: the whole disk for cut <= -R, nothing for cut >= R.
+    x : float or ndarray
+        Position of the receiver across the shadow [m].
+    y : float or ndarray
+        Position of the receiver along the shadow [m].
+    radius : float or ndarray
+        Radius R of the disk [m].
+    distance : float or ndarray
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    float or ndarray
+        Projected solid angle [sr].
+
+    Notes
+    -----
+    Source: the contour integral in the module's docstring (Lambert 1760; Sparrow 1963).
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import segment_projected_solid_angle
+    >>> print(f"{segment_projected_solid_angle(0.0, 0.0, 0.0, 1.0, 2.0):.4g}")
+    0.3142
     """
-    half = np.arccos(np.clip(np.divide(cut, radius), -1.0, 1.0))  # of the rim's arc
+    half = np.arccos(np.clip(np.divide(cut, radius), -1.0, 1.0))  # half angle of the rim's arc
     chord = radius * np.sin(half)
     offset, turn = np.hypot(x, y), np.arctan2(y, x)
     near, far = np.hypot(offset - radius, distance), np.hypot(offset + radius, distance)
@@ -45,41 +73,152 @@ def segment_projected_solid_angle(cut: float, x: float, y: float, radius: float,
 
 
 def _swept(angle, turn, near, far):
-    """Integral of near far / 2 over the squared distance to the rim, up to an angle on it; continuous in (-2 pi, 2 pi)."""
+    """Integral of near far / 2 over the squared distance to the rim, up to an angle in (-2 pi, 2 pi)."""
     half = (angle - turn) / 2
     return np.arctan2(far * np.sin(half), near * np.cos(half))
 
 
 def lit_projected_solid_angle(strip: Strip, x: float, y: float, radius: float, distance: float) -> float:
-    """Projected solid angle of what is seen of the disk beside the strip that is hidden [sr].  Vectorised."""
+    """Projected solid angle of the visible part of the disk beside a hidden strip.
+
+    Parameters
+    ----------
+    strip : callable
+        Function of x that returns the hidden strip (low, high) [m], from `behind_edge` or
+        `behind_cylinder`.
+    x : float or ndarray
+        Position of the receiver across the shadow [m].
+    y : float or ndarray
+        Position of the receiver along the shadow [m].
+    radius : float or ndarray
+        Radius R of the disk [m].
+    distance : float or ndarray
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    float or ndarray
+        Projected solid angle [sr].
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import behind_edge, lit_projected_solid_angle
+    >>> print(f"{lit_projected_solid_angle(behind_edge(1.0, 2.0), 0.0, 0.0, 1.0, 2.0):.4g}")
+    0.3142
+    """
     low, high = strip(np.asarray(x, dtype=float))
     right = segment_projected_solid_angle(high, x, y, radius, distance)
     return right + segment_projected_solid_angle(np.negative(low), np.negative(x), y, radius, distance)
 
 
 def behind_edge(gap: float, distance: float) -> Strip:
-    """The strip (low, high) that an edge hides from x [m]: all of X < -x s/(1 - s), s = gap/distance."""
+    """Return the function that gives the strip hidden by an edge.
+
+    Parameters
+    ----------
+    gap : float
+        Distance of the obstacle from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    callable
+        Function of x [m] that returns (low, high) [m]: all of ``X < -x s/(1 - s)``, s = gap/distance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.shadows import behind_edge
+    >>> behind_edge(1.0, 3.0)(np.array([1.0]))
+    (array([-inf]), array([-0.5]))
+    """
     return lambda x: (np.full_like(x, -np.inf), -x * (gap / (distance - gap)))
 
 
 def behind_cylinder(thickness: float, gap: float, distance: float) -> Strip:
-    """The strip (low, high) that a cylinder along y hides from x [m]; its axis runs through (0, gap).
+    """Return the function that gives the strip hidden by a cylinder along y with its axis through (0, gap).
 
-    thickness: its radius [m].  The planes that touch it make the angle asin(thickness/D) with the one through its
-    axis, D = hypot(x, distance - gap).
+    Parameters
+    ----------
+    thickness : float
+        Radius of the cylinder [m].
+    gap : float
+        Distance of the obstacle from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    callable
+        Function of x [m] that returns (low, high) [m].
+
+    Notes
+    -----
+    The tangent planes make the angle ``asin(thickness/D)`` with the plane through the axis, D =
+    hypot(x, distance - gap).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.shadows import behind_cylinder
+    >>> print(behind_cylinder(0.1, 1.0, 3.0)(np.array([0.0]))[1].round(4))
+    [0.1502]
     """
     return lambda x: tuple(x + distance * tangent for tangent in _tangents(x, thickness, distance - gap))
 
 
 def edge_borders(radius: float, gap: float, distance: float) -> np.ndarray:
-    """Where the shadow of an edge begins and where it ends [m], (2,): -+ R (1 - s)/s; umbra, penumbra, full light."""
+    """Borders of an edge's shadow: umbra below the first, full light above the second, penumbra between.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the disk [m].
+    gap : float
+        Distance of the obstacle from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    ndarray
+        ``-+ R (1 - s)/s`` with s = gap/distance, shape (2,) [m].
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import edge_borders
+    >>> print(edge_borders(0.1, 1.0, 3.0).round(4))
+    [-0.2  0.2]
+    """
     return np.array([-1.0, 1.0]) * radius * ((distance - gap) / gap)
 
 
 def cylinder_borders(radius: float, thickness: float, gap: float, distance: float) -> np.ndarray:
-    """Borders of a cylinder's shadow [m], (4,), increasing: penumbra from the first, umbra between the middle two.
+    """Borders of a cylinder's shadow: penumbra between the outer two, umbra between the inner two.
 
-    Where no umbra reaches so far both sides of the disk are seen between these two (antumbra).
+    Parameters
+    ----------
+    radius : float
+        Radius R of the disk [m].
+    thickness : float
+        Radius of the cylinder [m].
+    gap : float
+        Distance of the obstacle from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    ndarray
+        Borders, increasing, shape (4,) [m]. If the umbra does not reach the receiver, both sides of the
+        disk are visible between the inner two (antumbra).
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import cylinder_borders
+    >>> print(cylinder_borders(0.1, 0.1, 1.0, 3.0).round(4))
+    [-0.5061 -0.1     0.1     0.5061]
     """
     _, right = _tangents(np.array([-radius, radius]), thickness, gap)
     beyond, within = np.array([-radius, radius]) + distance * right
@@ -87,13 +226,37 @@ def cylinder_borders(radius: float, thickness: float, gap: float, distance: floa
 
 
 def has_umbra(radius: float, thickness: float, gap: float, distance: float) -> bool:
-    """Whether a cylinder's umbra reaches the receiver: past its far side a ray from the rim comes beyond the middle."""
+    """Whether a cylinder's umbra reaches the receiver.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the disk [m].
+    thickness : float
+        Radius of the cylinder [m].
+    gap : float
+        Distance of the obstacle from the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    bool
+        True if the ray from the rim past the far side of the cylinder ends beyond the center of the
+        shadow.
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import has_umbra
+    >>> has_umbra(0.1, 0.1, 1.0, 3.0)
+    True
+    """
     _, right = _tangents(np.array(radius), thickness, gap)
     return bool(radius + distance * right > 0)
 
 
 def _tangents(x, thickness, height):
-    """Tangents of the angles, to the normal, of the planes from x that touch the cylinder at that height: left, right."""
+    """Tangents of the angles to the normal of the two planes from x that touch the cylinder: left, right."""
     middle, half = np.arctan2(-x, height), np.arcsin(thickness / np.hypot(x, height))
     return np.tan(middle - half), np.tan(middle + half)
 
@@ -106,10 +269,41 @@ def mean_lit_projected_solid_angles(
     radius: float,
     distance: float,
 ) -> np.ndarray:
-    """Means of the projected solid angle of what is seen of the disk, over bins across the shadow [sr], (bins,).
+    """Means of the projected solid angle of the visible part of the disk, over bins across the shadow.
 
-    x_edges, y_range: of the bins [m]; borders: where the strip's sides pass the rim [m].  Times L it is the mean
-    irradiance of a bin.  x = low + (high - low) sin² within a piece, as P has half-odd powers at its ends.
+    Parameters
+    ----------
+    strip : callable
+        Function of x that returns the hidden strip (low, high) [m], from `behind_edge` or
+        `behind_cylinder`.
+    borders : ndarray
+        Positions at which the strip's sides pass the rim, from `edge_borders` or `cylinder_borders`
+        [m].
+    x_edges : ndarray
+        Edges of the bins across the shadow, increasing, shape (bins + 1,) [m].
+    y_range : tuple of 2 float
+        Range of the bins along the shadow [m].
+    radius : float
+        Radius R of the disk [m].
+    distance : float
+        Distance of the receiver's plane from the disk [m].
+
+    Returns
+    -------
+    ndarray
+        Means, shape (bins,) [sr]; times L the mean irradiance of a bin.
+
+    Notes
+    -----
+    Substitutes ``x = low + (high - low) sin²`` within a piece, because P has half-odd powers at its
+    ends.
+
+    Examples
+    --------
+    >>> from transport.theory.shadows import behind_edge, edge_borders, mean_lit_projected_solid_angles
+    >>> strip, borders = behind_edge(1.0, 3.0), edge_borders(0.1, 1.0, 3.0)
+    >>> print(mean_lit_projected_solid_angles(strip, borders, [-0.1, 0.1], (-0.1, 0.1), 0.1, 3.0).round(4))
+    [0.0017]
     """
     t, weight_t = _nodes(0.0, np.pi / 2, ACROSS)
     y, weight_y = _nodes(*y_range, ALONG)

@@ -1,24 +1,29 @@
-"""Turbid half spaces and slabs behind Fresnel boundaries: reflectance and fluence with depth, to 1e-9.
+"""Turbid half spaces and slabs behind Fresnel boundaries: reflectance and fluence with depth, accurate
+to 1e-9.
 
-A plane medium of albedo a with Henyey-Greenstein's phase, its index n over that of the clear media on both sides,
-is lit from above by 1 W m^-2 at one cosine.  Depths z are optical here: mean free paths 1/σ_t.  What is not
-scattered has the fluence T/μ₀ e^(-z/μ₀), μ₀ the refracted cosine; of the rest I(z, μ) is radiance times 2π, so
-that its fluence is ∫ I dμ (Chandrasekhar 1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
+A plane medium of albedo a with the Henyey-Greenstein phase function, index n over that of the clear
+media on both sides, is irradiated from above by 1 W m^-2 at one cosine. Depths z are optical here: mean
+free paths 1/σ_t. The unscattered light has the fluence rate T/μ₀ e^(-z/μ₀), μ₀ the refracted cosine.
+For the scattered light I(z, μ) is radiance times 2π, so that its fluence rate is ∫ I dμ (Chandrasekhar
+1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
 
-    μ I' = -I + (a/2) ∫ p(μ, μ') I(μ') dμ' + (a/2) p(μ, μ₀) T/μ₀ e^(-z/μ₀),   p = Σ (2l + 1) g^l P_l(μ) P_l(μ').
+    μ I' = -I + (a/2) ∫ p(μ, μ') I(μ') dμ' + (a/2) p(μ, μ₀) T/μ₀ e^(-z/μ₀),
+    p = Σ (2l + 1) g^l P_l(μ) P_l(μ').
 
-It is solved on NODES cosines a panel, exactly in z.  All l are kept until g^l is NEGLIGIBLE: the forward peak stays
-whole and needs no delta-M.  The boundary makes radiance within it bend at the critical cosine: a panel ends there,
-and beyond it the nodes are Gauss's in the cosine outside, ν, in which Fresnel's R and radiance are smooth (μ dμ =
-ν dν/n²).
+It is solved on NODES cosines per panel, exactly in z. All l are kept until g^l is below NEGLIGIBLE, so
+that the forward peak is resolved without delta-M. Radiance inside has a kink at the critical cosine: a
+panel ends there, and beyond it the nodes are Gauss's in the cosine outside, ν, in which Fresnel's R and
+radiance are smooth (μ dμ = ν dν/n²).
 
-Modes.  J and K, sum and difference of I at ±μ, times the root of the nodes' weights, obey J' = -B K/μ and K' = -A
-J/μ, A (of even l) and B (of odd l) being symmetric and positive.  With A = C Cᵀ, B = D Dᵀ (Cholesky) and Dᵀ C/μ = U
-Σ Vᵀ, Vᵀ Cᵀ J = p + m and Uᵀ Dᵀ K = p - m part into p' = -Σ p + q e^(-z/μ₀), m' = Σ m + r e^(-z/μ₀): what decays
-downwards and upwards.  Singular values, unlike the eigenvalues of B A/μ², keep the digits of the slowest mode.
+Modes. J and K, sum and difference of I at ±μ, times the root of the nodes' weights, obey J' = -B K/μ
+and K' = -A J/μ; A (even l) and B (odd l) are symmetric and positive definite. With A = C Cᵀ, B = D Dᵀ
+(Cholesky) and Dᵀ C/μ = U Σ Vᵀ, the substitution Vᵀ Cᵀ J = p + m and Uᵀ Dᵀ K = p - m separates them into
+p' = -Σ p + q e^(-z/μ₀) and m' = Σ m + r e^(-z/μ₀), the downward and the upward decaying modes. Singular
+values, unlike the eigenvalues of B A/μ², keep the relative accuracy of the slowest mode.
 
-Against 128 nodes, 96 are within 1e-10 for g = 0.9 and 1e-8 for 0.95; doubling (ordinates.py) agrees to 1e-13.  A slab's unscattered light goes to and fro:
-what starts at the bottom does as what starts at the top, mirrored.
+Compared with 128 nodes, 96 are within 1e-10 for g = 0.9 and 1e-8 for 0.95; doubling (ordinates.py)
+agrees to 1e-13. The unscattered light of a slab is reflected repeatedly between its faces: light that
+starts at the bottom is treated as the mirror image of light that starts at the top.
 """
 
 from __future__ import annotations
@@ -33,16 +38,29 @@ from numpy.polynomial import legendre
 from transport.theory.fresnel import reflectance, snell_cosine, transmittance
 from transport.theory.nodes import legendre_nodes
 
-NODES = 96  # cosines of a panel
-STEEPEST = 0.95  # |g|; a forward peak beyond falls between the nodes
-WHITEST = 1 - 1e-6  # albedo; beyond, quadrature would tell what is absorbed
-NEGLIGIBLE = 1e-17  # a moment g^l
+NODES = 96  # cosines per panel
+STEEPEST = 0.95  # largest |g|; a sharper forward peak is not resolved by the nodes
+WHITEST = 1 - 1e-6  # largest albedo; above it the quadrature error would dominate absorption
+NEGLIGIBLE = 1e-17  # moment g^l at which the series ends
 
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Cosines in (0, 1) within the medium, their weights, and T of the boundary there; the last are those that leave,
-    at Gauss's cosines outside.
+    """Cosines in (0, 1) inside the medium, with weights and the boundary's transmittance.
+
+    Parameters
+    ----------
+    cosines : ndarray
+        Cosines inside; the last ones lie in the escape cone, at Gauss's cosines outside, shape (n,)
+        [1].
+    weights : ndarray
+        Quadrature weights, shape (n,) [1].
+    passed : ndarray
+        Transmittance T of the boundary, 0 beyond the critical angle, shape (n,) [1].
+    outside : ndarray
+        Gauss's cosines outside, shape (NODES,) [1].
+    outside_weights : ndarray
+        Their weights, shape (NODES,) [1].
     """
 
     cosines: np.ndarray
@@ -54,66 +72,144 @@ class Quadrature:
 
 @dataclass(frozen=True)
 class Turbid:
-    """A solved medium.  Arrays by cosine (i) and by mode (k)."""
+    """Solution for one turbid medium, from `solved`; arrays by cosine (i) and by mode (k).
+
+    Parameters
+    ----------
+    albedo : float
+        Single-scattering albedo a [1].
+    thickness : float
+        Optical thickness, inf for a half space [1].
+    cosine : float
+        Refracted cosine μ₀ of the unscattered light [1].
+    entered : float
+        Share T that the boundary transmits at first incidence [1].
+    specular : float
+        Share 1 - T that the boundary reflects at first incidence [1].
+    nodes : Quadrature
+        Quadrature over cosines.
+    rates : ndarray
+        Decay rates Σ of the modes, decreasing, shape (k,) [per mean free path].
+    sums : ndarray
+        Matrix from p + m to J, shape (i, k).
+    differences : ndarray
+        Matrix from p - m to K, shape (i, k).
+    driven : tuple of ndarray
+        Amplitudes q and r of the source terms, shape (k,) each.
+    free : tuple of ndarray
+        Homogeneous parts of p at the top and of m at the bottom, shape (k,) each.
+    """
 
     albedo: float
     thickness: float  # optical; infinite: a half space
-    cosine: float  # within, of what is not scattered: μ₀
-    entered: float  # T, the share that the boundary lets in at first
-    specular: float  # 1 - T: share that comes back from the boundary at first [1]
+    cosine: float  # μ₀, refracted cosine of the unscattered light
+    entered: float  # T, share that the boundary transmits at first incidence
+    specular: float  # 1 - T, share that the boundary reflects at first incidence
     nodes: Quadrature
-    rates: np.ndarray  # Σ, falling
-    sums: np.ndarray  # (i, k): J by p + m
-    differences: np.ndarray  # (i, k): K by p - m
+    rates: np.ndarray  # Σ, decreasing
+    sums: np.ndarray  # (i, k): J from p + m
+    differences: np.ndarray  # (i, k): K from p - m
     driven: tuple[np.ndarray, np.ndarray]  # q and r
-    free: tuple[np.ndarray, np.ndarray]  # p at the top; at the bottom what m has beside what is driven
+    free: tuple[np.ndarray, np.ndarray]  # homogeneous part of p at the top, of m at the bottom
 
     @property
     def reflectance(self) -> float:
-        """Share that comes out of the medium on the lit side, the specular part left out [1]."""
+        """Diffuse reflectance: share that leaves on the irradiated side, without the specular part [1]."""
         down, up = self._echoes
         return float(down * self._turned_back + up * self._passed)
 
     @property
     def transmittance(self) -> float:
-        """Share that comes out on the other side, unscattered light included [1]; 0 of a half space."""
+        """Share that leaves on the other side, unscattered light included [1]; 0 for a half space."""
         down, up = self._echoes
         return float(down * self._passed + up * self._turned_back)
 
     @property
     def absorbed(self) -> float:
-        """Share that the medium takes, by its fluence [1]; the rest is specular, reflected or transmitted."""
+        """Absorbed share, from the fluence [1]; the rest is specular, reflected or transmitted."""
         return (1 - self.albedo) * self._integral(0.0, self.thickness)
 
     @property
     def slowest_rate(self) -> float:
-        """By which the fluence falls in the end [1 per mean free path]; diffusion says sqrt(3 (1 - a)(1 - a g))."""
+        """Asymptotic decay rate [per mean free path]; sqrt(3 (1 - a)(1 - a g)) in diffusion theory."""
         return float(self.rates[-1])
 
     def fluence(self, depth: np.ndarray) -> np.ndarray:
-        """Fluence rate at these optical depths over the irradiance [1].  Vectorised."""
+        """Return the fluence rate over the irradiance.
+
+        Parameters
+        ----------
+        depth : ndarray
+            Optical depths, from 0 to the thickness [mean free paths].
+
+        Returns
+        -------
+        ndarray
+            Fluence rate over irradiance, shape of `depth` [1].
+
+        Raises
+        ------
+        ValueError
+            If a depth is outside the medium.
+        """
         down, up = self._echoes
         depth = self._settled(depth)
         return down * self._own_fluence(depth) + (up and up * self._own_fluence(self.thickness - depth))
 
     def mean_fluence(self, edges: np.ndarray) -> np.ndarray:
-        """Means between these optical depths of the fluence rate over the irradiance, (cells,) [1]."""
+        """Return means over depth of the fluence rate over the irradiance.
+
+        Parameters
+        ----------
+        edges : ndarray
+            Edges of the cells, increasing, shape (cells + 1,) [mean free paths].
+
+        Returns
+        -------
+        ndarray
+            Means, shape (cells,) [1].
+
+        Raises
+        ------
+        ValueError
+            If a depth is outside the medium.
+        """
         depths = self._settled(edges).tolist()
         pairs = zip(depths[:-1], depths[1:], strict=True)
         return np.array([self._integral(low, high) / (high - low) for low, high in pairs])
 
     def radiance(self, cosine: np.ndarray) -> np.ndarray:
-        """Scattered radiance that comes out on the lit side, by the cosine outside, over the irradiance [sr^-1].
-        Vectorised.
+        """Return the scattered radiance outside on the irradiated side, over the irradiance.
+
+        Parameters
+        ----------
+        cosine : ndarray
+            Cosines outside [1].
+
+        Returns
+        -------
+        ndarray
+            Radiance over irradiance, shape of `cosine` [sr^-1].
         """
         return legendre.legval(2 * np.asarray(cosine, float) - 1, self._spectrum) / (2 * math.pi)
 
     def leaving(self, edges: np.ndarray) -> np.ndarray:
-        """Shares that come out scattered on the lit side between these cosines outside, (bins,) [1]."""
+        """Return the shares that leave scattered on the irradiated side, in bins of the cosine outside.
+
+        Parameters
+        ----------
+        edges : ndarray
+            Edges of the bins of cosine, increasing, shape (bins + 1,) [1].
+
+        Returns
+        -------
+        ndarray
+            Shares, shape (bins,) [1].
+        """
         rise = legendre.legint(legendre.legmul(self._spectrum, [0.25, 0.25]))  # ν I dν, ν = (t + 1)/2
         return np.diff(legendre.legval(2 * np.asarray(edges, float) - 1, rise))
 
-    # ---- light that starts at the top only; `up` is the share that starts at the bottom ----
+    # ---- light that starts at the top only; `up` is the factor of light that starts at the bottom ----
 
     @property
     def _echoes(self) -> tuple[float, float]:
@@ -135,7 +231,7 @@ class Turbid:
 
     @property
     def _spectrum(self) -> np.ndarray:
-        """I outside on the lit side, as a sum of Legendre polynomials of t = 2 ν - 1."""
+        """I outside on the irradiated side, as a sum of Legendre polynomials of t = 2 ν - 1."""
         down, up = self._echoes
         values = down * self._escaping(0.0)[1] + (up and up * self._escaping(self.thickness)[0])
         order = np.arange(len(values))
@@ -143,7 +239,7 @@ class Turbid:
         return (2 * order + 1) * (basis.T @ (self.nodes.outside_weights * values))
 
     def _escaping(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Downward and upward I as it is beyond a boundary, at the cosines outside, (ν,): T I/n²."""
+        """Downward and upward I beyond a boundary, T I/n², at the cosines outside, (ν,)."""
         p, m = self._parts(depth)
         count, root = len(self.nodes.outside), np.sqrt(self.nodes.weights)
         total, difference = self.sums @ (p + m) / root, self.differences @ (p - m) / root
@@ -156,13 +252,13 @@ class Turbid:
         return straight + sum(self._parts(depth)) @ self._to_fluence
 
     def _integral(self, low: float, high: float) -> float:
-        """Of the fluence between two depths."""
+        """Integral of the fluence between two depths."""
         down, up = self._echoes
         beyond = self.thickness - high, self.thickness - low
         return down * self._own_integral(low, high) + (up and up * self._own_integral(*beyond))
 
     def _own_integral(self, low: float, high: float) -> float:
-        """By p' = -Σ p + q e and m' = Σ m + r e, in which no rates are subtracted."""
+        """Integral by p' = -Σ p + q e and m' = Σ m + r e, which avoids differences of rates."""
         steep, (q, r) = 1 / self.cosine, self.driven
         straight = math.exp(-low * steep) * -math.expm1(-(high - low) * steep) / steep
         first, last = self._parts(low), self._parts(high)
@@ -193,16 +289,42 @@ class Turbid:
 def solved(
     albedo: float, g: float, index: float = 1.0, cosine: float = 1.0, thickness: float = math.inf
 ) -> Turbid:
-    """A turbid half space, or slab of this optical thickness, lit at this cosine (outside).
+    """Solve for a turbid half space or slab; the result is cached.
 
-    albedo: in (0, 1 - 1e-6];  g: mean cosine of scattering, up to ±0.95;  index: 1 or more, over that around.
-    Raises ValueError for others.
+    Parameters
+    ----------
+    albedo : float
+        Single-scattering albedo, in (0, 1 - 1e-6] [1].
+    g : float
+        Mean scattering cosine, from -0.95 to 0.95 [1].
+    index : float, default 1.0
+        Index over that of the surroundings, at least 1 [1].
+    cosine : float, default 1.0
+        Cosine of incidence outside, in (0, 1] [1].
+    thickness : float, default math.inf
+        Optical thickness, above 0; inf for a half space [1].
+
+    Returns
+    -------
+    Turbid
+        The solution.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from transport.theory.turbid import solved
+    >>> print(f"{solved(0.9, 0.5).reflectance:.4g}")
+    0.2778
     """
     if not (
         0 < albedo <= WHITEST and abs(g) <= STEEPEST and index >= 1 and 0 < cosine <= 1 and thickness > 0
     ):
         given = f"{albedo=}, {g=}, {index=}, {cosine=}, {thickness=}"
-        raise ValueError(f"turbid.solved: albedo in (0, 1 - 1e-6], |g| up to 0.95, index from 1, got {given}")
+        raise ValueError(f"turbid.solved: albedo in (0, 1 - 1e-6], |g| <= 0.95, index >= 1, got {given}")
     nodes, within, entered = (
         _quadrature(index),
         float(snell_cosine(cosine, index)),
@@ -235,7 +357,7 @@ def _quadrature(index: float) -> Quadrature:
 
 
 def _of_parity(parity: int, albedo: float, g: float, nodes: Quadrature, within: float):
-    """A or B, and what scattering of the beam adds to it, of the l of one parity."""
+    """A or B, and the beam's contribution to it by scattering, for the l of one parity."""
     last = 1 if g == 0 else math.ceil(math.log(NEGLIGIBLE) / math.log(abs(g)))
     order = np.arange(parity, last + 1, 2)
     moment = (2 * order + 1) * float(g) ** order
@@ -245,19 +367,19 @@ def _of_parity(parity: int, albedo: float, g: float, nodes: Quadrature, within: 
 
 
 def _driven(z: np.ndarray, rates: np.ndarray, steep: float, driven: tuple) -> tuple[np.ndarray, np.ndarray]:
-    """What the beam drives: p that is 0 at the top, m that falls with the beam; good where the rates are alike."""
+    """Particular solution: p is 0 at the top, m falls with the beam; accurate for nearly equal rates."""
     gap = np.maximum(np.abs(rates - steep), 1e-12 * steep)
     p = driven[0] * np.exp(-np.minimum(rates, steep) * z) * -np.expm1(-gap * z) / gap
     return p, -driven[1] / (rates + steep) * np.exp(-steep * z)
 
 
 def _bounded(passed, sums, differences, rates, driven, steep, thickness) -> tuple[np.ndarray, np.ndarray]:
-    """The free parts: T J + (1 + R) K = 0 at the top, T J - (1 + R) K = 0 at the bottom, where R = 1 - T."""
+    """Homogeneous parts, from T J ± (1 + R) K = 0 at the top (+) and at the bottom (-), R = 1 - T."""
     of_sum, of_difference = passed[:, None] * sums, (2 - passed)[:, None] * differences
     near, far = (
         of_sum + of_difference,
         of_sum - of_difference,
-    )  # at the top: of p, of m; at the bottom swapped
+    )  # at the top: factors of p and m; swapped at the bottom
     top = far @ _driven(np.float64(0), rates, steep, driven)[1]
     if math.isinf(thickness):
         return np.linalg.solve(near, -top), np.zeros_like(rates)

@@ -1,6 +1,6 @@
-"""View factors F12: the share of what a diffuse surface 1 gives off that falls on surface 2 [1].
+"""View factors F12: the share of the diffuse emission of surface 1 that falls on surface 2 [1].
 
-pi A1 F12 is the throughput between the two; A1 F12 = A2 F21.  Every form is written so that nothing
+pi A1 F12 is the throughput between the two; A1 F12 = A2 F21. All formulas are written so that nothing
 cancels, near or far.
 """
 
@@ -12,14 +12,36 @@ import numpy as np
 
 from transport.theory.nodes import legendre_nodes
 
-NODES = 24  # of the unequal rectangles' integrals: their nearest pole leaves 3.7^-48
+NODES = 24  # nodes of the unequal rectangles' integrals; their nearest pole gives the error 3.7^-48
 
 
 def coaxial_disks(radius_1: float, radius_2: float, distance: float) -> float:
-    """F12 between coaxial parallel disks [1]: (2 r2 / (p + m))^2.
+    """View factor F12 between coaxial parallel disks.
 
-    p and m are the longest and the shortest straight line between the rims, p^2 = h^2 + (r1 + r2)^2,
-    m^2 = h^2 + (r1 - r2)^2; equal to Howell's C-41, without its difference.  Vectorised.
+    Parameters
+    ----------
+    radius_1 : float or ndarray
+        Radius r1 of disk 1 [m].
+    radius_2 : float or ndarray
+        Radius r2 of disk 2 [m].
+    distance : float or ndarray
+        Distance h between the planes [m].
+
+    Returns
+    -------
+    float or ndarray
+        ``(2 r2 / (p + m))^2`` [1].
+
+    Notes
+    -----
+    p and m are the longest and the shortest straight line between the rims, ``p^2 = h^2 + (r1 +
+    r2)^2``, ``m^2 = h^2 + (r1 - r2)^2``. Equal to Howell's C-41, without its difference.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import coaxial_disks
+    >>> print(f"{coaxial_disks(1.0, 1.0, 2.0):.4g}")
+    0.1716
     """
     longest = np.hypot(distance, np.add(radius_1, radius_2))
     shortest = np.hypot(distance, np.subtract(radius_1, radius_2))
@@ -27,18 +49,65 @@ def coaxial_disks(radius_1: float, radius_2: float, distance: float) -> float:
 
 
 def parallel_rectangles(width: float, height: float, distance: float) -> float:
-    """F12 between equal aligned parallel rectangles [1] (Howell, C-11).  Vectorised."""
+    """View factor F12 between equal aligned parallel rectangles.
+
+    Parameters
+    ----------
+    width : float or ndarray
+        Width of the rectangles [m].
+    height : float or ndarray
+        Height of the rectangles [m].
+    distance : float or ndarray
+        Distance h between the planes [m].
+
+    Returns
+    -------
+    float or ndarray
+        F12 [1].
+
+    Notes
+    -----
+    Source: Howell, C-11.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import parallel_rectangles
+    >>> print(f"{parallel_rectangles(1.0, 1.0, 1.0):.4g}")
+    0.1998
+    """
     x, y = np.divide(width, distance), np.divide(height, distance)
     return 2 / math.pi * _opposed(x, y) / x / y
 
 
 def opposed_rectangles(sides_1: tuple, sides_2: tuple, distance: float) -> float:
-    """F12 between parallel rectangles of any sizes with one axis and parallel sides [1].
+    """View factor F12 between coaxial parallel rectangles of any sizes with parallel sides.
 
-    sides_1, sides_2: (width, height).  With E(w, h) = w h F of equal rectangles w x h,
-    A1 F12 = E(q, s) - E(p, s) - E(q, r) + E(p, r); q, p: half the sum and difference of the widths, s, r: of
-    the heights, as the overlap of two intervals is a difference of two tents.  Where one side is below half
-    the other the difference is an integral of E's derivative (Gauss-Legendre).  Equal to Howell's C-13.
+    Parameters
+    ----------
+    sides_1 : tuple of 2 float
+        Width and height of rectangle 1 [m].
+    sides_2 : tuple of 2 float
+        Width and height of rectangle 2 [m].
+    distance : float
+        Distance h between the planes [m].
+
+    Returns
+    -------
+    float
+        F12 [1].
+
+    Notes
+    -----
+    With E(w, h) = w h F of equal rectangles w x h, ``A1 F12 = E(q, s) - E(p, s) - E(q, r) + E(p, r)``;
+    q, p are half the sum and difference of the widths, s, r of the heights, because the overlap of two
+    intervals is a difference of two tents. Where one side is below half the other, the difference is
+    computed as an integral of E's derivative (Gauss-Legendre). Equal to Howell's C-13.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import opposed_rectangles
+    >>> print(f"{opposed_rectangles((1.0, 1.0), (2.0, 1.0), 1.0):.4g}")
+    0.3201
     """
     (short_x, long_x), (short_y, long_y) = (
         sorted((a / 2 / distance, b / 2 / distance)) for a, b in zip(sides_1, sides_2, strict=True)
@@ -62,15 +131,37 @@ def opposed_rectangles(sides_1: tuple, sides_2: tuple, distance: float) -> float
 
 
 def perpendicular_rectangles(width_1: float, width_2: float, edge: float = 1.0) -> float:
-    """F12 between rectangles at a right angle with a common edge [1] (Howell, C-14).
+    """View factor F12 between rectangles at a right angle with a common edge.
 
-    width_1, width_2: measured away from the edge.  With W = width_1/edge, H = width_2/edge, R^2 = W^2 + H^2
-    and T(x) = x atan(1/x) it is [T(W) + T(H) - T(R) + logs/4] / (pi W).
+    Parameters
+    ----------
+    width_1 : float
+        Width of rectangle 1, measured away from the edge [m].
+    width_2 : float
+        Width of rectangle 2, measured away from the edge [m].
+    edge : float, default 1.0
+        Length of the common edge [m].
+
+    Returns
+    -------
+    float
+        F12 [1].
+
+    Notes
+    -----
+    Howell, C-14. With W = width_1/edge, H = width_2/edge, R^2 = W^2 + H^2 and T(x) = x atan(1/x) it is
+    ``[T(W) + T(H) - T(R) + logs/4] / (pi W)``.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import perpendicular_rectangles
+    >>> print(f"{perpendicular_rectangles(1.0, 1.0):.4g}")
+    0.2
     """
     w, h = width_1 / edge, width_2 / edge
     short, long = min(w, h), max(w, h)
     slant = math.hypot(w, h)
-    # slant - long, and T(slant) - T(long) from it
+    # Compute slant - long, and T(slant) - T(long) from it.
     excess = short * (short / (long + slant))
     angles = (
         short * math.atan2(1, short)
@@ -85,27 +176,83 @@ def perpendicular_rectangles(width_1: float, width_2: float, edge: float = 1.0) 
 
 
 def infinite_strips(width: float, distance: float) -> float:
-    """F12 between equal opposed strips without ends [1]: sqrt(1 + (h/w)^2) - h/w, by crossed strings (Hottel
-    1954).
+    """View factor F12 between equal opposed infinite strips.
 
-    Written as w / (sqrt(h^2 + w^2) + h).  Vectorised.
+    Parameters
+    ----------
+    width : float or ndarray
+        Width w of the strips [m].
+    distance : float or ndarray
+        Distance h between the planes [m].
+
+    Returns
+    -------
+    float or ndarray
+        ``sqrt(1 + (h/w)^2) - h/w`` [1].
+
+    Notes
+    -----
+    By crossed strings (Hottel 1954). Computed as ``w / (sqrt(h^2 + w^2) + h)``.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import infinite_strips
+    >>> print(f"{infinite_strips(1.0, 1.0):.4g}")
+    0.4142
     """
     return np.divide(width, np.hypot(width, distance) + distance)
 
 
 def infinite_wedge(angle: float) -> float:
-    """F12 between equal strips without ends that share an edge [1]: 1 - sin(angle/2) (Hottel 1954).
+    """View factor F12 between equal infinite strips that share an edge.
 
-    angle: between them [rad].  Written as 2 sin^2((pi - angle) / 4).  Vectorised.
+    Parameters
+    ----------
+    angle : float or ndarray
+        Angle between the strips [rad].
+
+    Returns
+    -------
+    float or ndarray
+        ``1 - sin(angle/2)`` [1].
+
+    Notes
+    -----
+    Hottel 1954. Computed as ``2 sin^2((pi - angle) / 4)``.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import infinite_wedge
+    >>> print(f"{infinite_wedge(1.0):.4g}")
+    0.5206
     """
     return 2 * np.sin((math.pi - np.asarray(angle, dtype=float)) / 4) ** 2
 
 
 def infinite_cylinders(radius: float, gap: float) -> float:
-    """F12 between equal parallel cylinders without ends [1] (Hottel 1954, by crossed strings).
+    """View factor F12 between equal parallel infinite cylinders.
 
-    (sqrt(X^2 - 1) + asin(1/X) - X) / pi, X = 1 + gap/2r, from its square root and without the difference.
-    Vectorised.
+    Parameters
+    ----------
+    radius : float or ndarray
+        Radius r of both cylinders [m].
+    gap : float or ndarray
+        Distance between their surfaces [m].
+
+    Returns
+    -------
+    float or ndarray
+        ``(sqrt(X^2 - 1) + asin(1/X) - X) / pi`` with ``X = 1 + gap/2r`` [1].
+
+    Notes
+    -----
+    By crossed strings (Hottel 1954), computed without the difference.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import infinite_cylinders
+    >>> print(f"{infinite_cylinders(1.0, 1.0):.4g}")
+    0.1107
     """
     over = np.divide(gap, 2 * np.asarray(radius, dtype=float))
     root = np.sqrt(over * (2 + over))
@@ -113,9 +260,28 @@ def infinite_cylinders(radius: float, gap: float) -> float:
 
 
 def box_view_factors(size: tuple) -> np.ndarray:
-    """View factors between the six inner walls of a box, shape (6, 6) [1].
+    """View factors between the six inner walls of a box.
 
-    size: (x, y, z); walls -x, +x, -y, +y, -z, +z; each row sums to 1.  Source: Howell, C-11 and C-14.
+    Parameters
+    ----------
+    size : tuple of 3 float
+        Side lengths x, y, z [m].
+
+    Returns
+    -------
+    ndarray
+        View factors from row to column, walls in the order -x, +x, -y, +y, -z, +z, shape (6, 6) [1];
+        each row sums to 1.
+
+    Notes
+    -----
+    Source: Howell, C-11 and C-14.
+
+    Examples
+    --------
+    >>> from transport.theory.view_factors import box_view_factors
+    >>> print(box_view_factors((1.0, 1.0, 1.0))[0].round(4))
+    [0.     0.1998 0.2    0.2    0.2    0.2   ]
     """
     factors = np.zeros((6, 6))
     for i in range(6):
@@ -135,13 +301,13 @@ def _opposed(x, y):
 
 
 def _slope(x, y):
-    """Derivative of _opposed by x."""
+    """Derivative of _opposed with respect to x."""
     k = np.hypot(1, x)
     return _atan_excess(x, y) + x / k * y * np.arctan(y / k)
 
 
 def _both_slopes(x, y):
-    """Derivative of _opposed by x and y: half a rectangle's projected solid angle, half sides x and y."""
+    """Derivative of _opposed by x and y: half the projected solid angle of a rectangle of half sides x, y."""
     k, m = np.hypot(1, x), np.hypot(1, y)
     return x / k * np.arctan(y / k) + y / m * np.arctan(x / m)
 

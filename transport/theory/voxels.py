@@ -1,10 +1,10 @@
-"""Light straight through voxels: optical depths along lines, and means of exp(-τ) over what lies in the
-shadow, exactly.
+"""Direct light through voxels: optical depths along lines, and exact means of exp(-τ) over bins in the
+shadow.
 
-A line crosses the planes between voxels at known places, and within a voxel τ grows evenly (Amanatides and
-Woo 1987, Eurographics 87, 3): τ is a finite sum.  Where parallel light slants along x only, τ as a function
-of the place x on the ground is linear between the shadows of the voxels' edges, and the mean of exp(-τ) over
-each piece is elementary.
+A line crosses the planes between voxels at known positions, and within a voxel τ grows linearly
+(Amanatides and Woo 1987, Eurographics 87, 3), so that τ is a finite sum. If parallel light is tilted
+along x only, τ as a function of the position x on the ground is linear between the shadows of the
+voxels' edges, and the mean of exp(-τ) over each piece is elementary.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-RAYS = 20_000  # taken at a time
+RAYS = 20_000  # rays per chunk
 
 
 def optical_depths(
@@ -23,10 +23,33 @@ def optical_depths(
     starts: np.ndarray,
     direction: Sequence[float],
 ) -> np.ndarray:
-    """∫ σ ds from points (n, 3) [m] to infinity along one direction, through voxels that fill a box, (n,)
-    [1].
+    """Optical depths from points to infinity along one direction, through voxels that fill a box.
 
-    extinction: (nx, ny, nz) [m^-1];  low, high: corners of the box [m].
+    Parameters
+    ----------
+    extinction : ndarray
+        Extinction coefficients of the voxels, shape (nx, ny, nz) [m^-1].
+    low : sequence of float
+        Lower corner of the box of voxels, shape (3,) [m].
+    high : sequence of float
+        Upper corner of the box of voxels, shape (3,) [m].
+    starts : array_like
+        Starting points, shape (n, 3) [m].
+    direction : sequence of float
+        Direction, of any length, shape (3,).
+
+    Returns
+    -------
+    ndarray
+        ``∫ σ ds``, shape (n,) [1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.voxels import optical_depths
+    >>> voxels = np.ones((2, 2, 2))
+    >>> print(optical_depths(voxels, (0, 0, 0), (1, 1, 1), [(0.5, 0.5, -1.0)], (0, 0, 1)).round(4))
+    [1.]
     """
     starts, direction = np.atleast_2d(np.asarray(starts, float)), np.asarray(direction, float)
     direction = direction / np.linalg.norm(direction)
@@ -43,11 +66,33 @@ def shadow_means(
     tangent: float,
     edges: np.ndarray,
 ) -> np.ndarray:
-    """Means of exp(-τ) over bins on the plane z = 0 under voxels lit by parallel light, (bins, ny) [1].
+    """Means of exp(-τ) over bins on the plane z = 0 below voxels in parallel light.
 
-    The light goes down by 1 and along +x by `tangent`.  edges: (bins + 1,) of bins along x [m];  along y a
-    bin is as wide as a voxel.  extinction: (nx, ny, nz) [m^-1];  low, high: corners of the box [m], above the
-    plane.
+    Parameters
+    ----------
+    extinction : ndarray
+        Extinction coefficients of the voxels, shape (nx, ny, nz) [m^-1].
+    low : sequence of float
+        Lower corner of the box of voxels, shape (3,) [m].
+    high : sequence of float
+        Upper corner of the box of voxels, shape (3,) [m].
+    tangent : float
+        Shift of the light along +x per unit of descent [1].
+    edges : ndarray
+        Edges of the bins along x, increasing, shape (bins + 1,) [m]; along y a bin is as wide as a
+        voxel.
+
+    Returns
+    -------
+    ndarray
+        Means, shape (bins, ny) [1]. The box must lie above the plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.voxels import shadow_means
+    >>> print(shadow_means(np.ones((2, 2, 2)), (0, 0, 1), (1, 1, 2), 0.0, np.array([0.0, 1.0])).round(4))
+    [[0.3679 0.3679]]
     """
     nx, _, nz = extinction.shape
     x, z = np.linspace(low[0], high[0], nx + 1), np.linspace(low[2], high[2], nz + 1)
@@ -57,7 +102,7 @@ def shadow_means(
     quarter, rest = (
         _columns(extinction, x, z, tangent, cuts[:-1] + share * widths) for share in (0.25, 0.75)
     )
-    first, last = 1.5 * quarter - 0.5 * rest, 1.5 * rest - 0.5 * quarter  # a line through both
+    first, last = 1.5 * quarter - 0.5 * rest, 1.5 * rest - 0.5 * quarter  # extrapolated
     sums = np.add.reduceat(
         _mean_exponential(first, last) * widths[:, None], np.searchsorted(cuts, edges[:-1])
     )
@@ -65,7 +110,7 @@ def shadow_means(
 
 
 def _depths(extinction, low, high, starts, direction) -> np.ndarray:
-    """Lengths between all planes that the lines cross, times what fills the voxel about each one's middle."""
+    """Sum over the pieces between crossed planes: length times extinction of the voxel at its middle."""
     low, high, counts = np.asarray(low, float), np.asarray(high, float), np.array(extinction.shape)
     crossings = [np.zeros((len(starts), 1))]
     for axis in range(3):
@@ -84,7 +129,7 @@ def _depths(extinction, low, high, starts, direction) -> np.ndarray:
 
 
 def _columns(extinction, x, z, tangent, places) -> np.ndarray:
-    """τ of the lines that end at these places (n,) of the ground, in each row of voxels, (n, ny)."""
+    """τ of the lines that end at these positions (n,) on the ground, for each row of voxels, (n, ny)."""
     heights = [np.broadcast_to(z, (len(places), len(z)))]
     if tangent != 0:
         heights.append(((places[:, None] - x) / tangent).clip(z[0], z[-1]))
@@ -103,7 +148,7 @@ def _columns(extinction, x, z, tangent, places) -> np.ndarray:
 
 
 def _mean_exponential(first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Mean of exp(-τ) where τ goes evenly from first to last: exp(-first) (1 - exp(-d))/d."""
+    """Mean of exp(-τ) where τ varies linearly from first to last: exp(-first) (1 - exp(-d))/d."""
     change = last - first
     safe = np.where(change == 0, 1.0, change)
     return np.exp(-first) * np.where(change == 0, 1.0, -np.expm1(-safe) / safe)

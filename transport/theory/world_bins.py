@@ -1,10 +1,10 @@
-"""Direction bins of a world frame, seen by a receiver of any orientation: exact projected solid angles.
+"""Exact projected solid angles of direction bins of a world frame, for a receiver of any orientation.
 
-The integral over azimuth is closed: with psi = phi - phi_n, cos theta to the normal is a + b cos psi,
-positive for |psi| < psi_0 (the horizon).  The integral over the polar angle goes by Gauss-Legendre on
-panels between the angles where the horizon touches a parallel (psi_0 = 0 or pi, where the integrand has a
-3/2 power) or crosses a phi edge.  On a panel the variable t of theta = middle - half cos t makes such
-powers at its ends analytic, so that NODES give rounding error.
+The integral over azimuth has a closed form: with psi = phi - phi_n, cos theta to the normal is a + b
+cos psi, positive for |psi| < psi_0 (the horizon). The integral over the polar angle is Gauss-Legendre
+on panels between the angles where the horizon touches a parallel (psi_0 = 0 or pi, where the integrand
+has a 3/2 power) or crosses a phi edge. On a panel the variable t of theta = middle - half cos t makes
+such powers at its ends analytic, so that NODES nodes reach rounding error.
 """
 
 from __future__ import annotations
@@ -19,13 +19,39 @@ NODES = 48
 
 
 def projected_solid_angles(mu_edges, phi_edges, normal) -> np.ndarray:
-    """Integrals over the bins of max(0, omega . n) d omega [sr], shape (mu bins, phi bins).
+    """Integrals of max(0, omega . n) d omega over the bins.
 
-    mu_edges: increasing cosines to the polar axis z, -1 to 1.
-    phi_edges: increasing azimuths from x, over 2 pi at most.
-    normal: of the receiver's side, 3 numbers of any length.
-    Error: 1e-13 of the result for a bin above the horizon, 1e-13 of the bin's solid angle for a cut one.
-    Raises ValueError for edges out of order or range, or a normal that is zero or not finite.
+    Parameters
+    ----------
+    mu_edges : array_like
+        Cosines to the polar axis z, increasing within -1 to 1, shape (n + 1,) [1].
+    phi_edges : array_like
+        Azimuths from x, increasing over at most 2 pi, shape (m + 1,) [rad].
+    normal : array_like
+        Normal of the receiver's side, of any length, shape (3,).
+
+    Returns
+    -------
+    ndarray
+        Projected solid angles, shape (mu bins, phi bins) [sr].
+
+    Raises
+    ------
+    ValueError
+        If edges are out of order or range, or the normal is zero or not finite.
+
+    Notes
+    -----
+    Error: 1e-13 of the result for a bin above the horizon, 1e-13 of the bin's solid angle for a cut
+    one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.world_bins import projected_solid_angles
+    >>> print(projected_solid_angles([0.0, 0.5, 1.0], [0.0, np.pi], (0.0, 0.0, 1.0)).round(4))
+    [[0.3927]
+     [1.1781]]
     """
     mu, phi = np.asarray(mu_edges, dtype=float), np.asarray(phi_edges, dtype=float)
     _require(mu.ndim == 1 and mu.size > 1 and np.all(np.diff(mu) > 0), f"mu_edges must increase, got {mu}")
@@ -74,7 +100,7 @@ def _row(low: float, high: float, tilt: tuple, bins: tuple, breaks: np.ndarray) 
 
 
 def _polar_range(low: float, high: float) -> tuple[float, float]:
-    """Polar angle of the upper edge and the bin's width in angle, exact for bins of any narrowness."""
+    """Polar angle of the upper edge and the bin's angular width, exact for arbitrarily narrow bins."""
     first = math.atan2(math.sqrt((1 - high) * (1 + high)), high)
     last = math.atan2(math.sqrt((1 - low) * (1 + low)), low)
     # cos first - cos last = 2 sin(half the sum) sin(half the difference)
