@@ -161,7 +161,8 @@ class Source(Sided):
         if not self.emission.can_aim:
             refuse(
                 self,
-                f"aim needs Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)}; drop aim",
+                f"aim needs Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)};"
+                " drop aim",
             )
         if isinstance(self.emission.speed, SpeedDistribution) and self.emission.speed.has_drift:
             refuse(
