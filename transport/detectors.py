@@ -201,7 +201,7 @@ class Detector(Sided, AnyDetector):
         side = -1.0 if self.is_back else 1.0
         normal = tuple(side * x + 0.0 for x in shape.normal)
         if not is_in_sight(self.directions, normal):
-            must = f"one bin of directions must be above the horizon of its {self.side} (normal {normal})"
+            must = f"directions need a bin above the horizon of its {self.side} (normal {normal})"
             cure = f"write side={'front' if self.is_back else 'back'!r}, or reverse directions or shape"
             refuse(self, f"{must}, got {shown(self.directions)}; {cure}")
 
