@@ -36,14 +36,44 @@ Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snap
 
 @scene_object
 class Scene:
-    """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
+    """A scene: sources, surfaces, detectors and media; immutable, checked when it is made.
 
-    No source is needed where a medium emits.
-    Among the detectors are those at a place, the `meters`, `volumes`, and `phase_spaces` and `snapshots` of a time.
+    Parameters
+    ----------
+    sources : Source or iterable of Source
+        What emits. May be empty if a medium emits. All sources emit watts (Lambertian, Isotropic, Beam),
+        or all emit particles (Gas, Effusive).
+    surfaces : Surface or iterable of Surface, default ()
+        Shapes with materials, and media on their sides.
+    detectors : detector or iterable of detectors, default ()
+        Detector, VolumeDetector, PointDetector, Camera, EnvironmentMap, PhaseSpace and Snapshot.
+    medium : Medium or Vacuum, default None
+        Fills all space that is not inside a body with its own medium. None: vacuum.
+    duration : float, default None
+        With a duration [s] the scene has a clock that runs from 0 to the duration; without one it is
+        steady.
 
-    `medium` fills all space that no body of the surfaces' media claims; left out, nothing does.
-    With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
-    Raises SceneError for names that are unknown or not unique and for parts that do not go together.
+    Raises
+    ------
+    SceneError
+        If names are unknown or not unique, or if parts contradict each other.
+
+    Examples
+    --------
+    A point source over a black disk:
+
+    >>> import transport as tp
+    >>> scene = tp.Scene(
+    ...     sources=[tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))],
+    ...     surfaces=[tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="disk")],
+    ...     detectors=[tp.Detector("disk")],
+    ... )
+    >>> scene.measured_in
+    'watts'
+    >>> [detector.name for detector in scene.meters]
+    ['disk']
+    >>> tp.Scene.from_json(scene.to_json()) == scene
+    True
     """
 
     sources: Parts[Source]
@@ -71,9 +101,22 @@ class Scene:
         check_scene(self)
 
     def to_json(self, path: str | PathLike | None = None) -> str:
-        """All of it as JSON text that `from_json` reads back bit by bit, written into the file too where one is named.
+        """Return the scene as JSON text, from which `from_json` restores it bit by bit.
 
-        Raises SceneError for what no file can hold (the function of an InverseCDF); transport/guides/scenes.md.
+        Parameters
+        ----------
+        path : str or PathLike, default None
+            File to write the text to as well.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If a part cannot be written, such as the function of an InverseCDF. See
+            transport/guides/scenes.md.
         """
         from transport.written.documents import scene_text
 
@@ -81,9 +124,21 @@ class Scene:
 
     @staticmethod
     def from_json(source: str | PathLike) -> "Scene":
-        """The scene of a JSON file, or of its text; written by `to_json` or by hand.
+        """Return the scene described by JSON, written by `to_json` or by hand.
 
-        Raises SceneError with the place in the file, as in "surfaces[2].material.albedo", for what is wrong.
+        Parameters
+        ----------
+        source : str or PathLike
+            A file's path, or the text itself.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the text is invalid; the message names the place, as in "surfaces[2].material.albedo".
         """
         from transport.written.documents import scene_of
 
@@ -91,7 +146,12 @@ class Scene:
 
     @property
     def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
+        """What all sources emit: "watts" or "particles"; media that emit do so in watts.
+
+        Returns
+        -------
+        str
+        """
         return self.sources[0].emission.measured_in if self.sources else "watts"
 
     def _repr_html_(self) -> str:
@@ -101,7 +161,12 @@ class Scene:
 
     @cached_property
     def proofs(self) -> dict:
-        """What has been found out about it so far, once for all runs (results/proofs.py, results/empty_detector.py); no file has it."""
+        """Cache of what geometry proves about the scene, shared by all its runs and saved in no file.
+
+        Returns
+        -------
+        dict
+        """
         return {}
 
     def __getstate__(self) -> dict[str, object]:
@@ -109,52 +174,138 @@ class Scene:
 
     @property
     def meters(self) -> tuple[Detector, ...]:
-        """The detectors that have a shape: those made as Detector."""
+        """The detectors on shapes and surfaces: those of class Detector.
+
+        Returns
+        -------
+        tuple of Detector
+        """
         return tuple(part for part in self.detectors if isinstance(part, Detector))
 
     @property
     def phase_spaces(self) -> tuple[PhaseSpace, ...]:
-        """The detectors made as PhaseSpace."""
+        """The detectors of class PhaseSpace.
+
+        Returns
+        -------
+        tuple of PhaseSpace
+        """
         return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """The detectors made as Snapshot."""
+        """The detectors of class Snapshot.
+
+        Returns
+        -------
+        tuple of Snapshot
+        """
         return tuple(part for part in self.detectors if isinstance(part, Snapshot))
 
     @property
     def volumes(self) -> tuple[VolumeDetector, ...]:
-        """The detectors made as VolumeDetector."""
+        """The detectors of class VolumeDetector.
+
+        Returns
+        -------
+        tuple of VolumeDetector
+        """
         return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
 
     @property
     def points(self) -> tuple[PointDetector, ...]:
-        """The detectors made as PointDetector."""
+        """The detectors of class PointDetector.
+
+        Returns
+        -------
+        tuple of PointDetector
+        """
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
     @property
     def instruments(self) -> tuple[Instrument, ...]:
-        """The detectors that only backward histories see: each Camera and EnvironmentMap."""
+        """The detectors that only backward histories reach: each Camera and EnvironmentMap.
+
+        Returns
+        -------
+        tuple
+        """
         return tuple(part for part in self.detectors if isinstance(part, Instrument))
 
     @property
     def visited(self) -> tuple[str, ...]:
-        """The names of detectors and surfaces that a `via` asks for, each once."""
+        """The names of detectors and surfaces that occur in a `via`, each once.
+
+        Returns
+        -------
+        tuple of str
+        """
         return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
 
     def medium_at(self, position: Iterable[float]) -> AnyMedium:
-        """What fills the place [m]: the medium of the innermost body that holds it, else the surrounding one."""
+        """Return the medium at a point: that of the innermost body around it, else the surrounding one.
+
+        Parameters
+        ----------
+        position : vector
+            Point [m].
+
+        Returns
+        -------
+        Medium, Grid or Vacuum
+
+        Raises
+        ------
+        SceneError
+            If the position is not three finite numbers.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), inside=tp.Medium(absorption=0.5))
+        >>> scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), ball)
+        >>> scene.medium_at((0, 0, 0.5)), scene.medium_at((0, 0, 2))
+        (Medium(absorption=0.5), Vacuum())
+        """
         place = as_floats(position)
         if place is None or len(place) != 3:
             refuse(self, f"position must be three finite numbers, got {shown(position)}")
         return medium_at(self, place)
 
     def surface(self, name: str) -> Surface:
-        """The surface of that name."""
+        """Return the surface of that name.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Surface
+
+        Raises
+        ------
+        SceneError
+            If no surface has this name.
+        """
         return self._surface_for(self, "name", name)
 
     def shape_of(self, user: Source | Detector) -> Shape:
-        """The shape of a source or detector, looked up where it was given as a surface's name."""
+        """Return the shape of a source or detector: its own, or that of the surface that it names.
+
+        Parameters
+        ----------
+        user : Source, Detector or VolumeDetector
+
+        Returns
+        -------
+        Shape
+
+        Raises
+        ------
+        SceneError
+            If it names a surface that is not in the scene.
+        """
         return (
             user.shape
             if isinstance(user.shape, Shape)
