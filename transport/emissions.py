@@ -146,15 +146,15 @@ class Lambertian(Emission):
 
     Parameters
     ----------
-    radiance : float
+    radiance : float, default None
         Radiance L of the surface [W m^-2 sr^-1].
-    exitance : float
+    exitance : float, default None
         Emitted power per area M = pi L [W m^-2].
-    power : float
+    power : float, default None
         Power of the whole surface [W].
-    energy : float
+    energy : float, default None
         Energy of the whole surface [J]; needs a scene with a duration.
-    speed : float, default speed of light
+    speed : float, default speed_of_light
         Speed of the particles [m/s].
 
     Raises
@@ -212,13 +212,13 @@ class Isotropic(Emission, Phase):
 
     Parameters
     ----------
-    power : float
+    power : float, default None
         Power of the whole source [W].
-    intensity : float
+    intensity : float, default None
         Radiant intensity of the whole source [W/sr].
-    energy : float
+    energy : float, default None
         Energy of the whole source [J]; needs a scene with a duration.
-    speed : float, default speed of light
+    speed : float, default speed_of_light
         Speed of the particles [m/s].
 
     Raises
@@ -318,13 +318,13 @@ class Beam(Emission):
     ----------
     direction : vector
         Direction of flight, of any length except 0; stored as a unit vector.
-    power : float
+    power : float, default None
         Power of the beam [W].
-    irradiance : float
+    irradiance : float, default None
         Power per area on a plane normal to the beam [W m^-2]; not from a Point.
-    energy : float
+    energy : float, default None
         Energy of the beam [J]; needs a scene with a duration.
-    speed : float, default speed of light
+    speed : float, default speed_of_light
         Speed of the particles [m/s].
 
     Raises
@@ -407,14 +407,14 @@ class Gas(ParticleEmission):
 
     Parameters
     ----------
-    density : float
+    density : float, default None
         Number density [m^-3]; for a Cloud, at its centre.
     speed : float or SpeedDistribution
         Speed [m/s], 0 for particles at rest, or a distribution such as Maxwellian. Required.
     direction : vector, default None
         None: directions are isotropic. Otherwise all particles fly along this direction: a Maxwellian
         then gives one signed velocity component, and negative speeds fly the other way.
-    number : float
+    number : float, default None
         Number of particles in all.
     mass : float, default that of the Maxwellian, else None
         Mass of a particle [kg].
@@ -494,14 +494,14 @@ class Effusive(ParticleEmission):
 
     Parameters
     ----------
-    density : float
+    density : float, default None
         Number density of the gas behind the surface [m^-3].
     speed : float or SpeedDistribution
         Speed [m/s] or distribution of speeds of that gas. Required. A Maxwellian with drift is
         allowed on flat shapes only.
-    exitance : float
+    exitance : float, default None
         Emitted particles per time and area [s^-1 m^-2].
-    number : float
+    number : float, default None
         Number of particles in all, within the duration or pulse; needs a scene with a duration.
     mass : float, default that of the Maxwellian, else None
         Mass of a particle [kg].

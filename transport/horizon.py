@@ -17,6 +17,7 @@ def is_in_sight(directions: Directions | DirectionCone, normal: Vector) -> bool:
 
 def _highest(directions: Directions, normal: Vector) -> float:
     """Return the largest cosine to the normal over all directions between the first and last edges."""
+    # Range of polar angles; `across` is the largest component normal to z on the allowed azimuths.
     edges = directions.edges()
     first, last = (edges["theta"][i] for i in (0, -1)) if "theta" in edges else _polar(edges.get("mu"))
     across = math.hypot(normal[0], normal[1])

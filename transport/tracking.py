@@ -143,5 +143,5 @@ class Tracking:
             if self.forced:
                 refuse(
                     self,
-                    "forced cannot be combined with splitting, got both; use forced in thin media only",
+                    "forced cannot be combined with splitting; use forced in thin media, splitting in deep ones",
                 )

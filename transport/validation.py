@@ -71,11 +71,13 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
 def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple, named: dict) -> None:
     title, names = _title(cls, named.get("name")), [field.name for field in fields]
     call = getattr(cls, "written", cls.__name__)
+    # Check the names of keyword arguments.
     for name, value in named.items():
         if name not in names:
             is_for_run = name in SIMULATE and cls.__name__ == "Scene"
             cure = f"write simulate(scene, {name}=...)" if is_for_run else _suggested_parameter(name, names)
             raise SceneError(f"{title}: unknown parameter {name}={shown(value)}; {cure}")
+    # Check the number of positional arguments.
     by_place = [field.name for field in fields if not field.kw_only]
     if len(values) > len(by_place):
         got = shown(values[len(by_place)])
@@ -89,6 +91,7 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
         required = [f.name for f in fields if f.name in keywords and _is_required(f)]
         cure = f"write {call}({', '.join(f'{name}=...' for name in required or keywords[:1])})"
         raise SceneError(f"{title} takes {limit}: {cure}, got {got} (keywords: {', '.join(keywords)})")
+    # Check for parameters given twice, and for missing ones.
     for name in by_place[: len(values)]:
         if name in named:
             raise SceneError(
@@ -245,7 +248,7 @@ def settle_name(subject: object) -> None:
         refuse(subject, f"name must be a text and not empty, got {shown(name)}")
     if name is not None and "." in name:
         cure = f"write name={name.replace('.', '_')!r}"
-        refuse(subject, f"name must not contain '.', as in 'meter.flux_in', got {shown(name)}; {cure}")
+        refuse(subject, f"name must not contain '.', as in 'detector.flux_in', got {shown(name)}; {cure}")
     store(subject, name=None if name is None else str(name))
 
 

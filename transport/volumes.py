@@ -102,6 +102,7 @@ class VolumeDetector(AnyDetector):
             refuse(self, f"shape must be a Box or a Sphere, got a {type(shape).__name__}; {cure}")
         if isinstance(shape, Sphere) and shape.is_zone:
             refuse(self, f"shape must be a whole Sphere, got {shown(shape)}; leave mu_min and mu_max out")
+        # Count the cells, and refuse too many.
         counts = {name: len(edges) - 1 for name, edges in self.edges(shape).items()}
         if self.directions is not None:
             counts |= {name: len(edges) - 1 for name, edges in self.directions.edges().items()}

@@ -120,7 +120,7 @@ class ThinLens(Material):
     the centre, equally from either side. The Jacobian is 1, so that radiance and etendue are conserved
     exactly: Abbe's sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens. No flat lens
     conserves etendue and also focuses sharply: light along the axis at x crosses the axis at f sqrt(1 -
-    (x/f)^2), so that images are sharp only for x much smaller than f and for small angles. A ray whose |p|
+    (x/f)^2), so that images are sharp only for x much smaller than f and for small angles. A ray whose `|p|`
     would reach 1 returns along its path, so that nothing is lost.
 
     Examples

@@ -59,6 +59,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
 
     Raises SceneError if a value is negative, not finite or masked.
     """
+    # Check type and shape.
     if is_masked(value):
         got = f"{np.ma.count_masked(value)} of {value.size} values masked"
         refuse(subject, f"{name} must have all its values, got {got}; {UNMASK}")
@@ -72,6 +73,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
         refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {given.shape}")
     if given.size == 0:
         refuse(subject, f"{name} must not be empty, got shape {given.shape}")
+    # Copy, and name the first invalid value.
     array = np.array(given, dtype=np.float64, order="C")
     wrong = ~((array >= 0) & (array < math.inf))
     if wrong.any():

@@ -40,7 +40,7 @@ class Grid:
     ----------
     box : Box
         Box that the voxels fill evenly.
-    absorption, scattering : array of shape (nx, ny, nz) or float, default 0
+    absorption, scattering : float or array (nx, ny, nz), default 0
         Coefficients [m^-1], zero or positive, constant in each voxel; the first voxel is at the lower
         corner. At least one is an array; a number takes no memory.
     phase : phase function, default Isotropic()
@@ -50,11 +50,6 @@ class Grid:
     emission : float, default 0
         Emitted power per volume and solid angle [W m^-3 sr^-1] of all voxels.
 
-    Attributes
-    ----------
-    shape : (int, int, int)
-        Number of voxels along each axis.
-
     Raises
     ------
     SceneError
@@ -62,7 +57,7 @@ class Grid:
 
     Notes
     -----
-    Arrays are copied and read-only. A run takes up to 48 bytes per voxel.
+    Arrays are copied and read-only. `shape` is (nx, ny, nz). A run takes up to 48 bytes per voxel.
 
     Examples
     --------
@@ -91,6 +86,7 @@ class Grid:
     def __post_init__(self) -> None:
         check_type(self, "box", Box, "a Box, such as Box(size=(1, 1, 1))")
         self._check_memory()
+        # Convert coefficients to arrays of equal shape; constant ones are broadcast from one number.
         given = {name: self._settled(name) for name in ("absorption", "scattering")}
         shapes = [array.shape for array in given.values() if array.ndim == 3]
         if not shapes:
@@ -101,10 +97,12 @@ class Grid:
         arrays = {name: np.broadcast_to(_thinned(array), shapes[0]) for name, array in given.items()}
         store(self, **arrays, shape=shapes[0], digest=digest_of(*arrays.values()))
         self._freeze()
+        # Check that coefficients add up to finite numbers.
         with np.errstate(over="ignore"):
             highest = float(self.extinction.max())
         if not math.isfinite(highest):
             refuse(self, f"absorption + scattering must be finite, got {highest}; lower one of them")
+        # Check what is the same in all voxels.
         store(self, phase=settled_phase(self, self.phase))
         settle_positive(self, "index")
         if as_float(self.emission) is None and np.ndim(self.emission):
@@ -122,7 +120,7 @@ class Grid:
 
         Returns
         -------
-        array of shape (nx, ny, nz)
+        array (nx, ny, nz)
             Coefficients [m^-1].
         """
         return self.absorption + self.scattering
@@ -133,7 +131,7 @@ class Grid:
 
         Returns
         -------
-        array of shape (nx, ny, nz)
+        array (nx, ny, nz)
         """
         extinction = self.extinction
         return np.divide(self.scattering, extinction, out=np.zeros(self.shape), where=extinction > 0)

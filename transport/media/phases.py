@@ -141,19 +141,10 @@ class Tabulated(Phase):
 
     Parameters
     ----------
-    mu : array of shape (n,)
+    mu : array (n,)
         Cosines of the scattering angle, increasing from -1 (backward) to 1 (forward).
-    density : array of shape (n,)
+    density : array (n,)
         Relative density per solid angle, zero or positive, in any unit; it is normalised.
-
-    Attributes
-    ----------
-    density : callable
-        `density(mu)` returns the density per solid angle [sr^-1].
-    values : array of shape (n,)
-        Density [sr^-1] at the points `mu`.
-    g : float
-        Mean cosine of the scattering angle.
 
     Raises
     ------
@@ -162,7 +153,8 @@ class Tabulated(Phase):
 
     Notes
     -----
-    Arrays are copied and read-only.
+    Arrays are copied and read-only. Afterwards `density(mu)` returns the density per solid angle [sr^-1],
+    `values` is the density at the points `mu`, and `g` is the mean cosine of the scattering angle.
 
     Examples
     --------
@@ -181,6 +173,7 @@ class Tabulated(Phase):
     digest: bytes = field(init=False, repr=False)  # of the arrays, for equality and hash
 
     def __post_init__(self) -> None:
+        # Read the columns, and check them.
         relative = self.density.values if isinstance(self.density, PiecewiseLinear) else self.density
         mu = self._settled_mu()
         relative = settled_array(self, "density", relative, 1)
@@ -188,11 +181,13 @@ class Tabulated(Phase):
             refuse(self, f"density must have as many values as mu, {len(mu)}, got {len(relative)}")
         if not relative.any():
             refuse(self, "density must be positive somewhere, got zeros only")
+        # Normalise the density: its integral over the sphere is 2 pi times that over mu (trapezoids).
         values = relative / relative.max()
         steps, sums = np.diff(mu), values[:-1] + values[1:]
         whole = math.pi * math.fsum(steps * sums)
         # Keep a normalised table bit by bit, so that a table made from its values is equal.
         values = relative if abs(whole * relative.max() - 1) <= ROUNDING else values / whole
+        # Compute the mean cosine, exactly for linear pieces.
         both = values[:-1] + values[1:]
         inner = steps * (mu[:-1] * (values[:-1] + both) + mu[1:] * (values[1:] + both))
         store(self, mu=mu, values=values, density=PiecewiseLinear(mu, values))
@@ -220,6 +215,7 @@ class Tabulated(Phase):
             If the file cannot be read or has another form.
         """
         rows = _rows_of(path)
+        # Sort by the first column, and distinguish angles from cosines by its range.
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         ends = rows[0, 0], rows[-1, 0]
         if ends == (0.0, 180.0):

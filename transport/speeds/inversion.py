@@ -74,6 +74,7 @@ def _ladder(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np
 
 def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Return where the integral from the lowest knot reaches t; measured from the nearer end of its piece."""
+    # Find the piece, and measure from its nearer end.
     piece = np.clip(np.searchsorted(below, t, side="right") - 1, 0, len(knots) - 2)
     from_left, from_right = t - below[piece], below[piece + 1] - t
     flip = from_right < from_left
@@ -81,6 +82,7 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
     width = knots[piece + 1] - knots[piece]
     target = np.where(flip, from_right, from_left) / width
 
+    # Solve for the position y within the piece, in units of its width.
     def misfit(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rest = 1 - y
         integral = y * (b0 * rest * rest + y * ((b0 + b1) * rest + y * ((b0 + b1 + b2) / 3)))
@@ -104,7 +106,7 @@ class WeightedByItself:
         self._q = q
         lower = _refined(self._weight, *_octaves(120), False)
         upper = _refined(self._weight, *_octaves(53), True)
-        # Sort by u; above 1/2 a position is 1 - u, which decreases.
+        # Concatenate the panels in order of u; above 1/2 a position is 1 - u, which decreases.
         self._start = np.concatenate([lower[0], upper[1][::-1]])
         self._end = np.concatenate([lower[1], upper[0][::-1]])
         self._is_upper = np.arange(len(self._start)) >= len(lower[0])
@@ -165,6 +167,7 @@ def _refined(
     """Return the panels, halved until halving changes no integral by more than the rounding of u."""
     least = 2.0**-58 * _integral(weight, low, high, is_upper).sum()
     kept = []
+    # Halve all panels whose two halves do not add up to the whole; keep the others.
     while len(low):
         middle = 0.5 * (low + high)
         halves = _integral(weight, low, middle, is_upper) + _integral(weight, middle, high, is_upper)

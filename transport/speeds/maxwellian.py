@@ -200,7 +200,7 @@ class Maxwellian(SpeedDistribution):
         Raises
         ------
         SceneError
-            If |d| exceeds 30 sigma.
+            If `|d|` exceeds 30 sigma.
         """
         return self.sigma * normals.crossing(u, self._drift_in_sigmas(d))
 
@@ -220,7 +220,7 @@ class Maxwellian(SpeedDistribution):
         Raises
         ------
         SceneError
-            If |d| exceeds 30 sigma.
+            If `|d|` exceeds 30 sigma.
 
         Notes
         -----

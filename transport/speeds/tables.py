@@ -80,7 +80,7 @@ class SpeedTable(SpeedDistribution):
 
     @property
     def fastest(self) -> float:
-        """Largest |speed| of the table.
+        """Largest `|speed|` of the table.
 
         Returns
         -------
@@ -91,7 +91,7 @@ class SpeedTable(SpeedDistribution):
 
     @property
     def mean_speed(self) -> float:
-        """Mean of |speed|.
+        """Mean of `|speed|`.
 
         Returns
         -------
@@ -119,7 +119,7 @@ class SpeedTable(SpeedDistribution):
     line_quantile = quantile
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Return speeds of the density weighted by |speed|.
+        """Return speeds of the density weighted by `|speed|`.
 
         Parameters
         ----------
@@ -135,7 +135,8 @@ class SpeedTable(SpeedDistribution):
 
     @cached_property
     def _laws(self) -> tuple[PiecewiseLaw, PiecewiseLaw]:
-        """Return the density and its product with |speed|, relative to the fastest speed and peak density."""
+        """Return the density and its product with `|speed|`, relative to fastest speed and peak density."""
+        # Scale speeds and density, and add a knot at speed 0, where |speed| has a kink.
         v, f = np.array(self.speeds) / self.fastest, np.array(self.density) / max(self.density)
         if v[0] < 0 < v[-1] and 0.0 not in v:
             place = int(np.searchsorted(v, 0.0))
@@ -214,7 +215,7 @@ class InverseCDF(SpeedDistribution):
 
     @property
     def fastest(self) -> float:
-        """Larger |speed| of both ends.
+        """Larger `|speed|` of both ends.
 
         Returns
         -------
@@ -225,7 +226,7 @@ class InverseCDF(SpeedDistribution):
 
     @property
     def mean_speed(self) -> float:
-        """Mean of |speed|.
+        """Mean of `|speed|`.
 
         Returns
         -------
@@ -250,7 +251,7 @@ class InverseCDF(SpeedDistribution):
         return self.quantile(u)
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Return speeds weighted by |speed|; for the accuracy see inversion.WeightedByItself.
+        """Return speeds weighted by `|speed|`; for the accuracy see inversion.WeightedByItself.
 
         Parameters
         ----------
