@@ -143,5 +143,6 @@ class Tracking:
             if self.forced:
                 refuse(
                     self,
-                    "forced cannot be combined with splitting; use forced in thin media, splitting in deep ones",
+                    "forced cannot be combined with splitting; use forced in thin media,"
+                    " splitting in deep ones",
                 )
