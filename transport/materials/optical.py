@@ -19,8 +19,8 @@ class Dielectric(Material):
     """A smooth boundary between two clear media: refraction and Fresnel reflection.
 
     The normal of the shape points to the outside: inside is the interior of a closed shape, or the back of a
-    flat one. For watts only. A scene with a duration must also name a medium, such as `inside=Medium(index=1.5)`,
-    because light is slower in it.
+    flat one. For watts only. A scene with a duration must also name a medium, such as
+    `inside=Medium(index=1.5)`, because light is slower in it.
 
     Parameters
     ----------
