@@ -148,7 +148,7 @@ REFUSED = {
     "up along the view": (lambda: camera(up=(1, 0, 0)), "line of sight"),
     "a wide angle": (lambda: camera(field_of_view=math.pi), "(0, pi)"),
     "pixels": (lambda: camera(pixels=(8, 0)), "whole numbers"),
-    "looks at itself": (lambda: camera(direction=None, look_at=(0, 0, 0)), "its own position"),
+    "looks at itself": (lambda: camera(direction=None, look_at=(0, 0, 0)), "must differ from position"),
     "no name": (lambda: camera(name=None), "name must be given"),
     "theta": (lambda: tp.EnvironmentMap(name="map", position=(0, 0, 0), theta=0), "theta"),
     "a clock": (lambda: tp.Scene([lamp_at((2, 0, 0))], (), [camera()], duration=1.0), "leave duration out"),

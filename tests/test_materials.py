@@ -64,13 +64,13 @@ REFUSALS = {
     "side of a lens": (lambda: tp.TwoSided(tp.Black(), LENS), ["TwoSided: back", "ThinLens", "both sides"]),
     "side of a mixture": (
         lambda: tp.TwoSided(tp.Black(), tp.Mixture({GLASS: 0.5, tp.Black(): 0.5})),
-        ["TwoSided: back", "hold a Dielectric"],
+        ["TwoSided: back", "contain a Dielectric"],
     ),
     "sides of sides": (
         lambda: tp.TwoSided(tp.TwoSided(tp.Black(), tp.Black()), tp.Black()),
         ["TwoSided: front", "another TwoSided"],
     ),
-    "side of a class": (lambda: tp.TwoSided(tp.Black, tp.Black()), ["TwoSided: front", "brackets"]),
+    "side of a class": (lambda: tp.TwoSided(tp.Black, tp.Black()), ["TwoSided: front", "an instance"]),
     "one side": (lambda: tp.TwoSided(tp.Black()), ["TwoSided: back missing"]),
     # mixtures
     "mixture of sides": (
@@ -79,15 +79,15 @@ REFUSALS = {
     ),
     "mixture of media": (
         lambda: tp.Mixture({GLASS: 0.5, tp.Dielectric(1.3): 0.5}),
-        ["Mixture: parts", "unlike media", "1.5", "1.3"],
+        ["Mixture: parts", "the same media", "1.5", "1.3"],
     ),
     "mixture of glass and air": (
         lambda: tp.Mixture({GLASS: 0.5, tp.Transparent(): 0.5}),
-        ["Mixture: parts", "unlike media", "Transparent"],
+        ["Mixture: parts", "the same media", "Transparent"],
     ),
     "mixture of glass and milk": (
         lambda: tp.Mixture({GLASS: 0.5, tp.Diffuse(0.2, 0.2): 0.5}),
-        ["Mixture: parts", "unlike media", "Diffuse"],
+        ["Mixture: parts", "the same media", "Diffuse"],
     ),
     # scenes
     "glass with a clock": (

@@ -78,7 +78,7 @@ def test_a_point_may_lie_on_what_is_transparent():
     seen = run(tp.Scene(LAMP, fog, there))["there"].fluence_rate
     assert seen.value == pytest.approx(math.exp(-0.5) / (4 * math.pi), rel=1e-12)
     assert "position must not lie on" in refusal(lambda: tp.Scene(LAMP, tp.Surface(ball, tp.Black()), there))
-    assert "Transparent surface they may lie" in " ".join(tp.PointDetector.__doc__.split())
+    assert "On a Transparent surface it may lie" in " ".join(tp.PointDetector.__doc__.split())
 
 
 def test_events_are_scatterings_too():

@@ -34,7 +34,7 @@ REFUSED = {
     ),
     "no particles": (lambda: tp.simulate(tp.Scene(LAMP)), "no limit given; pass particles=1_000_000"),
     "particles to the scene": (lambda: tp.Scene(LAMP, particles=10), "write simulate(scene, particles=...)"),
-    "a share above one": (lambda: tp.Diffuse(1.2), "albedo must be in [0, 1], got 1.2; a share, of which 1 is all"),
+    "a share above one": (lambda: tp.Diffuse(1.2), "albedo must be in [0, 1], got 1.2; a fraction, where 1 means all"),
     "a shape for a detector": (lambda: tp.Scene(LAMP, detectors=[METER]), "detectors must be a list of"),
     "an array of another length": (lambda: tp.Disk(center=np.zeros(2), radius=1.0), "center must be three finite numbers"),
 }  # fmt: skip
@@ -273,7 +273,7 @@ def test_a_lamp_on_a_closed_box_that_faces_outwards_does_not_count_as_inside():
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("numpy", "numpy.py hides NumPy: call it something else"),
+        ("numpy", "numpy.py shadows NumPy: rename it"),
         ("transport", "circular import"),
         ("random", None),
     ],

@@ -12,7 +12,7 @@ from transport.shapes import Cloud, Disk, Point
 
 REFUSALS = {
     # detectors
-    "nameless": (lambda: Detector(DISK), ["Detector: name", "None", "name='meter'"]),
+    "nameless": (lambda: Detector(DISK), ["Detector: name", "None", "name='detector'"]),
     "meter point": (lambda: Detector(Point(), name="lid"), ["Detector 'lid': shape", "Point("]),
     "meter inside flat": (
         lambda: Detector(DISK, name="lid", side="inside"),
@@ -55,7 +55,7 @@ REFUSALS = {
             "1.28 GB",
             "4.48 GB",
             "8 batches",
-            "take fewer",
+            "use fewer",
         ],
     ),
     "positions in all": (lambda: Positions(u=10_000, v=10_000), ["Positions: u x v", "got 100000000"]),

@@ -19,7 +19,7 @@ REFUSALS = {
         lambda: Surface(Point(), Black(), name="p"),
         ["Surface 'p': shape", "Point", "sources only"],
     ),
-    "material": (lambda: Surface(DISK, Black), ["Surface: material", "Black", "brackets"]),
+    "material": (lambda: Surface(DISK, Black), ["Surface: material", "Black", "an instance"]),
     "name": (lambda: Surface(DISK, Black(), name=""), ["Surface: name", "not empty", "''"]),
     "name with a dot": (
         lambda: Detector(DISK, name="lid.in"),
@@ -42,11 +42,11 @@ REFUSALS = {
     "mixture of numbers": (lambda: Mixture({3: 1}), ["Mixture: parts", "Mirror()", "got 3"]),
     "mixture twice": (
         lambda: Mixture([(Black(), 0.5)] * 2),
-        ["Mixture: parts", "differ", "add their shares"],
+        ["Mixture: parts", "differ", "add up their shares"],
     ),
     "mixture of mixtures": (
         lambda: Mixture({Mixture({Black(): 1}): 1}),
-        ["Mixture: parts", "another Mixture", "write its parts out"],
+        ["Mixture: parts", "another Mixture", "list its parts"],
     ),
 }
 

@@ -16,7 +16,7 @@ REFUSALS = {
     ),
     "phase space of three": (
         lambda: PhaseSpace(x=EDGES, vx=EDGES, mu=4, time=1),
-        ["PhaseSpace 'phase_space': one or two of", "got x, vx, mu", "each pair"],
+        ["PhaseSpace 'phase_space': one or two of", "got x, vx, mu", "per pair"],
     ),
     "phase space by place": (lambda: PhaseSpace(EDGES), ["PhaseSpace", "keywords only", "time=..."]),
     "phase space without time": (lambda: PhaseSpace(x=EDGES), ["PhaseSpace", "time missing"]),
@@ -40,7 +40,10 @@ REFUSALS = {
     "moments of phase space": (lambda: cloud(x=EDGES, moments=1), ["PhaseSpace 'cloud': moments", "got 1"]),
     "nameless phase space": (lambda: PhaseSpace(x=EDGES, time=1, name=None), ["PhaseSpace", "name", "None"]),
     "name with a dot of a snapshot": (lambda: Snapshot(1, name="a.b"), ["Snapshot 'a.b'", "'a_b'"]),
-    "snapshot of a series": (lambda: Snapshot((1, 2)), ["Snapshot 'snapshot': time", "(1, 2)", "of each"]),
+    "snapshot of a series": (
+        lambda: Snapshot((1, 2)),
+        ["Snapshot 'snapshot': time", "(1, 2)", "one Snapshot per time"],
+    ),
     "snapshot before 0": (lambda: Snapshot(-1), ["Snapshot 'snapshot': time", "got -1"]),
     "snapshot without an end": (lambda: Snapshot(math.inf), ["Snapshot 'snapshot': time", "inf"]),
     "snapshot of none": (lambda: Snapshot(1, particles=0), ["Snapshot 'snapshot': particles", "got 0"]),
@@ -52,7 +55,7 @@ REFUSALS = {
     ),
     "look after the end": (
         lambda: Scene(LAMP, detectors=cloud(x=EDGES, time=(1, 3)), duration=2),
-        ["PhaseSpace 'cloud': time", "duration of 2.0 s", "got 3.0", "look earlier"],
+        ["PhaseSpace 'cloud': time", "duration of 2.0 s", "got 3.0", "earlier time"],
     ),
     "looks' names": (
         lambda: Scene(LAMP, (), [Snapshot(1), Snapshot(2)], duration=2),

@@ -79,5 +79,5 @@ def test_weights_that_forget_what_did_not_collide_would_be_seen():
 
 
 def test_forced_collisions_do_not_go_with_splitting():
-    with pytest.raises(tp.SceneError, match="forced does not go with a splitting"):
+    with pytest.raises(tp.SceneError, match="forced cannot be combined with splitting"):
         tp.Tracking(forced=True, splitting=splitting(4))

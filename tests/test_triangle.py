@@ -232,7 +232,9 @@ def test_only_surface_emissions_leave_from_a_triangle():
 
 
 def test_positions_on_a_triangle_are_refused():
-    with pytest.raises(SceneError, match=r"Detector 'meter': .* Triangle has no coordinates.*; meter a Rect"):
+    with pytest.raises(
+        SceneError, match=r"Detector 'meter': .* Triangle has no coordinates.*; put a Detector on a Rect"
+    ):
         Detector(SLOPED, name="meter", positions=Positions(u=2))
 
 

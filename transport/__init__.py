@@ -1,8 +1,12 @@
-"""Monte Carlo transport: photons fly, crossings are counted, n·v·cosθ and radiance come out with error bars."""
+"""Monte Carlo transport of photons and gas particles: radiometric quantities with standard errors.
+
+Use it as `import transport as tp`: build a `tp.Scene` of sources, surfaces and detectors, run
+`tp.simulate(scene, ...)`, and read the quantities of `result["detector name"]`.
+"""
 
 from typing import TYPE_CHECKING
 
-from transport import namesakes  # noqa: F401  first of all
+from transport import namesakes  # noqa: F401  must be imported first
 from transport.cameras import Camera, EnvironmentMap
 from transport.counting import solid_angle
 from transport.detectors import Detector, Directions, Positions
@@ -93,22 +97,23 @@ register("from_json", {"Scene": "transport.written.documents:scene_of"})
 register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [
-    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Cone", "CostOfAccuracy", "Cylinder", "Detector", "Dielectric", "Diffuse",
-    "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate", "EstimateArray", "Gas", "GaussianPulse", "Glossy",
-    "Grid", "HenyeyGreenstein", "Instant", "InverseCDF", "Isotropic", "Lambertian", "Maxwellian",
-    "Medium", "Mesh", "MeshWarning", "Mirror", "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point",
-    "PointDetector", "Positions", "Rayleigh", "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source",
-    "SpeedTable", "Sphere", "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent",
-    "Triangle", "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au", "bins_against_noise", "cm", "cost_of_accuracy", "deg",
-    "etendue", "km", "load", "merge", "mm", "mrad", "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us",
-    "view_factor",
+    "Beam", "Black", "Box", "BoxPulse", "Camera", "Cloud", "Cone", "CostOfAccuracy", "Cylinder",
+    "Detector", "Dielectric", "Diffuse", "Directions", "Disk", "Effusive", "EnvironmentMap", "Estimate",
+    "EstimateArray", "Gas", "GaussianPulse", "Glossy", "Grid", "HenyeyGreenstein", "Instant",
+    "InverseCDF", "Isotropic", "Lambertian", "Maxwellian", "Medium", "Mesh", "MeshWarning", "Mirror",
+    "Mixture", "Paraboloid", "PhaseSpace", "Plane", "Point", "PointDetector", "Positions", "Rayleigh",
+    "Rectangle", "Result", "Scene", "SceneError", "Slab", "Snapshot", "Source", "SpeedTable", "Sphere",
+    "Splitting", "Surface", "Tabulated", "ThinLens", "Tracking", "Tracks", "Transparent", "Triangle",
+    "TwoSided", "Unit", "UnitError", "Vacuum", "VolumeDetector", "arcmin", "arcsec", "au",
+    "bins_against_noise", "cm", "cost_of_accuracy", "deg", "etendue", "km", "load", "merge", "mm", "mrad",
+    "nm", "ns", "simulate", "solid_angle", "speed_of_light", "tracks", "um", "us", "view_factor",
 ]  # fmt: skip
 
 
-if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
+if not TYPE_CHECKING:  # type checkers would accept any name
 
     def __getattr__(name: str):
-        """Say which name was meant."""
+        """Raise AttributeError and suggest the closest public name."""
         from transport.validation import suggestion
 
         cure = "" if name.startswith("_") else f"; {suggestion(name, __all__)}"

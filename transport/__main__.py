@@ -1,4 +1,4 @@
-"""`python -m transport` is the command `transport`."""
+"""Entry point of `python -m transport`, the same as the command `transport`."""
 
 from transport.command.cli import main
 

@@ -1,4 +1,4 @@
-"""Bins: over directions of a hemisphere, over positions on a shape's own coordinates, over times, speeds and the like."""
+"""Bins of directions, positions, times and speeds: their edges, sizes and checks."""
 
 import math
 from itertools import pairwise
@@ -36,37 +36,65 @@ from transport.validation import (
 
 Range = tuple[float, float]
 
-MOST_BINS = 1_000_000  # of one axis; more would be a slip
-MOST_BINS_IN_ALL = 10_000_000  # of a detector
+MOST_BINS = 1_000_000  # per axis; more would be a mistake
+MOST_BINS_IN_ALL = 10_000_000  # per detector
 BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = (
     32,
     14,
     8,
-)  # memory that a bin takes; sums on each side, of each thread
+)  # bytes of sums per bin, side and thread; bytes per bin and batch; usual number of batches
 PI = math.pi
-NARROWEST = 2.0**-43  # of a bin, in cosines: rounding moves a thousandth of it over its edges
+NARROWEST = 2.0**-43  # width of a bin in cosine: rounding moves 0.1 % of it across its edges
 DIRECTION_RANGES: dict[str, dict[str, Range]] = {
     "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
     "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
 }
 SPHERE_RANGES: dict[str, Range] = {"mu": (-1.0, 1.0), "phi": (0.0, 2 * PI)}
-INSTEAD = {  # of bins of position on shapes without coordinates
-    Box: "meter each of its faces() instead",
-    Slab: "meter Rectangles on its planes() instead",
-    Plane: "meter a Rectangle or Disk in it instead",
-    Triangle: "meter a Rectangle or Disk in its plane instead",
-    Mesh: "bin its directions, or put together what several meshes read",
+INSTEAD = {  # hints for position bins on shapes without coordinates
+    Box: "put a Detector on each of its faces() instead",
+    Slab: "put Detectors on Rectangles in its planes() instead",
+    Plane: "put a Detector on a Rectangle or Disk in it instead",
+    Triangle: "put a Detector on a Rectangle or Disk in its plane instead",
+    Mesh: "use bins of direction, or one Detector per part of the mesh",
 }
 
 
 @scene_object(kw_only=True)
 class Directions:
-    """Bins over directions, each a number of equal bins or increasing edges [rad; mu without unit].
+    """Bins of direction: each axis a number of equal bins or increasing edges.
 
-    frame "local": `mu` = cos(theta) to the normal of the side looked at, `phi` from e_u towards e_v.
-    frame "world": `mu` = cos(theta) to +z in [-1, 1], `phi` about +z from +x.
-    Radiance is undefined in bins of the world that the side looked at cannot see; where it sees none they are refused.
-    Edges of `phi` lie within [-2 pi, 2 pi], one turn in all at most: (-pi/4, pi/4) is a sector across phi = 0.
+    Give at least one of `mu`, `theta` and `phi`; `mu` and `theta` exclude each other.
+
+    Parameters
+    ----------
+    mu : int or sequence of float, default None
+        Cosine of the polar angle; within [0, 1] in the local frame, [-1, 1] in the world frame.
+    phi : int or sequence of float, default None
+        Azimuth [rad]; a number of bins covers [0, 2 pi]. Edges lie within [-2 pi, 2 pi] and span at most
+        one turn: (-pi/4, pi/4) is a sector across phi = 0.
+    theta : int or sequence of float, default None
+        Polar angle [rad]; within [0, pi/2] in the local frame, [0, pi] in the world frame.
+    frame : {"local", "world"}, default "local"
+        "local": theta is measured from the normal of the detector's side, phi from e_u towards e_v.
+        "world": theta is measured from +z, phi about +z from +x.
+
+    Raises
+    ------
+    SceneError
+        If no axis is given, if edges are out of range, or if a bin is narrower than 2^-43 in cos(theta).
+
+    Notes
+    -----
+    Radiance is undefined in world-frame bins below the horizon of the detector's side. Directions of which
+    all bins are below the horizon raise SceneError.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Directions(mu=4).edges()["mu"]
+    array([0.  , 0.25, 0.5 , 0.75, 1.  ])
+    >>> tp.Directions(theta=(0, 30 * tp.deg, 90 * tp.deg)).edges()["theta"].round(3)  # [rad]
+    array([0.   , 0.524, 1.571])
     """
 
     mu: OptionalBins = None
@@ -86,22 +114,75 @@ class Directions:
 
     @staticmethod
     def cone(*values: object, **named: object) -> "DirectionCone":
-        """cone(axis, half_angle), one bin: the directions within `half_angle` [rad] of `axis`, a vector in the world."""
+        """Return one bin: the directions within `half_angle` of `axis`, in the world frame.
+
+        Parameters
+        ----------
+        axis : vector
+            Axis of the cone, of any length except 0.
+        half_angle : float
+            Half angle of the cone [rad], in (0, pi/2].
+
+        Returns
+        -------
+        DirectionCone
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Directions.cone((0, 0, 2), half_angle=0.1)
+        DirectionCone(axis=(0.0, 0.0, 1.0), half_angle=0.1)
+        """
         return DirectionCone(*values, **named)
 
     @staticmethod
     def sphere(*values: object, **named: object) -> "DirectionSphere":
-        """sphere(mu=8, phi=16, axis=(0, 0, 1)): bins over all directions of flight, for a VolumeDetector."""
+        """Return bins over all directions of flight, for a VolumeDetector.
+
+        Parameters
+        ----------
+        mu : int or sequence of float, default 8
+            Bins of the cosine to `axis`, within [-1, 1].
+        phi : int or sequence of float, default 16
+            Bins of the azimuth about `axis` [rad].
+        axis : vector, default (0, 0, 1)
+            Polar axis.
+
+        Returns
+        -------
+        DirectionSphere
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Directions.sphere(mu=2, phi=1).solid_angles().round(4)  # [sr]
+        array([[6.2832],
+               [6.2832]])
+        """
         return DirectionSphere(*values, **named)
 
     def edges(self) -> dict[str, np.ndarray]:
-        """Edges of each binned axis, "mu" or "theta" [rad] and "phi" [rad]."""
+        """Return the edges of each binned axis.
+
+        Returns
+        -------
+        dict of str to array
+            "mu" [1] or "theta" [rad], and "phi" [rad].
+        """
         return _all_edges(self, _turned(self, DIRECTION_RANGES[self.frame]), f"frame {self.frame!r}")
 
 
 @scene_object
 class DirectionCone:
-    """One bin round `axis` (world frame) of `half_angle` [rad] in (0, pi/2], made by Directions.cone."""
+    """One bin of directions: a cone about an axis in the world frame, made by `Directions.cone`.
+
+    Parameters
+    ----------
+    axis : vector
+        Axis of the cone, of any length except 0; stored as a unit vector.
+    half_angle : float
+        Half angle of the cone [rad], in (0, pi/2].
+    """
 
     axis: VectorField
     half_angle: float
@@ -118,16 +199,33 @@ class DirectionCone:
         store(self, half_angle=angle)
 
     def edges(self) -> dict[str, np.ndarray]:
-        """The one bin's "theta" [rad], measured from the axis."""
+        """Return the edges of the bin.
+
+        Returns
+        -------
+        dict of str to array
+            "theta" [rad], measured from the axis.
+        """
         return {"theta": np.array([0.0, self.half_angle])}
 
 
 @scene_object
 class DirectionSphere:
-    """Bins over all directions of flight, made by Directions.sphere: numbers of equal bins or increasing edges.
+    """Bins over all directions of flight, made by `Directions.sphere`.
 
-    `mu` = cos(theta) to `axis` in [-1, 1];  `phi` about it [rad], for the default axis +z from +x; for another from e_u
-    towards e_v of its frame: e_v the part of +y across it (of +z where the axis is along y), e_u = e_v x axis.
+    Parameters
+    ----------
+    mu : int or sequence of float, default 8
+        Number of equal bins of the cosine to `axis`, or increasing edges within [-1, 1].
+    phi : int or sequence of float, default 16
+        Number of equal bins of the azimuth about `axis`, or increasing edges [rad].
+    axis : vector, default (0, 0, 1)
+        Polar axis, of any length except 0; stored as a unit vector.
+
+    Notes
+    -----
+    For the default axis phi is measured from +x. For another axis it is measured from e_u towards e_v: e_v is
+    the component of +y normal to the axis (of +z if the axis is along y), and e_u = e_v x axis.
     """
 
     mu: OptionalBins = 8
@@ -143,11 +241,23 @@ class DirectionSphere:
         _check_cosines(self, self.edges())
 
     def edges(self) -> dict[str, np.ndarray]:
-        """Edges of each binned axis, "mu" and "phi" [rad]."""
+        """Return the edges of each binned axis.
+
+        Returns
+        -------
+        dict of str to array
+            "mu" [1] and "phi" [rad].
+        """
         return _all_edges(self, _turned(self, SPHERE_RANGES), "all directions")
 
     def solid_angles(self) -> np.ndarray:
-        """Solid angles [sr] of the bins, of shape (mu, phi); an axis that is not binned is left out."""
+        """Return the solid angle of each bin.
+
+        Returns
+        -------
+        array
+            Solid angles [sr], shape (mu bins, phi bins); an axis without bins is omitted.
+        """
         edges = self.edges()
         cosines, turns = (edges.get(name, np.array(span)) for name, span in SPHERE_RANGES.items())
         angles = np.outer(np.diff(cosines), np.diff(turns))
@@ -156,11 +266,38 @@ class DirectionSphere:
 
 @scene_object(kw_only=True)
 class Positions:
-    """Bins over a shape's own coordinates, each a number of equal bins or increasing edges.
+    """Bins of position in a shape's own coordinates u and v.
 
-    Rectangle: `u`, `v` [m] from its centre along e_u and e_v. Disk: `u` radius [m], `v` azimuth [rad].
-    Sphere and its zones: `u` polar angle from the axis, `v` azimuth [rad]. Cylinder, Cone, Paraboloid: `u` height [m]
-    along the axis from `center`, `v` azimuth [rad]. Azimuth runs from e_u towards e_v.
+    Give at least one of `u` and `v`.
+
+    Parameters
+    ----------
+    u : int or sequence of float, default None
+        Number of equal bins, or increasing edges [m or rad].
+    v : int or sequence of float, default None
+        Number of equal bins, or increasing edges [m or rad].
+
+    Notes
+    -----
+    ========================== ========================================= =============
+    Shape                      u                                         v
+    ========================== ========================================= =============
+    Rectangle                  from the centre along e_u [m]             along e_v [m]
+    Disk                       radius [m]                                azimuth [rad]
+    Sphere or zone             polar angle from the axis [rad]           azimuth [rad]
+    Cylinder, Cone, Paraboloid height along the axis from `center` [m]   azimuth [rad]
+    ========================== ========================================= =============
+
+    Azimuth runs from e_u towards e_v. Other shapes have no coordinates.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> rings = tp.Positions(u=2)
+    >>> rings.edges(tp.Disk(radius=1.0))["u"]  # [m]
+    array([0. , 0.5, 1. ])
+    >>> rings.areas(tp.Disk(radius=1.0)).round(3)  # [m^2]
+    array([0.785, 2.356])
     """
 
     u: OptionalBins = None
@@ -171,17 +308,35 @@ class Positions:
         check_number_of_bins(self, self)
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
-        """Edges of each binned axis, "u" and "v", on the shape [m or rad]."""
+        """Return the edges of each binned axis on a shape.
+
+        Returns
+        -------
+        dict of str to array
+            "u" and "v" [m or rad].
+        """
         return _all_edges(self, self._ranges(shape), type(shape).__name__)
 
     def units(self, shape: Shape) -> dict[str, str]:
-        """Of its coordinates "u" and "v" on the shape."""
+        """Return the units of the coordinates on a shape.
+
+        Returns
+        -------
+        dict of str to str
+            "m" or "rad" for "u" and "v".
+        """
         if isinstance(shape, Rectangle):
             return {"u": "m", "v": "m"}
         return {"u": "rad" if isinstance(shape, Sphere) else "m", "v": "rad"}
 
     def areas(self, shape: Shape) -> np.ndarray:
-        """Areas [m^2] of the bins, of shape (u bins, v bins); an axis that is not binned is left out."""
+        """Return the area of each bin on a shape.
+
+        Returns
+        -------
+        array
+            Areas [m^2], shape (u bins, v bins); an axis without bins is omitted.
+        """
         edges = self.edges(shape)
         u, v = (np.array(edges.get(name, whole)) for name, whole in self._ranges(shape).items())
         areas = np.outer(_widths(shape, u), np.diff(v))
@@ -192,7 +347,7 @@ class Positions:
         match shape:
             case Rectangle():
                 if shape.hole is not None:
-                    cure = "meter Rectangles that leave the hole out"
+                    cure = "put Detectors on Rectangles that leave out the hole"
                     refuse(
                         self, f"a Rectangle with a hole has no bins of known area, got {shown(shape)}; {cure}"
                     )
@@ -228,20 +383,21 @@ def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
 
 
 def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
-    """The ranges; edges of phi may lie within a turn to either side, one turn in all at most."""
+    """Extend the range of phi by one turn to either side; edges may span one turn in all."""
     phi = subject.phi
     if not isinstance(phi, tuple):
         return ranges
     if phi[-1] - phi[0] > 2 * PI * (1 + 1e-15):
         refuse(
             subject,
-            f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; take fewer{in_degrees(phi[-1] - phi[0])}",
+            f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; use fewer"
+            f"{in_degrees(phi[-1] - phi[0])}",
         )
     return ranges | {"phi": (-2 * PI, 2 * PI)}
 
 
 def _settle_bins(subject: object, *names: str) -> None:
-    """Each field is None, a number of bins, or increasing edges; one of them at least is given."""
+    """Convert each field to None, a number of bins or edges; at least one must be given."""
     if all(getattr(subject, name) is None for name in names):
         refuse(subject, f"at least one of {', '.join(names)} must be given, got none")
     for name in names:
@@ -249,20 +405,28 @@ def _settle_bins(subject: object, *names: str) -> None:
 
 
 def _check_cosines(subject: object, edges: dict[str, np.ndarray]) -> None:
-    """Refuse bins of polar angle that cosines do not resolve: near a pole they crowd together."""
+    """Raise SceneError for polar bins that are too narrow in cos(theta), as close to a pole."""
     if "theta" not in edges and "mu" not in edges:
         return
     name = "theta" if "theta" in edges else "mu"
     cosines = edges["mu"] if name == "mu" else np.cos(edges["theta"])
     widths = np.abs(np.diff(cosines))
     if widths.min() < NARROWEST:
-        cure = "take wider ones; Directions.cone(axis, half_angle) resolves any angle round one axis"
+        cure = "use wider ones; Directions.cone(axis, half_angle) resolves any angle about one axis"
         got = shown(getattr(subject, name))
         refuse(subject, f"{name} bins must be at least {NARROWEST:.2g} wide in cos(theta), got {got}; {cure}")
 
 
 def settle_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
-    """The field is None, increasing edges from `least` up, or a number of bins where their range is known."""
+    """Convert a field to None, a tuple of increasing edges, or a number of bins.
+
+    Parameters
+    ----------
+    least : float
+        Lowest allowed edge.
+    may_count : bool
+        Whether a number of bins is allowed, because their range is known.
+    """
     value = getattr(subject, name)
     if value is None:
         return
@@ -281,7 +445,7 @@ def settle_bins(subject: object, name: str, least: float = -math.inf, may_count:
 
 
 def check_number_of_bins(subject: object, *axes: object) -> None:
-    """Refuse more bins, over all axes that these parts of a detector have together, than a detector may have."""
+    """Raise SceneError if all axes of these parts of a detector make too many bins together."""
     given = {
         name: bins if isinstance(bins, int) else len(bins) - 1
         for each in axes
@@ -292,9 +456,16 @@ def check_number_of_bins(subject: object, *axes: object) -> None:
 
 
 def check_total(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
-    """Refuse a product of these numbers of bins that would take more memory than any detector should.
+    """Raise SceneError if the product of the numbers of bins would take too much memory.
 
-    moments: velocity sums beside each bin.
+    Parameters
+    ----------
+    given : dict of str to int
+        Number of bins per axis.
+    sides : int
+        Number of sides that are counted.
+    moments : int
+        Number of velocity sums per bin.
     """
     total = math.prod(given.values())
     most = MOST_BINS_IN_ALL // (1 + moments)
@@ -305,7 +476,7 @@ def check_total(subject: object, given: dict[str, int], sides: int = 1, moments:
         refuse(
             subject,
             f"{' x '.join(given)} must be {most} {kind} at most, got {total}, which would take"
-            f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; take fewer",
+            f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; use fewer",
         )
 
 
@@ -321,27 +492,33 @@ def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[st
 
 
 def _cure_of_angles(name: str, edges: np.ndarray) -> str:
-    """The cure for edges out of range that look like degrees, as the end of a message."""
+    """Return a hint for edges out of range that look like degrees, as the end of a message."""
     if name == "mu":
         return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
     return in_degrees(float(np.abs(edges).max())) if name in ("theta", "phi") else ""
 
 
 def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
-    """Edges of bins over [lower, upper], or given ones that must lie in it, the last rounding forgiven."""
+    """Return edges of bins over [lower, upper], or the given edges, which must lie within it.
+
+    Excess by rounding is clipped.
+    """
     edges = _equal_bins(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
-    rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not beyond
+    rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not out of range
     if edges[0] < lower - rounding or edges[-1] > upper + rounding:
         must = f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}"
         refuse(subject, must + _cure_of_angles(name, edges))
     edges = edges.clip(lower, upper)
     if not (edges[:-1] < edges[1:]).all():
-        refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; take fewer")
+        refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; use fewer")
     return edges
 
 
 def _equal_bins(lower: float, upper: float, bins: int) -> np.ndarray:
-    """Edges rounded as numbers that are written down are: the seventh tenth of 1 s is 0.7 s; in steps of 0.1 it is later."""
+    """Return equally spaced edges, rounded like decimal numbers.
+
+    The seventh tenth of 1 s is 0.7 s; adding steps of 0.1 would exceed it.
+    """
     edges = lower + np.arange(bins + 1) * (upper - lower) / bins
     edges[-1] = upper
     return edges

@@ -1,4 +1,4 @@
-"""Instruments at a point that only backward histories reach: a pinhole camera, and a map of all directions."""
+"""Cameras at a point: a pinhole camera and a map of all directions, both estimated backward."""
 
 from __future__ import annotations
 
@@ -25,24 +25,29 @@ from transport.validation import (
 )
 from transport.vectors import Frame, Vector, are_parallel, local_frame, unit_vector
 
-MOST_PIXELS = 1 << 14  # along one side
+MOST_PIXELS = 1 << 14  # per side
 
 
 class Instrument(AnyDetector):
-    """What both share: a name and a place; not made itself."""
+    """Base class of Camera and EnvironmentMap: a name and a position; not instantiated directly."""
 
     name: str
     position: VectorField
 
     @property
     def shape(self) -> Point:
-        """Where its histories begin."""
+        """The point where backward histories start.
+
+        Returns
+        -------
+        Point
+        """
         return Point(position=self.position)
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a clock: backward histories know no time of departure."""
+        """Raise SceneError if the scene has a duration: backward histories have no time of emission."""
         if duration is not None:
-            refuse(self, f"sees steady scenes, got duration={duration!r}; leave duration out of the Scene")
+            refuse(self, f"needs a steady scene, got duration={duration!r}; leave duration out of the Scene")
 
     def _settle_place(self) -> None:
         settle_name(self)
@@ -53,11 +58,45 @@ class Instrument(AnyDetector):
 
 @scene_object(kw_only=True)
 class Camera(Instrument):
-    """A pinhole camera: the radiance that arrives at `position` [m], a mean over the solid angle of each pixel.
+    """A pinhole camera: an image of the radiance that arrives at a point.
 
-    It looks towards the point `look_at` [m], or along `direction`; `up` is upright in the image.  `field_of_view`:
-    the angle [rad] in (0, pi) across the image's width.  `pixels`: (width, height), square ones on a plane across the
-    line of sight.  Nothing of it is in the way of light.  Seen by histories that run backwards: transport.estimators.backward.
+    Each pixel is the mean radiance over its solid angle. The camera blocks no light. Its histories run
+    backward from the camera to the sources. Give exactly one of `look_at` and `direction`; all parameters
+    are keywords.
+
+    Parameters
+    ----------
+    name : str
+        Key of the camera in the result.
+    position : vector
+        Position of the pinhole [m].
+    look_at : vector, default None
+        Point [m] at the centre of the image.
+    direction : vector, default None
+        Line of sight, of any length except 0; stored as a unit vector.
+    up : vector, default (0, 0, 1)
+        Direction that is upright in the image; not parallel to the line of sight.
+    field_of_view : float, default pi/4
+        Angle [rad] across the width of the image, in (0, pi).
+    pixels : (int, int), default (160, 120)
+        Width and height in square pixels, each from 1 to 16384.
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid, or if the scene has a duration.
+
+    Examples
+    --------
+    >>> import math
+    >>> import transport as tp
+    >>> camera = tp.Camera(
+    ...     name="view", position=(0, -3, 0), look_at=(0, 0, 0), field_of_view=math.pi / 2, pixels=(4, 2)
+    ... )
+    >>> camera.forward
+    (0.0, 1.0, 0.0)
+    >>> camera.solid_angles().shape
+    (2, 4)
     """
 
     name: str
@@ -76,7 +115,7 @@ class Camera(Instrument):
         if self.look_at is not None:
             settle_vector(self, "look_at")
             if self.look_at == self.position:
-                refuse(self, f"look_at must not be its own position, got {shown(self.look_at)}; move one")
+                refuse(self, f"look_at must differ from position, got {shown(self.look_at)}; move one")
         else:
             settle_direction(self, "direction")
         settle_direction(self, "up")
@@ -86,25 +125,51 @@ class Camera(Instrument):
 
     @property
     def forward(self) -> Vector:
-        """The line of sight, a unit vector."""
+        """Line of sight.
+
+        Returns
+        -------
+        vector
+            Unit vector.
+        """
         if self.direction is not None:
             return self.direction
         return unit_vector(tuple(b - a for a, b in zip(self.position, self.look_at, strict=True)))
 
     @property
     def frame(self) -> Frame:
-        """(to the left, up, the line of sight), unit vectors; right-handed, as all frames are."""
+        """Right-handed frame of the camera.
+
+        Returns
+        -------
+        tuple of 3 vectors
+            Unit vectors to the left, upward and along the line of sight.
+        """
         return local_frame(self.forward, self.up)
 
     def edges(self) -> dict[str, np.ndarray]:
-        """Edges of the pixels on the plane at distance 1, "v" upwards and "u" to the right [1]."""
+        """Return the edges of the pixels on the image plane at distance 1.
+
+        Returns
+        -------
+        dict of str to array
+            "v" upward and "u" to the right [1].
+        """
         width, height = self.pixels
         half = math.tan(self.field_of_view / 2)
         tall = half * height / width
         return {"v": np.linspace(-tall, tall, height + 1), "u": np.linspace(-half, half, width + 1)}
 
     def may_see(self, shape: Shape) -> bool:
-        """Whether a shape may be within the image, by a ball about the one and a cone about the other."""
+        """Return whether a shape may be in the image.
+
+        The test uses a bounding sphere of the shape and a bounding cone of the image, so it may be true for a
+        shape outside the image, but is never false for one in it.
+
+        Returns
+        -------
+        bool
+        """
         if shape.is_infinite:
             return True
         way = np.subtract(shape.middle, self.position)
@@ -116,9 +181,16 @@ class Camera(Instrument):
         return angle <= half + math.asin(shape.extent / distance)
 
     def solid_angles(self) -> np.ndarray:
-        """Solid angle [sr] of each pixel, (v, u)."""
+        """Return the solid angle of each pixel.
+
+        Returns
+        -------
+        array
+            Solid angles [sr], shape (height, width), axes (v, u).
+        """
         v, u = np.meshgrid(*self.edges().values(), indexing="ij")
-        corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))  # of the rectangle from the axis to there
+        # Solid angle of the rectangle from the axis to each corner (u, v).
+        corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))
         return np.diff(np.diff(corner, axis=0), axis=1)
 
     def _settle_image(self) -> None:
@@ -138,10 +210,36 @@ class Camera(Instrument):
 
 @scene_object(kw_only=True)
 class EnvironmentMap(Instrument):
-    """The radiance that arrives at `position` [m] from all directions, a mean over each bin's solid angle.
+    """A map of the radiance that arrives at a point from all directions.
 
-    `theta` from +z and `phi` about it from +x, of the direction that light comes from: numbers of equal bins, or edges
-    [rad].  Seen by histories that run backwards: transport.estimators.backward.
+    Each bin is the mean radiance over its solid angle. The map blocks no light. Its histories run backward
+    from the point to the sources. All parameters are keywords.
+
+    Parameters
+    ----------
+    name : str
+        Key of the map in the result.
+    position : vector
+        Position [m].
+    theta : int or sequence of float, default 16
+        Polar angle from +z of the direction that light comes from: number of equal bins, or edges [rad]
+        within [0, pi].
+    phi : int or sequence of float, default 32
+        Azimuth about +z from +x of the direction that light comes from: number of equal bins, or edges
+        [rad].
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid, or if the scene has a duration.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> sky = tp.EnvironmentMap(name="sky", position=(0, 0, 1), theta=2, phi=4)
+    >>> sky.solid_angles().round(4)  # [sr]
+    array([[1.5708, 1.5708, 1.5708, 1.5708],
+           [1.5708, 1.5708, 1.5708, 1.5708]])
     """
 
     name: str
@@ -155,10 +253,22 @@ class EnvironmentMap(Instrument):
         store(self, theta=directions.theta, phi=directions.phi)
 
     def edges(self) -> dict[str, np.ndarray]:
-        """Edges [rad] of "theta" and "phi"."""
+        """Return the edges of the bins.
+
+        Returns
+        -------
+        dict of str to array
+            "theta" and "phi" [rad].
+        """
         return Directions(theta=self.theta, phi=self.phi, frame="world").edges()
 
     def solid_angles(self) -> np.ndarray:
-        """Solid angle [sr] of each bin, (theta, phi)."""
+        """Return the solid angle of each bin.
+
+        Returns
+        -------
+        array
+            Solid angles [sr], shape (theta bins, phi bins).
+        """
         edges = self.edges()
         return np.outer(-np.diff(np.cos(edges["theta"])), np.diff(edges["phi"]))

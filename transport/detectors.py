@@ -1,4 +1,4 @@
-"""Detectors: what looks at which side of a shape, or of a surface known by its name."""
+"""Detectors on one side of a shape, or of a named surface."""
 
 import math
 from collections.abc import Sequence
@@ -33,15 +33,69 @@ __all__ = ["Detector", "DirectionCone", "Directions", "Positions"]
 
 @scene_object
 class Detector(Sided, AnyDetector):
-    """A transparent meter on a shape of its own, or a meter on the surface of that name.
+    """A transparent detector: counts the particles that arrive at and leave one side of a shape.
 
-    It counts what arrives at and what leaves from one `side`, in all, or in bins of `directions` (arriving
-    particles by the direction that they come from) and of `positions`, of `times` (edges [s] within the scene's
-    duration, or a number of equal bins of it) and of `speeds` (edges [m/s]).
-    `via`, a name or several: only particles that crossed those detectors, or met or left those surfaces, at an
-    earlier crossing.  `events`, a number or (least, most): only those to which so much has happened until now, each
-    time that a medium scattered them, or that a surface reflected, refracted or let them through diffusely, or by a lens.
-    `moments` adds pressure and means of speed and energy.
+    The shape may be its own, or that of a named surface. It affects no particle.
+
+    Parameters
+    ----------
+    shape : Shape or str
+        Shape with an area (not a Point or Cloud), or the name of a surface of the scene.
+    name : str, default the surface's name
+        Key of the detector in the result; required with a shape.
+    side : {"front", "back", "outside", "inside"}, default "front"
+        Side at which particles are counted. The normal points to the front. On closed shapes "outside"
+        and "inside" are synonyms of "front" and "back".
+    directions : Directions, default None
+        Bins of direction, from `Directions(...)` or `Directions.cone(...)`. Arriving particles are
+        binned by the direction that they come from.
+    positions : Positions, default None
+        Bins of position on the shape.
+    times : int or sequence of float, default None
+        Number of equal bins of the scene's duration, or increasing edges [s] within it. Needs a scene
+        with a duration.
+    speeds : sequence of float, default None
+        Increasing edges [m/s] of bins of speed, zero or positive.
+    via : str or sequence of str, default None
+        Names of detectors or surfaces: count only particles that crossed all of these detectors, and
+        arrived at or left all of these surfaces, at an earlier crossing.
+    events : int or (int, float), default None
+        A number n or a range (least, most): count only particles with that many events so far. An event
+        is a scattering by a medium (a particle is scattered), or a reflection, refraction, diffuse
+        transmission or passage of a lens at a surface. `events=0` is the direct part;
+        `events=(1, math.inf)` the rest.
+    moments : bool, default False
+        Whether to add pressure and mean speed and energy.
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid, if there are more than 10 million bins, or if the bins do not fit the
+        shape.
+
+    Notes
+    -----
+    Quantities of the result are read as attributes of `result[name]`, such as `irradiance` [W m^-2] and
+    `radiance` [W m^-2 sr^-1]. World-frame directions need a flat shape, a Box, a Slab or a whole Sphere.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> plate = tp.Detector(tp.Disk(radius=0.1), name="plate", times=4)
+    >>> plate.time_edges(2.0)  # [s]
+    array([0. , 0.5, 1. , 1.5, 2. ])
+    >>> tp.Detector("wall", side="inside").name
+    'wall'
+
+    A run of a point source over a black disk:
+
+    >>> disk = tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="disk")
+    >>> lamp = tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[lamp], surfaces=[disk], detectors=[tp.Detector("disk")])
+    >>> result = tp.simulate(scene, particles=1e4, seed=1, progress=False)
+    >>> flux = result["disk"].flux_in  # exactly (1 - cos 45 degrees) / 2 = 0.14645 W
+    >>> bool(abs(flux.value - 0.14645) < 0.02)
+    True
     """
 
     shape: Shape | str
@@ -60,7 +114,7 @@ class Detector(Sided, AnyDetector):
         check_type(self, "shape", (Shape, str), "a shape such as Disk(radius=...) or the name of a surface")
         if self.name is None:
             if not isinstance(self.shape, str):
-                refuse(self, "name must be given with a shape, got None; write name='meter'")
+                refuse(self, "name must be given with a shape, got None; write name='detector'")
             store(self, name=self.shape)
         self._check_side()
         self._settle_bins()
@@ -71,9 +125,22 @@ class Detector(Sided, AnyDetector):
             self.check_shape(self.shape)
 
     def time_edges(self, duration: float | None) -> np.ndarray | None:
-        """Edges [s] of the bins of time in a scene of that duration; None without them.
+        """Return the edges of the time bins.
 
-        Raises SceneError without a clock, and for edges beyond its end.
+        Parameters
+        ----------
+        duration : float or None
+            Duration of the scene [s].
+
+        Returns
+        -------
+        array or None
+            Edges [s]; None if there are no time bins.
+
+        Raises
+        ------
+        SceneError
+            If the scene has no duration, or if an edge lies beyond its end.
         """
         if self.times is None:
             return None
@@ -83,17 +150,23 @@ class Detector(Sided, AnyDetector):
         return edges_of(self, "times", self.times, 0.0, duration, "the scene's duration")
 
     def speed_edges(self) -> np.ndarray | None:
-        """Edges [m/s] of the bins of speed; None without them."""
+        """Return the edges of the speed bins.
+
+        Returns
+        -------
+        array or None
+            Edges [m/s]; None if there are no speed bins.
+        """
         return None if self.speeds is None else np.array(self.speeds)
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a duration that the bins of time do not fit into."""
+        """Raise SceneError if the time bins do not fit the duration [s] of the scene."""
         self.time_edges(duration)
 
     def check_shape(self, shape: Shape) -> None:
-        """Refuse a resolved shape that cannot be looked at as told."""
+        """Raise SceneError if this shape cannot have a detector with these bins."""
         if isinstance(shape, (Point, Cloud)):
-            refuse(self, f"shape must have an area, got {shape}; meter a small Disk or Sphere")
+            refuse(self, f"shape must have an area, got {shape}; use a small Disk or Sphere")
         self._check_side(shape)
         self._check_frame(shape)
         if self.positions is not None:
@@ -103,15 +176,19 @@ class Detector(Sided, AnyDetector):
                 refuse(self, str(error))
 
     def _check_frame(self, shape: Shape) -> None:
-        """Refuse directions in the world's frame where the mean of |cosθ| over a bin has no closed form, or is 0 in all."""
+        """Raise SceneError for world-frame directions on a shape where their bins cannot be normalized.
+
+        There the mean of |cos(theta)| over a bin has no closed form, or it is 0 in every bin.
+        """
         directions = self.directions
         is_world = isinstance(directions, DirectionCone) or getattr(directions, "frame", "local") == "world"
         is_plain = isinstance(shape, FlatShape | Box | Slab) or (
             isinstance(shape, Sphere) and shape.is_closed
         )
+        # Raise for shapes whose world-frame bins have no closed form.
         if is_world and not is_plain:
             kind = "zone of a Sphere" if isinstance(shape, Sphere) else type(shape).__name__
-            cure = "write Directions(mu=..., frame='local'), or meter a flat shape or a whole Sphere"
+            cure = "write Directions(mu=..., frame='local'), or use a flat shape or a whole Sphere"
             refuse(
                 self, f"directions must be in the local frame on a {kind}, got {shown(directions)}; {cure}"
             )
@@ -120,12 +197,12 @@ class Detector(Sided, AnyDetector):
             self._check_horizon(shape)
 
     def _check_horizon(self, shape: FlatShape) -> None:
-        """Refuse directions in the world's frame of which the side looked at can see none."""
+        """Raise SceneError if no world-frame direction bin is above the horizon of this side."""
         side = -1.0 if self.is_back else 1.0
         normal = tuple(side * x + 0.0 for x in shape.normal)
         if not is_in_sight(self.directions, normal):
-            must = f"directions must be above the horizon of its {self.side}, which faces {normal}, in one bin at least"
-            cure = f"write side={'front' if self.is_back else 'back'!r}, or turn the directions or the shape round"
+            must = f"directions need a bin above the horizon of its {self.side} (normal {normal})"
+            cure = f"write side={'front' if self.is_back else 'back'!r}, or reverse directions or shape"
             refuse(self, f"{must}, got {shown(self.directions)}; {cure}")
 
     def _settle_bins(self) -> None:
@@ -139,7 +216,7 @@ class Detector(Sided, AnyDetector):
         check_number_of_bins(self, self, self.positions, self.directions)
 
     def _settle_via(self) -> None:
-        """None, or a tuple of names, each once; whether there are such is known in the scene."""
+        """Convert `via` to None or a tuple of distinct names; the scene checks that they exist."""
         if self.via is None:
             return
         names = (self.via,) if isinstance(self.via, str) else self.via
@@ -151,7 +228,7 @@ class Detector(Sided, AnyDetector):
         store(self, via=tuple(map(str, names)))
 
     def _settle_events(self) -> None:
-        """None, or (least, most) events; a number n stands for (n, n)."""
+        """Convert `events` to None or a range (least, most); a number n becomes (n, n)."""
         if self.events is None:
             return
         span = (self.events, self.events) if is_count(self.events) else self.events

@@ -1,8 +1,8 @@
-"""Emissions: how much leaves a source, in which directions and how fast.
+"""Emissions: amount, directions and speeds of what leaves a source.
 
-An emission knows the shapes that it can leave from, and what leaves one of them: with a clock the whole
-amount, an energy [J] or a number of particles; in a steady scene a rate [W] or [s^-1].  A speed left out is
-that of light.
+An emission lists the shapes that it can leave from and computes the emitted amount: with a clock an
+energy [J] or a number of particles, in a steady scene a rate [W] or [s^-1]. The default speed is the
+speed of light.
 """
 
 import math
@@ -44,13 +44,13 @@ SURFACES = (Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, 
 
 
 class Emission:
-    """What all emissions share; not made itself."""
+    """Base class of emissions; not instantiated directly."""
 
     measured_in = "watts"
-    whole = "energy"  # the parameter that gives the whole amount, which only a clock gives a meaning
-    rates: tuple[str, ...] = ()  # the others that give the amount
-    shapes: tuple[type, ...] = ()  # that it can leave from
-    cure = ""  # for other shapes
+    whole = "energy"  # the parameter of the total amount, which needs a clock
+    rates: tuple[str, ...] = ()  # the parameters that give a rate
+    shapes: tuple[type, ...] = ()  # shapes that it can leave from
+    cure = ""  # hint for other shapes
     has_side = False  # whether it leaves from one side of a surface
     needs_whole = False  # whether a Sphere must be all of it
     can_aim = False
@@ -58,12 +58,22 @@ class Emission:
 
     @property
     def given(self) -> str:
-        """Name of the parameter that says how much leaves."""
+        """Name of the parameter that sets the amount.
+
+        Returns
+        -------
+        str
+        """
         return next(name for name in (*self.rates, self.whole) if getattr(self, name) is not None)
 
     @property
     def is_whole(self) -> bool:
-        """Whether it is the whole amount that is given, not a rate."""
+        """Whether the total amount is given (energy or number) instead of a rate.
+
+        Returns
+        -------
+        bool
+        """
         return self.given == self.whole
 
     def amount(
@@ -73,9 +83,23 @@ class Emission:
         pulse: Pulse | None = None,
         is_back: bool = False,
     ) -> float:
-        """All that leaves one side of the shape [J or 1]; without a duration [s] a rate [W or s^-1].
+        """Return the amount that leaves one side of a shape.
 
-        A rate holds for the duration, or while a BoxPulse is on.
+        Parameters
+        ----------
+        shape : Shape
+            Shape of the source.
+        duration : float, default None
+            Duration of the scene [s]; None for a steady scene.
+        pulse : Pulse, default None
+            Pulse of the source. A rate holds for the whole duration, or while a BoxPulse is on.
+        is_back : bool, default False
+            Whether the back of the surface emits.
+
+        Returns
+        -------
+        float
+            Energy [J] or number of particles; without a duration a rate [W] or [s^-1].
         """
         if self.is_whole:
             return getattr(self, self.whole)
@@ -85,7 +109,13 @@ class Emission:
         return rate * (duration if pulse is None else pulse.length)
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """What leaves one side of the shape [W] or [s^-1]."""
+        """Return the rate at which one side of a shape emits.
+
+        Returns
+        -------
+        float
+            Power [W] or particles per time [s^-1].
+        """
         raise NotImplementedError
 
     def _settle_amount(self) -> None:
@@ -102,8 +132,8 @@ class Emission:
         if isinstance(self.speed, SpeedDistribution):
             refuse(
                 self,
-                f"speed must be a number, got {shown(self.speed)}; particles of many speeds leave as Effusive"
-                " from a surface, or as Gas",
+                f"speed must be a number, got {shown(self.speed)}; for a distribution of speeds use Effusive"
+                " from a surface, or Gas",
             )
         settle_positive(self, "speed")
 
@@ -112,8 +142,36 @@ class Emission:
 class Lambertian(Emission):
     """Diffuse emission from one side of a surface: equal radiance in all directions.
 
-    One of `radiance` [W m^-2 sr^-1], `exitance` [W m^-2], `power` [W] and `energy` [J] (both of the whole
-    shape) is given.
+    Give exactly one of `radiance`, `exitance`, `power` and `energy`.
+
+    Parameters
+    ----------
+    radiance : float, default None
+        Radiance L of the surface [W m^-2 sr^-1].
+    exitance : float, default None
+        Emitted power per area M = pi L [W m^-2].
+    power : float, default None
+        Power of the whole surface [W].
+    energy : float, default None
+        Energy of the whole surface [J]; needs a scene with a duration.
+    speed : float, default speed_of_light
+        Speed of the particles [m/s].
+
+    Raises
+    ------
+    SceneError
+        If not exactly one amount is given, or if it is not positive and finite.
+
+    Notes
+    -----
+    Allowed shapes: Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh.
+    Power P = pi L A (Lambert 1760).
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> round(tp.Lambertian(radiance=100.0).rate(tp.Disk(radius=0.5)), 3)  # [W]
+    246.74
     """
 
     radiance: float | None = None
@@ -124,7 +182,7 @@ class Lambertian(Emission):
 
     rates = ("radiance", "exitance", "power")
     shapes = SURFACES
-    cure = "a Point emits Isotropic"
+    cure = "use Isotropic for a Point"
     has_side = can_aim = True
 
     def __post_init__(self) -> None:
@@ -132,7 +190,13 @@ class Lambertian(Emission):
         self._settle_speed()
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """pi radiance area, exitance area, or power [W]."""
+        """Return the power pi radiance area, exitance area, or `power`.
+
+        Returns
+        -------
+        float
+            Power [W].
+        """
         if self.radiance is not None:
             return math.pi * self.radiance * shape.area
         return self.power if self.exitance is None else self.exitance * shape.area
@@ -140,10 +204,35 @@ class Lambertian(Emission):
 
 @scene_object(kw_only=True)
 class Isotropic(Emission, Phase):
-    """Equal intensity in all directions, from a Point or uniformly from the volume of a Box or Sphere.
+    """Isotropic emission from a Point or from a volume; without an amount, the isotropic phase function.
 
-    One of `power` [W], `intensity` [W/sr] and `energy` [J] (of the whole source) is given.  Without any it is the
-    phase function of a medium that scatters into all directions alike, and no Source has it.
+    As an emission it has equal intensity in all directions, from a Point or uniformly from the volume of a
+    Box or Sphere. Give exactly one of `power`, `intensity` and `energy`. `Isotropic()` without any is the
+    phase function of a medium that scatters equally in all directions; a Source cannot use it.
+
+    Parameters
+    ----------
+    power : float, default None
+        Power of the whole source [W].
+    intensity : float, default None
+        Radiant intensity of the whole source [W/sr].
+    energy : float, default None
+        Energy of the whole source [J]; needs a scene with a duration.
+    speed : float, default speed_of_light
+        Speed of the particles [m/s].
+
+    Raises
+    ------
+    SceneError
+        If more than one amount is given, or if it is not positive and finite.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> round(tp.Isotropic(intensity=1.0).rate(tp.Point()), 4)  # 4 pi [W]
+    12.5664
+    >>> tp.Medium(absorption=0.1, scattering=0.9).phase
+    Isotropic()
     """
 
     power: float | None = None
@@ -153,7 +242,7 @@ class Isotropic(Emission, Phase):
 
     rates = ("power", "intensity")
     shapes = (Point, Box, Sphere)
-    cure = "a surface emits Lambertian"
+    cure = "use Lambertian for a surface"
     can_aim = needs_whole = True
     g = 0.0
 
@@ -168,30 +257,94 @@ class Isotropic(Emission, Phase):
 
     @property
     def is_phase(self) -> bool:
-        """Whether it has no amount, and so is a phase function."""
+        """Whether it has no amount and so is a phase function.
+
+        Returns
+        -------
+        bool
+        """
         return all(getattr(self, name) is None for name in (*self.rates, self.whole, "speed"))
 
     @property
     def given(self) -> str:
-        """Name of the parameter that says how much leaves; SceneError for a phase function."""
+        """Name of the parameter that sets the amount.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If it is a phase function, which has no amount.
+        """
         if self.is_phase:
             self._settle_amount()
         return super().given
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """power, or 4 pi intensity [W]."""
+        """Return `power`, or 4 pi times `intensity`.
+
+        Returns
+        -------
+        float
+            Power [W].
+        """
         return 4 * math.pi * self.intensity if self.power is None else self.power
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
-        """As a phase function: 1/(4 pi) [sr^-1] at all cosines mu."""
+        """Return the phase function 1/(4 pi) at cosines mu of the scattering angle.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosines of the scattering angle, in [-1, 1].
+
+        Returns
+        -------
+        float or array
+            Density per solid angle [sr^-1], of the shape of mu.
+        """
         return np.full(np.shape(mu), 1 / (4 * math.pi))[()]
 
 
 @scene_object
 class Beam(Emission):
-    """Parallel rays along `direction`: a pencil from a Point, uniform over its section from other shapes.
+    """Parallel rays: a pencil beam from a Point, a uniform beam from other shapes.
 
-    One of `power` [W], `irradiance` [W m^-2] (on a plane normal to the beam) and `energy` [J] is given.
+    Give exactly one of `power`, `irradiance` and `energy`.
+
+    Parameters
+    ----------
+    direction : vector
+        Direction of flight, of any length except 0; stored as a unit vector.
+    power : float, default None
+        Power of the beam [W].
+    irradiance : float, default None
+        Power per area on a plane normal to the beam [W m^-2]; not from a Point.
+    energy : float, default None
+        Energy of the beam [J]; needs a scene with a duration.
+    speed : float, default speed_of_light
+        Speed of the particles [m/s].
+
+    Raises
+    ------
+    SceneError
+        If not exactly one amount is given, or if it is not positive and finite.
+
+    Notes
+    -----
+    Allowed shapes: Point, Rectangle, Disk, Triangle, Sphere, Box. The direction must point out of the
+    emitting side of a flat shape.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> sun = tp.Beam((0, 0, -2), irradiance=1000.0)
+    >>> sun.direction
+    (0.0, 0.0, -1.0)
+    >>> round(sun.rate(tp.Disk(radius=1.0, normal=(0, 0, -1))), 3)  # [W]
+    3141.593
     """
 
     direction: VectorField
@@ -211,12 +364,18 @@ class Beam(Emission):
         self._settle_speed()
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """power, or irradiance times the area that the shape shows along the beam [W]."""
+        """Return `power`, or `irradiance` times the projected area of the shape.
+
+        Returns
+        -------
+        float
+            Power [W].
+        """
         return self.irradiance * shape.projected_area(self.direction) if self.power is None else self.power
 
 
 class ParticleEmission(Emission):
-    """What Gas and Effusive share: particles, which may have a mass and a distribution of speeds."""
+    """Base class of Gas and Effusive: particles with a mass or a distribution of speeds."""
 
     measured_in = "particles"
     whole = "number"
@@ -242,12 +401,38 @@ class ParticleEmission(Emission):
 
 @scene_object
 class Gas(ParticleEmission):
-    """Particles that fly from time 0 on: uniform in a Box or Sphere, in a Gaussian Cloud, or from a Point.
+    """A gas in flight from time 0: uniform in a Box or Sphere, in a Gaussian Cloud, or from a Point.
 
-    One of `density` [m^-3] (of a Cloud: at its centre) and `number` is given.  `speed`: a number [m/s], 0 for
-    particles at rest, or a distribution.  Their directions are isotropic, or all along `direction`; there a
-    Maxwellian gives one signed velocity component, and negative speeds fly the other way.  `mass` of a
-    particle [kg]: that of its Maxwellian where it is left out.
+    Needs a scene with a duration. Give exactly one of `density` and `number`.
+
+    Parameters
+    ----------
+    density : float, default None
+        Number density [m^-3]; for a Cloud, at its centre.
+    speed : float or SpeedDistribution
+        Speed [m/s], 0 for particles at rest, or a distribution such as Maxwellian. Required.
+    direction : vector, default None
+        None: directions are isotropic. Otherwise all particles fly along this direction: a Maxwellian
+        then gives one signed velocity component, and negative speeds fly the other way.
+    number : float, default None
+        Number of particles in all.
+    mass : float, default that of the Maxwellian, else None
+        Mass of a particle [kg].
+
+    Raises
+    ------
+    SceneError
+        If not exactly one amount is given, if speeds are negative without a direction, if a drift is
+        combined with a direction, or if the mass differs from that of the Maxwellian.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> gas = tp.Gas(density=1e20, speed=tp.Maxwellian(temperature=300, mass=4.65e-26))
+    >>> gas.amount(tp.Box(size=0.5))
+    1.25e+19
+    >>> gas.mass  # [kg]
+    4.65e-26
     """
 
     density: float | None = None
@@ -273,8 +458,8 @@ class Gas(ParticleEmission):
                 f"speed must not be negative without a direction, got {shown(self.speed)}; add direction=...",
             )
         elif self.direction is not None and self.speed.has_drift:
-            cure = "leave direction out, or give the drift to a SpeedTable along it"
-            refuse(self, f"direction does not go with a drift, got {shown(self.speed)}; {cure}")
+            cure = "leave out direction, or include the drift in a SpeedTable along it"
+            refuse(self, f"direction cannot be combined with a drift, got {shown(self.speed)}; {cure}")
 
     def amount(
         self,
@@ -283,17 +468,61 @@ class Gas(ParticleEmission):
         pulse: Pulse | None = None,
         is_back: bool = False,
     ) -> float:
-        """Number of particles."""
+        """Return the number of particles.
+
+        Parameters
+        ----------
+        shape : Shape
+            Shape of the source; its volume is used with a `density`.
+        duration, pulse, is_back
+            Not used.
+
+        Returns
+        -------
+        float
+            Number of particles.
+        """
         return self.density * shape.volume if self.number is None else self.number
 
 
 @scene_object
 class Effusive(ParticleEmission):
-    """What a gas behind a surface would send through it: the cosine law, speeds weighted by the speed.
+    """Effusion: the particles that a gas behind a surface would send through it.
 
-    One of `density` of that gas [m^-3], `exitance` [s^-1 m^-2] and `number` (in all, within the duration or
-    pulse) is given.  `speed`: a number [m/s] or a distribution; the drift of a Maxwellian only on flat
-    shapes.  `mass` of a particle [kg]: that of its Maxwellian where it is left out.
+    Directions follow the cosine law, speeds are weighted by the speed. Give exactly one of `density`,
+    `exitance` and `number`.
+
+    Parameters
+    ----------
+    density : float, default None
+        Number density of the gas behind the surface [m^-3].
+    speed : float or SpeedDistribution
+        Speed [m/s] or distribution of speeds of that gas. Required. A Maxwellian with drift is
+        allowed on flat shapes only.
+    exitance : float, default None
+        Emitted particles per time and area [s^-1 m^-2].
+    number : float, default None
+        Number of particles in all, within the duration or pulse; needs a scene with a duration.
+    mass : float, default that of the Maxwellian, else None
+        Mass of a particle [kg].
+
+    Raises
+    ------
+    SceneError
+        If not exactly one amount is given, if speeds are not positive, or if the mass differs from that
+        of the Maxwellian.
+
+    Notes
+    -----
+    Allowed shapes: Rectangle, Disk, Triangle, Sphere, Box, Cylinder, Cone, Paraboloid, Mesh. A gas at rest
+    sends n <v> / 4 per area and time (Reif 1965, 7.11).
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> hole = tp.Effusive(density=1e20, speed=400.0)
+    >>> hole.crossing_speed(tp.Disk(radius=0.01))  # a quarter of the speed [m/s]
+    100.0
     """
 
     density: float | None = None
@@ -304,7 +533,7 @@ class Effusive(ParticleEmission):
 
     rates = ("density", "exitance")
     shapes = SURFACES
-    cure = "particles leave a Point as a Gas"
+    cure = "use Gas for a Point"
     has_side = can_aim = True
 
     def __post_init__(self) -> None:
@@ -314,17 +543,29 @@ class Effusive(ParticleEmission):
         elif self.speed.is_signed:
             refuse(
                 self,
-                f"speed must not be negative, got {shown(self.speed)}; write a table of speeds from 0 on",
+                f"speed must not be negative, got {shown(self.speed)}; use a table of speeds from 0 upwards",
             )
 
     def rate(self, shape: Shape, is_back: bool = False) -> float:
-        """exitance area, or density area mean speed / 4 [s^-1] (Reif 1965, 7.11)."""
+        """Return exitance times area, or density times area times `crossing_speed` (Reif 1965, 7.11).
+
+        Returns
+        -------
+        float
+            Particles per time [s^-1].
+        """
         return (
             self.density * self.crossing_speed(shape, is_back) if self.exitance is None else self.exitance
         ) * shape.area
 
     def crossing_speed(self, shape: Shape, is_back: bool = False) -> float:
-        """One-way flux density over the density of the gas [m/s]: at rest a quarter of the mean speed."""
+        """Return the one-way flux density divided by the density of the gas.
+
+        Returns
+        -------
+        float
+            Velocity [m/s]; for a gas at rest a quarter of the mean speed.
+        """
         if not isinstance(self.speed, SpeedDistribution):
             return self.speed / 4
         if self.speed.has_drift and isinstance(shape, FlatShape):

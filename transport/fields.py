@@ -1,8 +1,8 @@
-"""Types of fields that take more than they keep: a list, an array or a single object becomes a tuple of floats or parts.
+"""Types of fields that accept more than they store.
 
-`Converted[Given, Kept]` tells a type checker what the constructor takes and what the attribute is.  The checker sees a
-descriptor; at run time there is none, and the type is that of what is kept, or a third one: what a file of a scene holds
-(written/schema.py reads it).
+A list, an array or a single object becomes a tuple of floats or parts. `Converted[Given, Kept]` tells a type
+checker what the constructor accepts and what the attribute is. The checker sees a descriptor; at run time the
+type is that of the attribute, or a third one: the type in the JSON file of a scene.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     Written = TypeVar("Written")
 
     class Converted(Generic[Given, Kept]):
-        """A field that takes what is Given and keeps it as Kept."""
+        """A field that accepts Given and stores Kept."""
 
         def __get__(self, instance: object, owner: Any = None) -> Kept: ...
         def __set__(self, instance: object, value: Given) -> None: ...
 
     class ConvertedAs(Converted[Given, Kept], Generic[Given, Kept, Written]):
-        """The same, where a file of a scene holds what is Written."""
+        """A field that accepts Given, stores Kept and is Written to the JSON file of a scene."""
 
 else:
 
     class Converted:
-        """A field whose type at run time is the last one named."""
+        """A field whose type at run time is the last one listed."""
 
         def __class_getitem__(cls, types: tuple[object, ...]) -> object:
             return types[-1]

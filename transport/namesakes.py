@@ -1,9 +1,12 @@
-"""A file of yours that is called numpy.py hides NumPy from all that is imported beside it: said at once, with the cure."""
+"""Raise ImportError if a user's own file or folder named numpy shadows NumPy.
+
+The package imports this module first, so that the message names the cause.
+"""
 
 import numpy
 
 if not hasattr(numpy, "ndarray"):
     raise ImportError(
-        f"{getattr(numpy, '__file__', None) or 'a folder called numpy'} hides NumPy: call it something else"
+        f"{getattr(numpy, '__file__', None) or 'a folder called numpy'} shadows NumPy: rename it"
         " (and remove the __pycache__ beside it)"
     )

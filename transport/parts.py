@@ -32,12 +32,22 @@ class SceneParts:
 
     @property
     def measured_in(self) -> str:
-        """What all sources emit: "watts" or "particles"; media that emit do so in watts."""
+        """What all sources emit: "watts" or "particles"; media that emit do so in watts.
+
+        Returns
+        -------
+        str
+        """
         return self.sources[0].emission.measured_in if self.sources else "watts"
 
     @cached_property
     def proofs(self) -> dict:
-        """What has been found out about it so far, once for all runs (results/proofs.py, results/empty_detector.py); no file has it."""
+        """Cache of what geometry proves about the scene, shared by all its runs and saved in no file.
+
+        Returns
+        -------
+        dict
+        """
         return {}
 
     def __getstate__(self) -> dict[str, object]:
@@ -45,45 +55,108 @@ class SceneParts:
 
     @property
     def meters(self) -> tuple[Detector, ...]:
-        """The detectors that have a shape: those made as Detector."""
+        """The detectors on shapes and surfaces: those of class Detector.
+
+        Returns
+        -------
+        tuple of Detector
+        """
         return tuple(part for part in self.detectors if isinstance(part, Detector))
 
     @property
     def phase_spaces(self) -> tuple[PhaseSpace, ...]:
-        """The detectors made as PhaseSpace."""
+        """The detectors of class PhaseSpace.
+
+        Returns
+        -------
+        tuple of PhaseSpace
+        """
         return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
-        """The detectors made as Snapshot."""
+        """The detectors of class Snapshot.
+
+        Returns
+        -------
+        tuple of Snapshot
+        """
         return tuple(part for part in self.detectors if isinstance(part, Snapshot))
 
     @property
     def volumes(self) -> tuple[VolumeDetector, ...]:
-        """The detectors made as VolumeDetector."""
+        """The detectors of class VolumeDetector.
+
+        Returns
+        -------
+        tuple of VolumeDetector
+        """
         return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
 
     @property
     def points(self) -> tuple[PointDetector, ...]:
-        """The detectors made as PointDetector."""
+        """The detectors of class PointDetector.
+
+        Returns
+        -------
+        tuple of PointDetector
+        """
         return tuple(part for part in self.detectors if isinstance(part, PointDetector))
 
     @property
     def instruments(self) -> tuple[Instrument, ...]:
-        """The detectors that only backward histories see: each Camera and EnvironmentMap."""
+        """The detectors that only backward histories reach: each Camera and EnvironmentMap.
+
+        Returns
+        -------
+        tuple
+        """
         return tuple(part for part in self.detectors if isinstance(part, Instrument))
 
     @property
     def visited(self) -> tuple[str, ...]:
-        """The names of detectors and surfaces that a `via` asks for, each once."""
+        """The names of detectors and surfaces that occur in a `via`, each once.
+
+        Returns
+        -------
+        tuple of str
+        """
         return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
 
     def surface(self, name: str) -> Surface:
-        """The surface of that name."""
+        """Return the surface of that name.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Surface
+
+        Raises
+        ------
+        SceneError
+            If no surface has this name.
+        """
         return self._surface_for(self, "name", name)
 
     def shape_of(self, user: Source | Detector) -> Shape:
-        """The shape of a source or detector, looked up where it was given as a surface's name."""
+        """Return the shape of a source or detector: its own, or that of the surface that it names.
+
+        Parameters
+        ----------
+        user : Source, Detector or VolumeDetector
+
+        Returns
+        -------
+        Shape
+
+        Raises
+        ------
+        SceneError
+            If it names a surface that is not in the scene.
+        """
         return (
             user.shape
             if isinstance(user.shape, Shape)

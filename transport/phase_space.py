@@ -1,4 +1,4 @@
-"""What looks at all particles at a time: their density over coordinates of phase space, or a sample of them."""
+"""Detectors of all particles at given times: their density in phase space, or a sample of them."""
 
 import math
 from collections.abc import Iterable
@@ -21,29 +21,36 @@ from transport.validation import (
     store,
 )
 
-COORDINATES = {  # of phase space, in the order of the axes of what is measured: their units
-    "x": "m", "y": "m", "z": "m", "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1", "speed": "m s^-1", "mu": "1",
+COORDINATES = {  # unit of each coordinate of phase space, in the order of the axes of the results
+    "x": "m", "y": "m", "z": "m",
+    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1", "speed": "m s^-1", "mu": "1",
 }  # fmt: skip
 MOST_AXES = 2
-MOST_PARTICLES = 10_000_000  # of a snapshot, which takes 64 bytes for each
+MOST_PARTICLES = 10_000_000  # per snapshot, at 64 bytes each
 
 
 class Timed(AnyDetector):
-    """What PhaseSpace and Snapshot share: a name, and the times [s] at which they look; not made itself."""
+    """Base class of PhaseSpace and Snapshot: a name and times; not instantiated directly."""
 
     @property
     def times(self) -> tuple[float, ...]:
-        """The times [s] at which it looks."""
+        """Times of observation.
+
+        Returns
+        -------
+        tuple of float
+            Times [s].
+        """
         return self.time if isinstance(self.time, tuple) else (self.time,)
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a scene without a clock, and a look after its end."""
+        """Raise SceneError if the scene has no duration, or if a time is after its end."""
         if duration is None:
             cure = "write Scene(..., duration=...) in seconds"
             refuse(self, f"time needs a clock, got {shown(self.time)} in a scene without one; {cure}")
-        if self.times[-1] > duration * (1 + 4e-16):  # so that 3 * 0.1 s is not after 0.3 s
+        if self.times[-1] > duration * (1 + 4e-16):  # 3 * 0.1 s is not after 0.3 s
             must = f"time must be within the scene's duration of {duration!r} s"
-            refuse(self, f"{must}, got {self.times[-1]!r}; look earlier or prolong it")
+            refuse(self, f"{must}, got {self.times[-1]!r}; use an earlier time or a longer duration")
 
     def _settle_name(self) -> None:
         settle_name(self)
@@ -53,11 +60,43 @@ class Timed(AnyDetector):
 
 @scene_object(kw_only=True)
 class PhaseSpace(Timed):
-    """Density of particles over one or two coordinates of phase space, at a `time` [s] or at several.
+    """Density of particles over one or two coordinates of phase space, at one or several times.
 
-    Increasing edges of bins of position `x`, `y`, `z` [m], of velocity `vx`, `vy`, `vz` [m/s], of `speed` [m/s]
-    or of `mu`, the cosine to +z (edges within [-1, 1], or a number of bins).  All particles that fly or rest then
-    are looked at, or only those `within` a Box.  `moments` adds mean velocities, temperature and the like.
+    Counts all particles in flight or at rest at these times. Needs a scene with a duration. All parameters
+    are keywords; give one or two coordinates.
+
+    Parameters
+    ----------
+    x, y, z : sequence of float, default None
+        Increasing edges of bins of position [m].
+    vx, vy, vz : sequence of float, default None
+        Increasing edges of bins of velocity [m/s].
+    speed : sequence of float, default None
+        Increasing edges of bins of speed [m/s], zero or positive.
+    mu : int or sequence of float, default None
+        Bins of the cosine of the velocity to +z: number of equal bins, or edges within [-1, 1].
+    time : float or sequence of float
+        One time [s], or increasing times; a sequence adds the axis "time" to the result.
+    name : str, default "phase_space"
+        Key in the result.
+    within : Box, default None
+        Count only particles in this box.
+    moments : bool, default False
+        Whether to add moments of velocity, such as mean velocities and temperature.
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid, or if there are too many bins.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> cloud = tp.PhaseSpace(x=(-1.0, 0.0, 1.0), time=(0.0, 0.1))
+    >>> cloud.axes["x"]  # [m]
+    array([-1.,  0.,  1.])
+    >>> cloud.times  # [s]
+    (0.0, 0.1)
     """
 
     x: OptionalNumbers = None
@@ -86,7 +125,13 @@ class PhaseSpace(Timed):
 
     @property
     def axes(self) -> dict[str, np.ndarray]:
-        """Edges [m, m/s or 1] of each coordinate that is binned, in the order of COORDINATES."""
+        """Edges of the binned coordinates.
+
+        Returns
+        -------
+        dict of str to array
+            Edges [m, m/s or 1], in the order x, y, z, vx, vy, vz, speed, mu.
+        """
         given = {name: getattr(self, name) for name in COORDINATES if getattr(self, name) is not None}
         return {
             name: edges_of(self, name, bins, -1.0, 1.0, "a cosine") if name == "mu" else np.array(bins)
@@ -95,20 +140,25 @@ class PhaseSpace(Timed):
 
     @property
     def is_series(self) -> bool:
-        """Whether it was given a sequence of times, be it of one, so that what it measures has a dim "time"."""
+        """Whether `time` is a sequence, so that results have the axis "time".
+
+        Returns
+        -------
+        bool
+        """
         return isinstance(self.time, tuple)
 
     def _settle_axes(self) -> None:
         given = [name for name in COORDINATES if getattr(self, name) is not None]
         if not 1 <= len(given) <= MOST_AXES:
-            cure = "take a PhaseSpace for each pair" if given else "write x=edges, or x=edges and vx=edges"
+            cure = "use one PhaseSpace per pair" if given else "write x=edges, or x=edges and vx=edges"
             must = f"one or two of {', '.join(COORDINATES)} must be given"
             refuse(self, f"{must}, got {', '.join(given) or 'none'}; {cure}")
         for name in given:
             settle_bins(self, name, 0.0 if name == "speed" else -math.inf, may_count=name == "mu")
 
     def _settle_time(self) -> None:
-        """A time, or a sequence of increasing times, none before 0."""
+        """Convert `time` to a float or a tuple of increasing floats, zero or positive."""
         time = as_float(self.time)
         times = as_floats(self.time if time is None else (time,))
         if not times or times[0] < 0 or any(p >= q for p, q in zip(times, times[1:], strict=False)):
@@ -119,7 +169,30 @@ class PhaseSpace(Timed):
 
 @scene_object
 class Snapshot(Timed):
-    """An unbiased sample of up to `particles` of the particles that fly or rest at a `time` [s]."""
+    """An unbiased sample of the particles in flight or at rest at one time.
+
+    Needs a scene with a duration.
+
+    Parameters
+    ----------
+    time : float
+        Time [s], zero or positive.
+    particles : int, default 100_000
+        Largest number of particles in the sample, from 1 to 10 million.
+    name : str, default "snapshot"
+        Key in the result.
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Snapshot(0.1, particles=1e3)
+    Snapshot(time=0.1, particles=1000, name='snapshot')
+    """
 
     time: float
     particles: int = 100_000
@@ -129,7 +202,7 @@ class Snapshot(Timed):
         self._settle_name()
         time = as_float(self.time)
         if time is None or not 0 <= time < math.inf:
-            cure = "; make a Snapshot of each" if as_floats(self.time) else ""
+            cure = "; use one Snapshot per time" if as_floats(self.time) else ""
             refuse(self, f"time must be one time in seconds, 0 or later, got {shown(self.time)}{cure}")
         particles = as_float(self.particles)
         is_whole = is_count(self.particles) or (particles is not None and particles.is_integer())

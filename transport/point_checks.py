@@ -18,11 +18,19 @@ from transport.validation import refuse, shown
 from transport.vectors import Vector, dot
 
 CLOSE = 64 * ROUNDING  # of the size of numbers: on a surface
-SEEN_BY = (Black, Diffuse)  # materials that a straight line ends at, and what leaves them is known
+
+SEEN_BY = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
+CLOSE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
 
 
 def check_points(scene: SceneParts) -> None:
-    """Refuse scenes that point detectors cannot see into.  Raises SceneError."""
+    """Check that the point detectors of a scene can be estimated.
+
+    Raises
+    ------
+    SceneError
+        If a surface, a source or a position is not allowed.
+    """
     for detector in scene.points:
         for surface in scene.surfaces:
             _check_surface(scene, detector, surface)
@@ -36,11 +44,11 @@ def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface)
     title = titled(surface, scene.surfaces.index(surface))
     for part in simple_parts(surface.material):
         if not isinstance(part, SEEN_BY):
-            must = "cannot see by surfaces that are not Black, Diffuse or Transparent throughout"
-            cure = "count by a small VolumeDetector instead"
+            must = "needs surfaces that are Black, Diffuse or Transparent throughout"
+            cure = "use a small VolumeDetector instead"
             refuse(detector, f"{must}, got {part!r} of {title}; {cure}")
     if _lies_on(detector, surface.shape):
-        cure = f"meter it: Detector({surface.name or 'its name'!r}), or move the point off it"
+        cure = f"use Detector({surface.name or 'its name'!r}), or move the point off it"
         refuse(detector, f"position must not lie on {title}, got {shown(detector.position)}; {cure}")
 
 
@@ -48,25 +56,25 @@ def _check_source(scene: SceneParts, detector: PointDetector, source: Source) ->
     emission, shape = source.emission, scene.shape_of(source)
     if not isinstance(emission, Isotropic | Lambertian | Beam):
         got = type(emission).__name__
-        refuse(
-            detector, f"sees Isotropic, Lambertian and Beam emission, got {got}; count by a VolumeDetector"
-        )
+        refuse(detector, f"needs Isotropic, Lambertian or Beam emission, got {got}; use a VolumeDetector")
     if source.aim is not None:
-        cure = "leave aim out: the point is seen from every birth as it is"
+        cure = "leave out aim: every emission already sends a ray to the point"
         refuse(
             detector,
-            f"needs sources that emit into all their directions, got aim={shown(source.aim)}; {cure}",
+            f"needs sources without an aim, got aim={shown(source.aim)}; {cure}",
         )
     is_point = isinstance(shape, Point)
     if isinstance(emission, Isotropic) and is_point and detector.position == shape.position:
         refuse(
-            detector, f"position must not be that of a point source, got {shown(detector.position)}; move it"
+            detector,
+            f"position must differ from that of a point source, got {shown(detector.position)}; move it",
         )
     if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
-        cure = "move it off, or count by a small VolumeDetector"
+        cure = "move it off, or use a small VolumeDetector"
         refuse(
             detector,
-            f"position must not lie on a pencil beam, where the fluence rate is infinite, got {shown(detector.position)}; {cure}",
+            "position must not lie on a pencil beam, where the fluence rate is infinite,"
+            f" got {shown(detector.position)}; {cure}",
         )
     if isinstance(emission, Lambertian) and _lies_on(detector, shape):
         cure = "move the point off it"

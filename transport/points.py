@@ -1,46 +1,69 @@
-"""Point detectors: the fluence rate in one place, by what every event would send straight there."""
+"""Point detectors: the fluence rate at a point, by next-event estimation."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 from transport.fields import VectorField
 from transport.sides import AnyDetector
 from transport.validation import refuse, scene_object, settle_name, settle_vector
 
-if TYPE_CHECKING:
-    pass
-
 
 @scene_object
 class PointDetector(AnyDetector):
-    """The fluence rate at `position` [m]: what would reach it, in the mean, from each event of each history.
+    """Fluence rate at a point, by next-event estimation.
 
-    From births, diffuse walls and scattering rays go straight to the point: what each brings is the chance
-    per area to be sent there, times exp(-optical depth) on the way; what stops light stops it (next-event
-    estimation).  So it sees what no flight ever reaches: behind shields, through ducts, far away.
+    Rays go from each emission, diffuse reflection and scattering straight to the point. Each scores the
+    probability per area of being sent there, times exp(-optical depth); opaque surfaces block it. The point
+    therefore needs no particle to reach it: it may lie behind shields, in ducts, or far away.
 
-    Scored at collisions, 1/r^2 would make the variance infinite in a medium that scatters about the point:
-    the error would fall as N^(-1/3).  Here it is finite.  What the medium about the point scatters last comes
-    by a detour from each event, to a place drawn with a density as 1/(a^2 b^2), a and b its distances from
-    event and point: scores go as 1/r (Kalos 1963; Steinberg and Kalos 1971).  What others scatter is told
-    from the flights through them, at a place drawn equiangularly about the point (Kulla and Fajardo 2012):
-    scores go as 1/D, D the distance of the flight's line.  Measured in a fog of albedo 0.9, a mean free path
-    from a point source: relative errors of 3.5 %, 1.2 % and 0.38 % with 10^3, 10^4 and 10^5 particles, and z
-    of spread 1.  A medium that scatters sharply forwards makes it noisy (11 % instead of 1.2 % at g = 0.8,
-    36 % at 0.9, and twice what its error says): the result warns where a few scores carry the error.  A Source
-    that fills a ball or a box near the point is sampled along lines through that.
+    Parameters
+    ----------
+    position : vector
+        Position [m]. It must not lie on a Black or Diffuse surface, on an emitting surface, at a point
+        source or on a pencil beam. On a Transparent surface it may lie.
+    name : str
+        Key in the result; required.
 
-    Close to a diffuse wall, to a diffuse emitter or to a thick medium (against their extent) errors grow, and a
-    short run claims too little: half of what is there comes from about as far as the point is off, and of a wall at a
-    hundred-thousandth of its width all of that is missing, for no history comes so close to the foot.  The result warns
-    where a single one there would matter; move the point away or take a VolumeDetector.  Behind what absorbs, where
-    weights are small, that warning may be needless.  In a wide Beam through a scattering medium about the
-    point the variance grows as the logarithm of N.  Beams send nothing straight to a point: in a wide beam
-    only what has been scattered or reflected counts, on a pencil beam points are refused.  Mirrors, lenses, Dielectric and Glossy surfaces
-    are refused, for no straight line leads through them; so are points on a Black or Diffuse surface, on what
-    emits and in a point source (on a Transparent surface they may lie), sources with an `aim` and scenes with a
-    duration.
+    Raises
+    ------
+    SceneError
+        If the scene has a duration; if it has Mirror, ThinLens, Dielectric or Glossy surfaces, through
+        which no straight line leads; if a source has an `aim` or is not Isotropic, Lambertian or Beam; if
+        the position is not allowed.
+
+    Notes
+    -----
+    Scored at collisions, the factor 1/r^2 would make the variance infinite in a medium that scatters about
+    the point, and the error would fall as N^(-1/3). Two samplings keep it finite:
+
+    - The last scattering in the medium about the point is sampled once more per event, at a place drawn with
+      a density proportional to 1/(a^2 b^2), where a and b are its distances from the event and from the
+      point. Scores go as 1/r (Kalos 1963; Steinberg and Kalos 1971).
+    - Scattering in other media is estimated from the flights through them, at a place drawn equiangularly
+      about the point (Kulla and Fajardo 2012). Scores go as 1/D, where D is the distance of
+      the flight's line.
+
+    In a medium of albedo 0.9, one mean free path from a point source, the relative errors with 10^3, 10^4 and
+    10^5 particles are 3.5 %, 1.2 % and 0.38 %, and z has a standard deviation of 1. A Source that fills a
+    ball or a box near the point is sampled along lines through the point.
+
+    Known limits:
+
+    - A medium that scatters sharply forward makes the estimate noisy: 11 % instead of 1.2 % at g = 0.8; 36 %
+      at g = 0.9, twice its reported standard error. The result warns if a few scores carry the error.
+    - Close to a diffuse wall, to a diffuse emitter or to a thick medium (compared with their extent) errors
+      grow, and a short run reports too little: half of the value comes from about as far as the point's
+      distance, and at a hundred-thousandth of the wall's width all of that is missing, because no history
+      comes so close to the foot point. The result warns if one such history would matter. Move the point
+      away, or use a VolumeDetector. Behind absorbers, where weights are small, this warning may be needless.
+    - In a wide Beam through a medium that scatters about the point the variance grows as log N.
+    - A Beam sends nothing straight to a point: in a wide beam only scattered and reflected light counts.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> point = tp.PointDetector((0, 0, 1), name="here")
+    >>> point.position
+    (0.0, 0.0, 1.0)
     """
 
     position: VectorField
@@ -53,7 +76,7 @@ class PointDetector(AnyDetector):
             refuse(self, "name must be given, got None; write name='there'")
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a clock: when a ray would arrive is not known."""
+        """Raise SceneError if the scene has a duration: the arrival time of a ray is not known."""
         if duration is not None:
-            cure = "leave duration out, or count by a small VolumeDetector"
+            cure = "leave out duration, or use a small VolumeDetector"
             refuse(self, f"a scene with a PointDetector must be steady, got duration={duration!r}; {cure}")

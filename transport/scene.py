@@ -30,14 +30,44 @@ from transport.volumes import VolumeDetector
 
 @scene_object
 class Scene(SceneParts):
-    """What is simulated: at least one source, and the surfaces and detectors, each a list or a single object.
+    """A scene: sources, surfaces, detectors and media; immutable, checked when it is made.
 
-    No source is needed where a medium emits.
-    Among the detectors are those at a place, the `meters`, `volumes`, and `phase_spaces` and `snapshots` of a time.
+    Parameters
+    ----------
+    sources : Source or iterable of Source
+        What emits. May be empty if a medium emits. All sources emit watts (Lambertian, Isotropic, Beam),
+        or all emit particles (Gas, Effusive).
+    surfaces : Surface or iterable of Surface, default ()
+        Shapes with materials, and media on their sides.
+    detectors : detector or iterable of detectors, default ()
+        Detector, VolumeDetector, PointDetector, Camera, EnvironmentMap, PhaseSpace and Snapshot.
+    medium : Medium or Vacuum, default None
+        Fills all space that is not inside a body with its own medium. None: vacuum.
+    duration : float, default None
+        With a duration [s] the scene has a clock that runs from 0 to the duration; without one it is
+        steady.
 
-    `medium` fills all space that no body of the surfaces' media claims; left out, nothing does.
-    With a `duration` [s] the clock runs from 0, when all sources start; without one the scene is steady.
-    Raises SceneError for names that are unknown or not unique and for parts that do not go together.
+    Raises
+    ------
+    SceneError
+        If names are unknown or not unique, or if parts contradict each other.
+
+    Examples
+    --------
+    A point source over a black disk:
+
+    >>> import transport as tp
+    >>> scene = tp.Scene(
+    ...     sources=[tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))],
+    ...     surfaces=[tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="disk")],
+    ...     detectors=[tp.Detector("disk")],
+    ... )
+    >>> scene.measured_in
+    'watts'
+    >>> [detector.name for detector in scene.meters]
+    ['disk']
+    >>> tp.Scene.from_json(scene.to_json()) == scene
+    True
     """
 
     # The fields of SceneParts again: type checkers lose what a field accepts where it is inherited.
@@ -65,17 +95,42 @@ class Scene(SceneParts):
         check_scene(self)
 
     def to_json(self, path: str | PathLike | None = None) -> str:
-        """All of it as JSON text that `from_json` reads back bit by bit, written into the file too where one is named.
+        """Return the scene as JSON text, from which `from_json` restores it bit by bit.
 
-        Raises SceneError for what no file can hold (the function of an InverseCDF); transport/guides/scenes.md.
+        Parameters
+        ----------
+        path : str or PathLike, default None
+            File to write the text to as well.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If a part cannot be written, such as the function of an InverseCDF. See
+            transport/guides/scenes.md.
         """
         return function_for(type(self), "to_json")(self, path)
 
     @staticmethod
     def from_json(source: str | PathLike) -> "Scene":
-        """The scene of a JSON file, or of its text; written by `to_json` or by hand.
+        """Return the scene described by JSON, written by `to_json` or by hand.
 
-        Raises SceneError with the place in the file, as in "surfaces[2].material.albedo", for what is wrong.
+        Parameters
+        ----------
+        source : str or PathLike
+            A file's path, or the text itself.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the text is invalid; the message names the place, as in "surfaces[2].material.albedo".
         """
         return function_for(Scene, "from_json")(source)
 
@@ -83,7 +138,30 @@ class Scene(SceneParts):
         return function_for(type(self), "html")(self)
 
     def medium_at(self, position: Iterable[float]) -> AnyMedium:
-        """What fills the place [m]: the medium of the innermost body that holds it, else the surrounding one."""
+        """Return the medium at a point: that of the innermost body around it, else the surrounding one.
+
+        Parameters
+        ----------
+        position : vector
+            Point [m].
+
+        Returns
+        -------
+        Medium, Grid or Vacuum
+
+        Raises
+        ------
+        SceneError
+            If the position is not three finite numbers.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), inside=tp.Medium(absorption=0.5))
+        >>> scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), ball)
+        >>> scene.medium_at((0, 0, 0.5)), scene.medium_at((0, 0, 2))
+        (Medium(absorption=0.5), Vacuum())
+        """
         place = as_floats(position)
         if place is None or len(place) != 3:
             refuse(self, f"position must be three finite numbers, got {shown(position)}")

@@ -1,4 +1,4 @@
-"""The speeds of a scene: which there are, and whether particles must carry them."""
+"""Speeds in a scene: which occur, and whether particles must carry a speed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
 
 def scene_speeds(scene: SceneParts) -> set[float | SpeedDistribution]:
-    """The speeds [m/s] and distributions of speeds with which particles are emitted or leave walls."""
+    """Return the speeds of a scene.
+
+    Returns
+    -------
+    set of float or SpeedDistribution
+        Speeds [m/s] and distributions with which particles are emitted or leave walls.
+    """
     emitted = {source.emission.speed for source in scene.sources}
     if glows(scene):
         emitted.add(speed_of_light)
@@ -27,24 +33,27 @@ def scene_speeds(scene: SceneParts) -> set[float | SpeedDistribution]:
 
 
 def scene_has_speeds(scene: SceneParts) -> bool:
-    """Whether particles carry speeds: where these differ and a clock runs, or where something looks at them."""
+    """Return whether particles must carry a speed.
+
+    They must if speeds differ in a scene with a clock, or if a detector observes speeds.
+    """
     differ = speeds_differ(scene_speeds(scene))
     looked_at = any(meter.speeds is not None or meter.moments for meter in scene.meters)
     return (differ and scene.duration is not None) or looked_at or bool(scene.phase_spaces or scene.snapshots)
 
 
 def speeds_differ(speeds: set[float | SpeedDistribution]) -> bool:
-    """Whether there is more than one speed."""
+    """Return whether there is more than one speed."""
     return len(speeds) > 1 or not all(isinstance(speed, float) for speed in speeds)
 
 
 def fastest_of(speed: float | SpeedDistribution) -> float:
-    """A bound [m/s] of the speeds."""
+    """Return an upper bound [m/s] of a speed or distribution."""
     return speed if isinstance(speed, float) else speed.fastest
 
 
 def why_no_mass(scene: SceneParts) -> tuple[str, str]:
-    """What a quantity lacks that needs a mass, and the cure."""
+    """Return what a quantity that needs the mass lacks, and the cure, as two parts of a message."""
     if scene.measured_in == "watts":
         return "particles of one mass, got energies in watts", "emit a Gas or Effusive"
     masses = {source.emission.mass for source in scene.sources}
@@ -55,6 +64,6 @@ def why_no_mass(scene: SceneParts) -> tuple[str, str]:
 
 
 def scene_mass(scene: SceneParts) -> float | None:
-    """The mass [kg] of every particle, where it is known and the same for all."""
+    """Return the mass [kg] of a particle if it is known and the same for all, else None."""
     masses = {getattr(source.emission, "mass", None) for source in scene.sources}
     return masses.pop() if len(masses) == 1 else None

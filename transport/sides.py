@@ -1,4 +1,4 @@
-"""What detectors share with one another, and with sources: the side that is looked at or emitted from."""
+"""Base classes of detectors, and the side of a surface that detectors and sources use."""
 
 from transport.shapes import Shape
 from transport.validation import check_one_of, refuse
@@ -8,26 +8,41 @@ OTHER_SIDE = {"front": "back", "back": "front", "outside": "inside", "inside": "
 
 
 class AnyDetector:
-    """What all detectors share; not made itself.  A list of several kinds is a list of these to type checkers."""
+    """Base class of all detectors; not instantiated directly.
+
+    Type checkers accept a list of several kinds of detector as a list of this class.
+    """
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a scene with this duration [s], None for a steady one, that the detector cannot look at."""
+        """Raise SceneError if the detector does not work in a scene of this duration.
+
+        Parameters
+        ----------
+        duration : float or None
+            Duration of the scene [s]; None for a steady scene.
+        """
         raise NotImplementedError
 
 
 class Sided:
-    """What Source and Detector share: `side`, the front (where the normal points) or the back.
+    """Base class of Source and Detector: the attribute `side`.
 
-    For closed shapes "outside" and "inside" mean the same.
+    The normal points to the front. For closed shapes "outside" and "inside" are synonyms of "front" and
+    "back".
     """
 
     @property
     def is_back(self) -> bool:
-        """Whether the side is the one that the normal points away from."""
+        """Whether the side is the one that the normal points away from.
+
+        Returns
+        -------
+        bool
+        """
         return IS_BACK[self.side]
 
     def _check_side(self, shape: Shape | None = None) -> None:
-        """Refuse an unknown side, and the inside of a shape that encloses nothing."""
+        """Raise SceneError for an unknown side, and for the inside of a shape that is not closed."""
         check_one_of(self, "side", IS_BACK)
         if shape is not None and self.side in ("outside", "inside") and not shape.is_closed:
             cure = "back" if self.is_back else "front"

@@ -1,4 +1,4 @@
-"""Sources: an emission that leaves a shape, or a surface known by its name."""
+"""Sources: a shape (or a named surface) with an emission, an aim and a pulse."""
 
 import math
 
@@ -15,16 +15,44 @@ __all__ = [
     "Source",
 ]  # fmt: skip
 
-ALONG_PLANE = 1e-15  # the cosine that two rounded unit vectors at right angles may have
+ALONG_PLANE = 1e-15  # largest cosine between two rounded unit vectors at right angles
 
 
 @scene_object
 class Source(Sided):
-    """An emission from a shape, or from the surface of that name.
+    """A source: a shape that emits, or a surface of the scene that emits.
 
-    `side` is the one that a surface source emits from. With `aim`, a shape, directions are sampled only
-    towards it, with the exact weight; the amount stays that of the whole source. `pulse` says when it emits,
-    within the scene's duration; left out, it emits evenly over all of it.
+    Parameters
+    ----------
+    shape : Shape or str
+        Where particles start. A string is the name of a surface of the scene.
+        The emission limits the kinds of shape (see its documentation).
+    emission : Lambertian, Isotropic, Beam, Gas or Effusive
+        How much is emitted, in which directions and at which speeds.
+    aim : Shape, default None
+        Sample directions towards this shape only (importance sampling). Each particle carries the
+        weight that keeps every mean; the amount stays that of the whole source. Allowed with
+        `Lambertian`, `Isotropic` and `Effusive` without drift. The shape must have a finite area.
+        What misses the aim is booked as "unsampled" in the energy balance.
+    side : {"front", "back", "outside", "inside"}, default "front"
+        Side of a surface from which particles leave. The normal points to the front. On closed
+        shapes "outside" and "inside" are synonyms of "front" and "back".
+    pulse : Instant, BoxPulse or GaussianPulse, default None
+        When the source emits, within the scene's duration. None: uniformly over the duration.
+
+    Raises
+    ------
+    SceneError
+        If shape, emission, side, aim or pulse do not fit together.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> lamp = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))
+    >>> round(lamp.amount(lamp.shape, duration=None), 3)  # [W]
+    246.74
+    >>> lamp.is_back
+    False
     """
 
     shape: Shape | str
@@ -43,11 +71,30 @@ class Source(Sided):
             self.check_shape(self.shape)
 
     def amount(self, shape: Shape, duration: float | None) -> float:
-        """All that the resolved shape emits [J or 1]; without a duration [s] a rate [W or s^-1]."""
+        """Return the total amount that the source emits.
+
+        Parameters
+        ----------
+        shape : Shape
+            The source's shape; for a named surface, that surface's shape.
+        duration : float or None
+            Duration of the scene [s]; None for a steady scene.
+
+        Returns
+        -------
+        float
+            Energy [J] or number of particles; without a duration a rate [W] or [s^-1].
+        """
         return self.emission.amount(shape, duration, self.pulse, self.is_back)
 
     def check_clock(self, duration: float | None) -> None:
-        """Refuse a scene without the clock that this source needs, and a pulse that is not within it."""
+        """Raise SceneError if the source needs a clock that the scene lacks, or if its pulse ends too late.
+
+        Parameters
+        ----------
+        duration : float or None
+            Duration of the scene [s]; None for a steady scene.
+        """
         emission, kind = self.emission, type(self.emission).__name__
         if duration is None:
             needs = {
@@ -64,18 +111,25 @@ class Source(Sided):
             reach = f"from {self.pulse.first:g} to {self.pulse.last:g} s"
             refuse(
                 self,
-                f"pulse must lie within the duration, {duration:g} s, got {self.pulse}, which goes {reach};"
+                f"pulse must lie within the duration, {duration:g} s, got {self.pulse}, which lasts {reach};"
                 " make the duration longer",
             )
 
     def check_shape(self, shape: Shape) -> None:
-        """Refuse a resolved shape that the emission cannot leave from as told."""
+        """Raise SceneError if the emission cannot leave this shape.
+
+        Parameters
+        ----------
+        shape : Shape
+            The source's shape; for a named surface, that surface's shape.
+        """
         kind, emission = type(shape).__name__, type(self.emission).__name__
         self._check_kind(shape)
         is_surface_source = self.emission.has_side and not isinstance(shape, Point)
         if self.side != "front" and not is_surface_source:
-            refuse(self, f"side means nothing for {emission} from a {kind}, got {self.side!r}; leave it out")
+            refuse(self, f"side has no effect for {emission} from a {kind}, got {self.side!r}; leave it out")
         self._check_side(shape)
+        # Check what only some emissions require.
         match self.emission:
             case Beam():
                 self._check_beam(shape)
@@ -89,16 +143,16 @@ class Source(Sided):
             refuse(self, f"{what} must be positive and finite, got {amount} from {shown(self.emission)}")
 
     def _check_kind(self, shape: Shape) -> None:
-        """Refuse a shape of a kind that the emission does not leave from."""
+        """Raise SceneError if the emission does not allow this kind of shape."""
         emission = type(self.emission).__name__
         *others, last = [cls.__name__ for cls in self.emission.shapes]
         got = f"{emission} leaves from a {', '.join(others)} or {last}, got shape={shown(shape)}"
         if shape.is_infinite:
-            refuse(self, f"{got}, whose area is infinite; let a large Rectangle emit")
+            refuse(self, f"{got}, whose area is infinite; use a large Rectangle")
         if not isinstance(shape, self.emission.shapes):
             refuse(self, f"{got}; {self.emission.cure}")
         if self.emission.needs_whole and isinstance(shape, Sphere) and shape.is_zone:
-            refuse(self, f"{got}, a zone; leave mu_min and mu_max out, or let it emit Lambertian")
+            refuse(self, f"{got}, a zone; leave out mu_min and mu_max, or use Lambertian")
 
     def _check_aim(self) -> None:
         if self.aim is None:
@@ -107,17 +161,20 @@ class Source(Sided):
         if not self.emission.can_aim:
             refuse(
                 self,
-                f"aim goes with Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)}; drop aim",
+                f"aim needs Lambertian, Isotropic or Effusive, got {emission} and {shown(self.aim)};"
+                " drop aim",
             )
         if isinstance(self.emission.speed, SpeedDistribution) and self.emission.speed.has_drift:
             refuse(
-                self, f"aim does not go with a drift, got {shown(self.emission.speed)}; leave one of them out"
+                self,
+                f"aim cannot be combined with a drift, got {shown(self.emission.speed)};"
+                " leave one of them out",
             )
         check_type(self, "aim", Shape, "a shape such as Disk(radius=...)")
         if isinstance(self.aim, (Point, Cloud)):
-            refuse(self, f"aim must have an area, got {self.aim}; aim at a small Disk or Sphere")
+            refuse(self, f"aim must have an area, got {self.aim}; use a small Disk or Sphere")
         if self.aim.is_infinite:
-            refuse(self, f"aim must be finite, got {self.aim}; aim at a Rectangle in it, or leave aim out")
+            refuse(self, f"aim must be finite, got {self.aim}; use a Rectangle in it, or leave out aim")
 
     def _check_pulse(self) -> None:
         if self.pulse is None:
@@ -126,14 +183,14 @@ class Source(Sided):
         emission = self.emission
         if isinstance(emission, Gas):
             refuse(
-                self, f"pulse means nothing for a Gas, which is there at time 0, got {self.pulse}; drop it"
+                self, f"pulse has no effect for a Gas, which exists from time 0, got {self.pulse}; drop it"
             )
         if not (self.pulse.holds_rates or emission.is_whole):
             got = f"{emission.given}={shown(getattr(emission, emission.given))}"
             refuse(
                 self,
                 f"pulse {self.pulse} needs the whole amount, {emission.whole}=..., got {got};"
-                " rates hold for a BoxPulse",
+                " rates are allowed with a BoxPulse",
             )
 
     def _check_beam(self, shape: Shape) -> None:
@@ -144,11 +201,11 @@ class Source(Sided):
             return
         mu, kind = dot(beam.direction, shape.normal) * (-1 if self.is_back else 1), type(shape).__name__
         if abs(mu) <= ALONG_PLANE:
-            refuse(self, f"direction must leave the plane of the {kind}, got {beam.direction}; tilt it")
+            refuse(self, f"direction must not lie in the plane of the {kind}, got {beam.direction}; tilt it")
         if mu < 0:
             other = "front" if self.is_back else "back"
-            must = f"direction must leave the {self.side} (normal {shape.normal})"
-            refuse(self, f"{must}, got {beam.direction}; write side={other!r} or turn it")
+            must = f"direction must point out of the {self.side} (normal {shape.normal})"
+            refuse(self, f"{must}, got {beam.direction}; write side={other!r} or reverse it")
 
     def _check_density(self, shape: Shape) -> None:
         if isinstance(shape, Point) or (isinstance(shape, Cloud) and 0 in shape.sigma):
@@ -158,5 +215,6 @@ class Source(Sided):
         speed, kind = self.emission.speed, type(shape).__name__
         if not isinstance(shape, FlatShape):
             cure = "take a Rectangle or Disk"
-            refuse(self, f"drift goes with a flat shape, got {shown(speed.drift)} through a {kind}; {cure}")
-        speed.one_way_flux(speed.drift_through(shape, self.is_back))  # within its range
+            refuse(self, f"drift needs a flat shape, got {shown(speed.drift)} through a {kind}; {cure}")
+        # Raise SceneError if the drift is out of range.
+        speed.one_way_flux(speed.drift_through(shape, self.is_back))

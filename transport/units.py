@@ -1,4 +1,4 @@
-"""SI constants, conversion factors for the edge of the program, and units as exponents of symbols."""
+"""Units: SI constants, conversion factors for input and output, and units as powers of symbols."""
 
 from __future__ import annotations
 
@@ -18,19 +18,37 @@ minute, hour, day = 60.0, 3600.0, 86400.0  # s
 deg = math.pi / 180  # rad
 arcmin, arcsec, mrad = deg / 60, deg / 3600, 1e-3  # rad
 
-_ORDER = ("W", "J", "lm", "cd", "s", "m", "sr")  # in print; symbols not listed follow in alphabetical order
+_ORDER = ("W", "J", "lm", "cd", "s", "m", "sr")  # order in text; other symbols follow alphabetically
 _FACTOR = re.compile(r"\s*([/*]?)\s*(1|[A-Za-z]+)(?:\^\(?(-?\d+(?:/\d+)?)\)?)?")
 
 
 class UnitError(TypeError):
-    """Raised where unlike units are added, or a number without a unit is added to a quantity with one."""
+    """Error raised if quantities of different units are added, or a plain number to one with a unit."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A product of powers of symbols, such as W m^-2 sr^-1; Unit() is dimensionless.
+    """A unit: a product of powers of symbols, such as W m^-2 sr^-1; `Unit()` is dimensionless.
 
-    powers: (symbol, exponent) pairs in any order.  W s and J are one unit, so that equal units compare equal.
+    Units support `*`, `/`, `**` and comparison.
+
+    Parameters
+    ----------
+    powers : tuple of (str, Fraction), default ()
+        Pairs (symbol, exponent) in any order.
+
+    Notes
+    -----
+    W s and J are the same unit, so that equal units compare equal.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> irradiance = tp.Unit.parse("W m^-2")
+    >>> irradiance * tp.Unit.parse("m^2")
+    Unit('W')
+    >>> tp.Unit.parse("J/s") == tp.Unit.parse("W")
+    True
     """
 
     powers: tuple[tuple[str, Fraction], ...] = ()
@@ -46,9 +64,21 @@ class Unit:
     @classmethod
     @cache
     def parse(cls, text: str) -> Unit:
-        """The unit written as "W m^-2 sr^-1", "W/m^2" or "1"; a "/" holds for the one symbol after it.
+        """Parse a unit from text.
 
-        Raises UnitError for a text of another form.
+        Parameters
+        ----------
+        text : str
+            Such as "W m^-2 sr^-1", "W/m^2" or "1"; a "/" applies to the one symbol after it.
+
+        Returns
+        -------
+        Unit
+
+        Raises
+        ------
+        UnitError
+            If the text cannot be parsed.
         """
         powers, end = [], 0
         while match := _FACTOR.match(text, end):
@@ -56,12 +86,17 @@ class Unit:
             powers.append((match[2], sign * Fraction(match[3] or 1)))
             end = match.end()
         if not powers or text[end:].strip():
-            raise UnitError(f"Cannot read the unit {text!r}; write it like 'W m^-2 sr^-1', or '1' for none")
+            raise UnitError(f"Cannot parse the unit {text!r}; write it like 'W m^-2 sr^-1', or '1' for none")
         return cls(tuple((symbol, exponent) for symbol, exponent in powers if symbol != "1"))
 
     @property
     def is_dimensionless(self) -> bool:
-        """Whether no symbol is left."""
+        """Whether no symbol is left.
+
+        Returns
+        -------
+        bool
+        """
         return not self.powers
 
     def __mul__(self, other: Unit) -> Unit:
@@ -82,7 +117,10 @@ class Unit:
 
 
 def _with_watts_and_joules_told_apart(totals: dict[str, Fraction]) -> dict[str, Fraction]:
-    """W s becomes J and J s^-1 becomes W: as many watts as there are joules over seconds, and no more."""
+    """Normalize W, J and s: W s becomes J, and J s^-1 becomes W.
+
+    As many watts are kept as there are joules per second, and no more.
+    """
     energy = totals.get("J", Fraction(0)) + totals.get("W", Fraction(0))
     time = totals.get("s", Fraction(0)) - totals.get("W", Fraction(0))
     watts = Fraction(0)

@@ -1,8 +1,8 @@
-"""Wrong input is refused when an object is made, with the object, the parameter, the value and the cure.
+"""Validation of input: objects check their fields when made and raise SceneError.
 
-A user object is a frozen, hashable dataclass made by `scene_object`; its `__post_init__` calls the `settle_*`
-functions below, each of which reads fields, refuses what is wrong and stores the rest in plain form (floats
-and tuples of them), so that lists, NumPy arrays and integers give the same object.
+A user object is a frozen, hashable dataclass made by `scene_object`. Its `__post_init__` calls the `settle_*`
+functions below: each reads fields, raises SceneError for invalid values and stores the others in plain form
+(floats and tuples of floats), so that lists, NumPy arrays and integers make equal objects.
 """
 
 import dataclasses
@@ -18,7 +18,7 @@ import numpy as np
 
 from transport.vectors import unit_vector
 
-_SYNONYMS = {  # what other programs call a parameter: its name here, and what else to know
+_SYNONYMS = {  # name of a parameter in other programs: name here, and a remark
     "reflectance": ("albedo", ""),
     "albedo": ("reflectance", ""),
     "center": ("position", ""),
@@ -26,12 +26,12 @@ _SYNONYMS = {  # what other programs call a parameter: its name here, and what e
     "diameter": ("radius", " (half of it)"),
 }
 
-SIMULATE = {  # what is said to `simulate`, not to the Scene
+SIMULATE = {  # parameters of `simulate`, not of Scene
     "particles", "error", "seconds", "seed", "batches", "threads", "estimator", "sampling", "tracking",
     "progress", "cluster", "resume", "checkpoint", "every", "part",
 }  # fmt: skip
 
-UNMASK = "write .filled(0), or another number"  # the cure for masked values
+UNMASK = "write .filled(0), or another number"  # hint for masked values
 
 _brief = reprlib.Repr()
 _brief.maxstring = _brief.maxother = 80
@@ -39,12 +39,21 @@ _brief.maxlevel = 3
 
 
 class SceneError(ValueError):
-    """An input that is refused; the message names the object, the parameter, the value and the cure."""
+    """Error raised for invalid input; the message names object, parameter, value and cure.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Disk(radius=-1)
+    Traceback (most recent call last):
+        ...
+    transport.validation.SceneError: Disk: radius must be positive and finite, got -1
+    """
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
 def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
-    """A frozen dataclass that refuses wrong, missing and misplaced parameters with a SceneError."""
+    """Make a frozen dataclass that raises SceneError for invalid, missing and unknown parameters."""
     if cls is None:
         return functools.partial(scene_object, kw_only=kw_only)
     made = dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)
@@ -62,11 +71,13 @@ def scene_object(cls: type | None = None, *, kw_only: bool = False) -> Any:
 def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple, named: dict) -> None:
     title, names = _title(cls, named.get("name")), [field.name for field in fields]
     call = getattr(cls, "written", cls.__name__)
+    # Check the names of keyword arguments.
     for name, value in named.items():
         if name not in names:
             is_for_run = name in SIMULATE and cls.__name__ == "Scene"
             cure = f"write simulate(scene, {name}=...)" if is_for_run else _suggested_parameter(name, names)
             raise SceneError(f"{title}: unknown parameter {name}={shown(value)}; {cure}")
+    # Check the number of positional arguments.
     by_place = [field.name for field in fields if not field.kw_only]
     if len(values) > len(by_place):
         got = shown(values[len(by_place)])
@@ -80,10 +91,11 @@ def _check_parameters(cls: type, fields: list[dataclasses.Field], values: tuple,
         required = [f.name for f in fields if f.name in keywords and _is_required(f)]
         cure = f"write {call}({', '.join(f'{name}=...' for name in required or keywords[:1])})"
         raise SceneError(f"{title} takes {limit}: {cure}, got {got} (keywords: {', '.join(keywords)})")
+    # Check for parameters given twice, and for missing ones.
     for name in by_place[: len(values)]:
         if name in named:
             raise SceneError(
-                f"{title}: {name} is given twice, the second time as {shown(named[name])}; drop one"
+                f"{title}: {name} is given twice, by position and as {shown(named[name])}; drop one"
             )
     given = {*by_place[: len(values)], *named}
     missing = [f.name for f in fields if f.name not in given and _is_required(f)]
@@ -106,7 +118,7 @@ def refuse(subject: object, problem: str) -> NoReturn:
 
 
 def shown(value: object) -> str:
-    """The value as an error message shows it: plain numbers for NumPy's, long ones cut."""
+    """Return a short text of a value for a message: NumPy numbers as plain ones, long ones cut."""
     if is_masked(value):
         return f"{_brief.repr(value.tolist())} with masked values ({UNMASK})"
     if isinstance(value, (np.ndarray, np.generic)):
@@ -115,47 +127,47 @@ def shown(value: object) -> str:
 
 
 def in_degrees(angle: float | None) -> str:
-    """The cure for an angle [rad] that looks like degrees, as the end of a message; nothing for another."""
+    """Return a hint, as the end of a message, if an angle [rad] looks like degrees; else an empty text."""
     return (
         f"; angles are in radians: write {angle:g} * tp.deg" if angle is not None and 1 < angle <= 360 else ""
     )
 
 
 def is_masked(value: object) -> bool:
-    """Whether an array has masked values, as files with gaps give: what lies under the mask is no number."""
+    """Return whether an array has masked values, as from files with gaps; these are no numbers."""
     return isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(value).any())
 
 
 def listed(names: list[str], most: int = 6) -> str:
-    """The names as "a, b and c"; of more than `most` the others are counted."""
+    """Return names as "a, b and c"; beyond `most` names, the number of the rest."""
     if len(names) > most:
         names = [*names[:most], f"{len(names) - most} more"]
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def suggestion(word: object, names: Iterable[str]) -> str:
-    """The cure for an unknown name: the nearest valid one, or all of them where none is near."""
+    """Return a hint for an unknown name: the closest valid one, or all of them if none is close."""
     names = list(names)
     near = difflib.get_close_matches(str(word), names, n=1, cutoff=0.5)
     if near:
         return f"did you mean {near[0]!r}?"
-    return f"choose from {', '.join(map(repr, names))}" if names else "there is none to choose from"
+    return f"choose from {', '.join(map(repr, names))}" if names else "there is nothing to choose from"
 
 
 def _suggested_parameter(word: str, names: list[str]) -> str:
-    """As `suggestion`, and by another name that the parameter goes by."""
+    """Return a hint for an unknown parameter, also by synonyms of other programs."""
     meant, aside = _SYNONYMS.get(word, (None, ""))
     return f"did you mean {meant!r}{aside}?" if meant in names else suggestion(word, names)
 
 
 def store(subject: object, **values: object) -> None:
-    """Set fields of a frozen object while it is being made."""
+    """Set fields of a frozen object while it is made."""
     for name, value in values.items():
         object.__setattr__(subject, name, value)
 
 
 def as_float(value: object) -> float | None:
-    """A real number as a float (infinite where it overflows), None for anything else: bool, text, complex."""
+    """Return a real number as a float (infinity on overflow); None for bool, text, complex and others."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, Real):
@@ -167,12 +179,12 @@ def as_float(value: object) -> float | None:
 
 
 def is_count(value: object) -> bool:
-    """Whether the value is an integer (bool is none)."""
+    """Return whether a value is an integer (bool excluded)."""
     return isinstance(value, Integral) and not isinstance(value, (bool, np.bool_))
 
 
 def as_floats(value: object) -> tuple[float, ...] | None:
-    """A sequence of finite real numbers as a tuple of floats, None for anything else."""
+    """Return a sequence of finite real numbers as a tuple of floats; None for anything else."""
     if isinstance(value, (str, bytes, dict, set, frozenset)) or not isinstance(value, Iterable):
         return None
     if isinstance(value, np.ndarray) and value.ndim != 1:
@@ -182,19 +194,19 @@ def as_floats(value: object) -> tuple[float, ...] | None:
 
 
 def settle_positive(subject: object, *names: str) -> None:
-    """Each field is a positive finite number."""
+    """Convert each field to a positive finite float."""
     _settle_numbers(subject, names, "positive and finite", lambda number: 0 < number < math.inf)
 
 
 def settle_nonnegative(subject: object, *names: str) -> None:
-    """Each field is a finite number, zero or above."""
+    """Convert each field to a finite float, zero or above."""
     _settle_numbers(subject, names, "zero or positive, and finite", lambda number: 0 <= number < math.inf)
 
 
 def settle_fraction(subject: object, *names: str) -> None:
-    """Each field is a number in [0, 1]."""
+    """Convert each field to a float in [0, 1]."""
     _settle_numbers(
-        subject, names, "in [0, 1]", lambda number: 0 <= number <= 1, "; a share, of which 1 is all"
+        subject, names, "in [0, 1]", lambda number: 0 <= number <= 1, "; a fraction, where 1 means all"
     )
 
 
@@ -210,7 +222,7 @@ def _settle_numbers(subject, names, must, is_right, cure="") -> None:
 
 
 def settle_vector(subject: object, *names: str) -> None:
-    """Each field is a vector of three finite numbers."""
+    """Convert each field to a tuple of three finite floats."""
     for name in names:
         value = getattr(subject, name)
         vector = as_floats(value)
@@ -220,7 +232,7 @@ def settle_vector(subject: object, *names: str) -> None:
 
 
 def settle_direction(subject: object, *names: str) -> None:
-    """Each field is a vector of any length but zero; its unit vector is stored."""
+    """Convert each field, a vector of any length except 0, to a unit vector."""
     for name in names:
         value = getattr(subject, name)
         vector = as_floats(value)
@@ -230,18 +242,18 @@ def settle_direction(subject: object, *names: str) -> None:
 
 
 def settle_name(subject: object) -> None:
-    """The field `name` is a text that is not empty and has no ".", or None."""
+    """Convert the field `name` to a non-empty text without ".", or None."""
     name = subject.name
     if name is not None and (not isinstance(name, str) or not name.strip()):
-        refuse(subject, f"name must be a text that is not empty, got {shown(name)}")
+        refuse(subject, f"name must be a text and not empty, got {shown(name)}")
     if name is not None and "." in name:
         cure = f"write name={name.replace('.', '_')!r}"
-        refuse(subject, f"name must not contain '.', as in 'meter.flux_in', got {shown(name)}; {cure}")
+        refuse(subject, f"name must not contain '.', as in 'detector.flux_in', got {shown(name)}; {cure}")
     store(subject, name=None if name is None else str(name))
 
 
 def check_one_of(subject: object, name: str, choices: Iterable[str]) -> None:
-    """The field is one of the texts."""
+    """Raise SceneError if the field is not one of these texts."""
     value, choices = getattr(subject, name), list(choices)
     if not isinstance(value, str) or value not in choices:
         valid = " or ".join(map(repr, choices))
@@ -249,7 +261,7 @@ def check_one_of(subject: object, name: str, choices: Iterable[str]) -> None:
 
 
 def check_type(subject: object, name: str, types: type | tuple[type, ...], must: str) -> None:
-    """The field is an instance of the types; `must` says which in words."""
+    """Raise SceneError if the field is not an instance of the types, which `must` describes."""
     value = getattr(subject, name)
     if not isinstance(value, types):
         refuse(subject, f"{name} must be {must}, got {shown(value)}")

@@ -1,19 +1,20 @@
-"""Vectors as tuples of three floats: products, unit vectors and the local frame of a normal; scale-free."""
+"""Vectors as tuples of three floats: products, unit vectors and local frames; independent of scale."""
 
 import math
 
 Vector = tuple[float, float, float]
 Frame = tuple[Vector, Vector, Vector]
 
-# Sine of the angle below which two directions count as parallel: wide enough for vectors that were rounded to
-# single precision (6e-8), so that rounding never decides how a frame is turned about its normal.
+# Sine of the angle below which two directions count as parallel. It exceeds the rounding of single precision
+# (6e-8), so that rounding never decides how a frame is rotated about its normal.
 PARALLEL = 1e-6
 
 
 def local_frame(normal: Vector, up: Vector | None) -> Frame:
-    """Right-handed unit vectors (e_u, e_v, n) round a unit normal, e_v the part of `up` in the plane.
+    """Return the right-handed frame (e_u, e_v, n) of a unit normal.
 
-    e_u is taken first, as up x n, which does not cancel; `up` None means +y, or +z for a normal along y.
+    e_v is the component of `up` in the plane; the default `up` is +y, or +z for a normal along y. e_u is
+    computed first, as up x n, which does not cancel.
     """
     if up is None:
         up = (0.0, 0.0, 1.0) if are_parallel(normal, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
@@ -22,12 +23,12 @@ def local_frame(normal: Vector, up: Vector | None) -> Frame:
 
 
 def are_parallel(a: Vector, b: Vector) -> bool:
-    """Whether two unit vectors are parallel or opposite, to within 1e-6 rad."""
+    """Return whether two unit vectors are parallel or opposite, to within 1e-6 rad."""
     return math.hypot(*_cross(a, b)) <= PARALLEL
 
 
 def unit_vector(vector: Vector) -> Vector:
-    """The unit vector along a vector of any scale; one that is unit already is kept bit by bit."""
+    """Return the unit vector along a vector of any scale; a unit vector is returned unchanged."""
     if abs(math.hypot(*vector) - 1) <= 4e-16:
         return vector
     largest = max(map(abs, vector))
@@ -37,7 +38,7 @@ def unit_vector(vector: Vector) -> Vector:
 
 
 def dot(a: Vector, b: Vector) -> float:
-    """Scalar product."""
+    """Return the scalar product."""
     return math.fsum(p * q for p, q in zip(a, b, strict=True))
 
 

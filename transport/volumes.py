@@ -1,4 +1,4 @@
-"""Volume detectors: what is in a box or a ball, by the ways that particles go in it or by their collisions there."""
+"""Volume detectors: means over a box or a sphere, by track length or by collisions."""
 
 import math
 from collections.abc import Iterable
@@ -22,22 +22,52 @@ from transport.validation import (
     store,
 )
 
-MOST_CELLS = 1_000_000  # along one axis; more would be a slip
+MOST_CELLS = 1_000_000  # per axis; more would be a mistake
 TRACK, COLLISION = "track", "collision"
 
 
 @scene_object
 class VolumeDetector(AnyDetector):
-    """Means over a volume, or over each of its `cells`: fluence rate, absorbed power, radiance; it stops nothing.
+    """Means over a volume, or over each of its cells: fluence rate, absorbed power, radiance.
 
-    shape: a Box, a whole Sphere, or the name of a surface of such a shape.  cells: (nx, ny, nz) equal voxels of a Box; a
-    number of shells of a Sphere, equally thick, or the radii [m] between them, rising within its own (the first may be 0).
-    directions: Directions.sphere(mu=8, phi=16), bins over all directions of flight, for `radiance`.
-    estimator "track": weight times length of way in each cell (Spanier and Gelbard 1969, 2.6), in vacuum as well; where
-    absorption lessens the weights on the way, their mean on it.  "collision": weight over the coefficient by which
-    collisions happen, at each: of more noise in thin media, of less work in thick ones.  Followed by weight, only
-    scattering makes collisions: then all that fills the shape must scatter.
-    A way along a face belongs to the volume; one along a face between two voxels to one of them.
+    It affects no particle.
+
+    Parameters
+    ----------
+    shape : Box, Sphere or str
+        A Box, a whole Sphere, or the name of a surface of such a shape.
+    name : str, default the surface's name
+        Key of the detector in the result; required with a shape.
+    cells : int or sequence, default None
+        For a Box: (nx, ny, nz) equal voxels. For a Sphere: a number of equally thick shells, or the
+        increasing radii [m] of the shells within its own (the first may be 0). None: one cell.
+    directions : Directions.sphere, default None
+        Bins over all directions of flight, for `radiance`.
+    estimator : {"track", "collision"}, default "track"
+        "track" scores weight times track length in each cell, in vacuum too; where absorption reduces
+        the weight along the track, the mean weight is used. "collision" scores at each collision the
+        weight divided by the collision coefficient: noisier in thin media, cheaper in thick ones. With
+        weighted tracking only scattering makes collisions, so that all media in the shape must scatter.
+
+    Raises
+    ------
+    SceneError
+        If an argument is invalid, or if there are too many cells.
+
+    Notes
+    -----
+    Track-length and collision estimators: Spanier and Gelbard 1969, section 2.6. A track along a face of the
+    volume counts as inside; a track along the face between two voxels counts in one of them.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> box = tp.Box(size=2.0)
+    >>> core = tp.VolumeDetector(box, name="core", cells=(1, 1, 2))
+    >>> core.edges(box)["z"]  # [m]
+    array([-1.,  0.,  1.])
+    >>> core.volumes(box).shape
+    (1, 1, 2)
     """
 
     shape: Shape | str
@@ -64,24 +94,31 @@ class VolumeDetector(AnyDetector):
             self.check_shape(self.shape)
 
     def check_shape(self, shape: Shape) -> None:
-        """Refuse a resolved shape that has no volume here, and cells that do not fit it."""
-        cure = "meter a Box or a Sphere in it"
+        """Raise SceneError if the shape is no Box or whole Sphere, or if the cells do not fit it."""
+        cure = "use a Box or a Sphere in it"
         if isinstance(shape, Slab):
-            cure = "meter a Box in it, such as one from face to face"
+            cure = "use a Box in it, such as one from face to face"
         if not isinstance(shape, Box | Sphere):
             refuse(self, f"shape must be a Box or a Sphere, got a {type(shape).__name__}; {cure}")
         if isinstance(shape, Sphere) and shape.is_zone:
             refuse(self, f"shape must be a whole Sphere, got {shown(shape)}; leave mu_min and mu_max out")
+        # Count the cells, and refuse too many.
         counts = {name: len(edges) - 1 for name, edges in self.edges(shape).items()}
         if self.directions is not None:
             counts |= {name: len(edges) - 1 for name, edges in self.directions.edges().items()}
         check_total(self, counts or {"cells": 1}, sides=2)
 
     def check_clock(self, duration: float | None) -> None:
-        """With a clock or without: it looks all the time."""
+        """Accept every scene, with a duration or without."""
 
     def edges(self, shape: Shape) -> dict[str, np.ndarray]:
-        """Edges [m] of the cells, "x", "y", "z" of a Box in the world or "r" of a Sphere; none without cells."""
+        """Return the edges of the cells.
+
+        Returns
+        -------
+        dict of str to array
+            Edges [m]: "x", "y", "z" of a Box in world coordinates, or "r" of a Sphere; empty without cells.
+        """
         if self.cells is None:
             return {}
         if isinstance(shape, Box):
@@ -93,14 +130,20 @@ class VolumeDetector(AnyDetector):
         return {"r": self._radii(shape)}
 
     def volumes(self, shape: Shape) -> np.ndarray:
-        """Volumes [m^3] of the cells, of the shape of their axes; of the whole, where there are none."""
+        """Return the volume of each cell.
+
+        Returns
+        -------
+        array
+            Volumes [m^3], of the shape of the cells; a scalar without cells.
+        """
         edges = self.edges(shape)
         if not edges:
             return np.float64(shape.volume)
         if isinstance(shape, Box):
             return np.full([len(e) - 1 for e in edges.values()], shape.volume / math.prod(self.cells))
         a, b = edges["r"][:-1], edges["r"][1:]
-        return 4 * math.pi / 3 * (b - a) * (a * a + a * b + b * b)  # no difference of cubes
+        return 4 * math.pi / 3 * (b - a) * (a * a + a * b + b * b)  # no difference of cubes, which cancels
 
     def _radii(self, shape: Sphere) -> np.ndarray:
         cells = self.cells
@@ -117,7 +160,7 @@ class VolumeDetector(AnyDetector):
         return radii.clip(0.0, shape.radius)
 
     def _settle_cells(self) -> None:
-        """None, or a tuple of whole numbers and of lengths; what they mean is known with the shape."""
+        """Convert `cells` to None or a tuple of counts and lengths; the shape decides what they mean."""
         if self.cells is None:
             return
         given = (self.cells,) if is_count(self.cells) else self.cells

@@ -1,4 +1,4 @@
-"""Materials: what a surface does with the particles that reach it; both sides are alike but for TwoSided."""
+"""Materials: how a surface acts on arriving particles; equal on both sides except for TwoSided."""
 
 from transport.materials.base import Material
 from transport.materials.combined import Mixture, TwoSided, is_specular, lets_through, simple_parts

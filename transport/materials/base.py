@@ -1,14 +1,14 @@
-"""What all materials share, and how shares of what arrives are checked."""
+"""Base class of materials, and the check of reflected and transmitted fractions."""
 
 from transport.validation import refuse, settle_fraction
 
 
 class Material:
-    """What all materials share; not made itself."""
+    """Base class of materials; not instantiated directly."""
 
 
 def settle_shares(material: Material, reflected: str, transmitted: str) -> None:
-    """Both fields are in [0, 1] and so is their sum."""
+    """Convert both fields to floats in [0, 1]; raise SceneError if their sum exceeds 1."""
     settle_fraction(material, reflected, transmitted)
     one, other = getattr(material, reflected), getattr(material, transmitted)
     if one + other > 1:

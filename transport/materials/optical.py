@@ -1,4 +1,4 @@
-"""Optical materials: a smooth boundary of two media, a rough mirror, and an ideal lens."""
+"""Optical materials: smooth dielectric boundary, rough mirror and ideal thin lens."""
 
 import math
 
@@ -16,15 +16,35 @@ from transport.validation import (
 
 @scene_object
 class Dielectric(Material):
-    """A smooth boundary between two clear media of refractive indices `index_inside` and `index_outside`.
+    """A smooth boundary between two clear media: refraction and Fresnel reflection.
 
-    Inside is where the shape's normal does not point: the inside of a closed shape, the back of a flat
-    one.  Light is reflected or refracted (Snell 1621) with the probabilities of Fresnel's formulas (1823) for
-    unpolarised light; beyond the critical angle all is reflected.  Nothing is absorbed, L/n^2 is the same on
-    both sides.
+    The normal of the shape points to the outside: inside is the interior of a closed shape, or the back of a
+    flat one. For watts only. A scene with a duration must also name a medium, such as
+    `inside=Medium(index=1.5)`, because light is slower in it.
 
-    Indices are positive and finite.  For watts and scenes without a `duration`: the speed of light in a medium
-    comes with media.
+    Parameters
+    ----------
+    index_inside : float
+        Refractive index inside, positive and finite.
+    index_outside : float, default 1
+        Refractive index outside, positive and finite.
+
+    Raises
+    ------
+    SceneError
+        If an index is not positive and finite.
+
+    Notes
+    ----- Light is refracted by Snell's law (1621), or reflected with the probability of Fresnel's formulas
+    (1823) for unpolarised light; beyond the critical angle it is always reflected. Nothing is absorbed, and
+    L/n^2 is equal on both sides.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> glass = tp.Dielectric(1.5)
+    >>> glass.index_outside
+    1.0
     """
 
     index_inside: float
@@ -36,16 +56,35 @@ class Dielectric(Material):
 
 @scene_object
 class Glossy(Material):
-    """A rough mirror of microfacets; opaque, and its `albedo` in [0, 1] is the same at every angle of incidence.
+    """A rough mirror of microfacets (GGX); opaque, with the same albedo at every angle of incidence.
 
-    roughness: alpha of the distribution of normals of Trowbridge and Reitz (1975), "GGX", in (0, 1]: about
-    the tangent of the facets' typical slope; a smooth one is a Mirror.  With Smith's height-correlated
-    shadowing (Heitz 2014, JCGT 3(2), 48, eq. 99), E(mu) the share that single reflection returns and E_mean
-    its mean,
+    Parameters
+    ----------
+    roughness : float
+        alpha of the distribution of normals, in (0, 1]: about the tangent of the typical slope of the
+        facets. For a smooth surface use Mirror.
+    albedo : float, default 1
+        Reflected fraction, in [0, 1].
+
+    Raises
+    ------
+    SceneError
+        If roughness or albedo is out of range.
+
+    Notes
+    ----- Distribution of normals by Trowbridge and Reitz (1975), "GGX", with Smith's height-correlated
+    shadowing (Heitz 2014, JCGT 3(2), 48, eq. 99). With E(mu) the fraction that single reflection returns, and
+    E_mean its mean::
 
         f = albedo [D G2 / (4 mu_i mu_o) + (1 - E(mu_i)) (1 - E(mu_o)) / (pi (1 - E_mean))]   [sr^-1]
 
-    whose second part stands for light that is reflected more than once (Kulla and Conty 2017).  Reciprocal.
+    The second term stands for multiple reflection (Kulla and Conty 2017). f is reciprocal.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Glossy(0.2, albedo=0.9)
+    Glossy(roughness=0.2, albedo=0.9)
     """
 
     roughness: float
@@ -62,14 +101,32 @@ class Glossy(Material):
 
 @scene_object
 class ThinLens(Material):
-    """An ideal lens of `focal_length` [m] on a Disk or Rectangle; negative: a diverging one.
+    """An ideal thin lens, on a Disk or Rectangle.
 
-    The direction cosines p in the plane of the lens change by -x/f, x being the place from its center, on
-    either side alike.  The Jacobian of that is 1, so that radiance and etendue are conserved exactly: Abbe's
-    sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens.  No flat lens does that and focuses
-    sharply: light along the axis at x from it meets the axis at f sqrt(1 - (x/f)^2), so that images are sharp
-    for x much smaller than f and for small angles only.  A ray whose |p| would reach
-    1 is sent back along itself: nothing is lost.  For watts; it takes no time.
+    For watts only; light passes it in no time.
+
+    Parameters
+    ----------
+    focal_length : float
+        Focal length f [m], finite and not 0; negative for a diverging lens.
+
+    Raises
+    ------
+    SceneError
+        If the focal length is 0 or not finite, or if the shape is neither Disk nor Rectangle.
+
+    Notes
+    ----- The direction cosines p in the plane of the lens change by -x/f, where x is the position relative to
+    the centre, equally from either side. The Jacobian is 1, so that radiance and etendue are conserved
+    exactly: Abbe's sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens. No flat lens
+    conserves etendue and also focuses sharply: light along the axis at x crosses the axis at f sqrt(1 -
+    (x/f)^2), so that images are sharp only for x much smaller than f and for small angles. A ray whose `|p|`
+    would reach 1 returns along its path, so that nothing is lost.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> lens = tp.Surface(tp.Disk(radius=0.02), tp.ThinLens(focal_length=0.1), name="lens")
     """
 
     focal_length: float

@@ -1,4 +1,4 @@
-"""Plain materials: what arrives is absorbed, scattered with equal radiance, mirrored or let pass."""
+"""Plain materials: black, diffuse, mirror and transparent."""
 
 from dataclasses import field
 
@@ -9,19 +9,46 @@ from transport.validation import refuse, scene_object, settle_positive, shown
 
 @scene_object
 class Black(Material):
-    """Absorbs everything."""
+    """A surface that absorbs everything.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="floor").material
+    Black()
+    """
 
 
 @scene_object
 class Diffuse(Material):
-    """Reflects the share `albedo` with equal radiance in all directions, lets the share `transmission` through.
+    """A Lambertian surface: reflects and transmits diffusely, absorbs the rest.
 
-    What is let through leaves the other side with equal radiance in all directions too; the rest is absorbed.
-    Shares in [0, 1], and so is their sum.  Reciprocal: f = albedo/pi on the side of arrival, transmission/pi
-    on the other [sr^-1] (Lambert 1760).
+    Parameters
+    ----------
+    albedo : float
+        Reflected fraction, in [0, 1].
+    transmission : float, default 0
+        Transmitted fraction, in [0, 1], which leaves the other side diffusely; albedo + transmission <= 1.
+    speed : float or SpeedDistribution, default None
+        Keyword only. None: particles keep their speed. Otherwise thermal re-emission: particles leave
+        either side with this speed [m/s], or with speeds drawn from the distribution, weighted by the
+        speed, as from a gas behind the surface. Not for watts.
 
-    Particles keep their speed, or leave either side with `speed`, a number [m/s] or a distribution, of which
-    they are drawn weighted by the speed, as from a gas of it behind the surface: thermal re-emission.
+    Raises
+    ------
+    SceneError
+        If a fraction is out of range, or if speeds drift or are negative.
+
+    Notes
+    -----
+    f = albedo/pi on the side of arrival and transmission/pi on the other [sr^-1] (Lambert 1760); reciprocal.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Diffuse(0.8).albedo
+    0.8
+    >>> wall = tp.Diffuse(1.0, speed=tp.Maxwellian(temperature=300, mass=4.65e-26))
     """
 
     albedo: float
@@ -34,16 +61,31 @@ class Diffuse(Material):
             if self.speed is not None:
                 settle_positive(self, "speed")
         elif self.speed.has_drift:
-            refuse(self, f"speed must be that of a gas at rest, got {shown(self.speed)}; leave out its drift")
+            refuse(self, f"speed must be that of a gas at rest, got {shown(self.speed)}; leave out the drift")
         elif self.speed.is_signed:
-            refuse(self, f"speed must not be negative, got {shown(self.speed)}; write speeds from 0 on")
+            refuse(self, f"speed must not be negative, got {shown(self.speed)}; write speeds from 0 upwards")
 
 
 @scene_object
 class Mirror(Material):
-    """Reflects the share `reflectance` specularly, lets the share `transmission` go straight on.
+    """An ideal mirror: reflects specularly, transmits straight on, absorbs the rest.
 
-    Shares in [0, 1], the same at every angle, and so is their sum; the rest is absorbed.
+    Parameters
+    ----------
+    reflectance : float, default 1
+        Reflected fraction, in [0, 1], the same at every angle.
+    transmission : float, default 0
+        Fraction that continues in a straight line, in [0, 1]; reflectance + transmission <= 1.
+
+    Raises
+    ------
+    SceneError
+        If a fraction is out of range.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> beam_splitter = tp.Mirror(reflectance=0.5, transmission=0.5)
     """
 
     reflectance: float = 1.0
@@ -55,4 +97,10 @@ class Mirror(Material):
 
 @scene_object
 class Transparent(Material):
-    """Lets everything pass: a surface to be metered or to emit from."""
+    """A surface that transmits everything unchanged; for detectors, sources and bodies of a medium.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> fog = tp.Surface(tp.Box(size=1.0), tp.Transparent(), inside=tp.Medium(scattering=0.5))
+    """

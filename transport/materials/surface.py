@@ -1,4 +1,4 @@
-"""A surface: a shape with a material."""
+"""A surface: a shape with a material and the media on its sides."""
 
 from dataclasses import field
 
@@ -14,11 +14,35 @@ AnyMedium = Medium | Grid | Vacuum
 
 @scene_object
 class Surface:
-    """A shape with a material; its `name` lets sources and detectors refer to it.
+    """A surface: a shape with a material, a name and the media on its two sides.
 
-    front, back: the media on the side that the normal points to and on the other; `outside` and `inside` are other
-    words for the same, and either may be read.  A side left out (None) is in whatever surrounds the surface there;
-    `Vacuum()` says vacuum.
+    Parameters
+    ----------
+    shape : Shape
+        Shape with an area (not a Point or Cloud).
+    material : Material
+        How the surface acts on particles.
+    name : str, default None
+        Name by which sources and detectors refer to the surface.
+    front, back : Medium, Grid or Vacuum, default None
+        Medium on the side that the normal points to, and on the other side. None: the medium that
+        surrounds the surface there. `Vacuum()` means vacuum.
+    outside, inside : Medium, Grid or Vacuum, default None
+        Synonyms of `front` and `back`; both names can be read.
+
+    Raises
+    ------
+    SceneError
+        If the shape has no area, if the material is none or does not fit the shape, or if a side has two
+        different media.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> fog = tp.Medium(absorption=0.1, scattering=0.9)
+    >>> cloud = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), "cloud", inside=fog)
+    >>> cloud.back == fog
+    True
     """
 
     shape: Shape
@@ -43,25 +67,25 @@ class Surface:
         self._settle_side("back", "inside")
 
     def _settle_side(self, side: str, alias: str) -> None:
-        """The medium of a side under both of its names."""
+        """Store the medium of a side under both of its names."""
         for name in (side, alias):
             value = getattr(self, name)
             if value is not None:
                 settled_medium(self, name, value)
         one, other = getattr(self, side), getattr(self, alias)
         if one is not None and other is not None and one != other:
-            cure = f"{alias} is another word for {side}: leave one of them out"
+            cure = f"{alias} is a synonym of {side}: leave one of them out"
             refuse(self, f"{side} and {alias} must not differ, got {shown(one)} and {shown(other)}; {cure}")
         medium = other if one is None else one
         store(self, **{side: medium, alias: medium})
 
 
 def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
-    """The medium of that field; SceneError where it is none."""
+    """Return the medium of a field; raise SceneError for anything else."""
     if isinstance(value, type) and issubclass(value, AnyMedium):
         refuse(
             subject,
-            f"{name} must be made with its brackets, got {value.__name__}; write {value.__name__}(...)",
+            f"{name} must be an instance, got the class {value.__name__}; write {value.__name__}(...)",
         )
     if not isinstance(value, AnyMedium):
         must = "a medium such as Medium(absorption=...) or Vacuum()"
@@ -70,5 +94,5 @@ def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
 
 
 def titled(surface: Surface, number: int) -> str:
-    """What a message calls the surface of that number in its scene."""
+    """Return how a message names a surface, given its number in the scene."""
     return f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"

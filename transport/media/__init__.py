@@ -1,4 +1,4 @@
-"""Participating media: coefficients and phase functions of what fills the space between surfaces."""
+"""Participating media: coefficients and phase functions of the space between surfaces."""
 
 from transport.media.base import Phase
 from transport.media.grid import Grid

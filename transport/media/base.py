@@ -1,4 +1,4 @@
-"""What all phase functions share, and arrays that never change and are compared by what they hold."""
+"""Base class of phase functions, and immutable arrays that are compared by content."""
 
 from __future__ import annotations
 
@@ -11,30 +11,42 @@ from transport.validation import UNMASK, is_masked, refuse, shown
 
 
 class Phase:
-    """How light or particles are scattered: the density of directions over the cosine mu of the scattering angle.
+    """Base class of phase functions; not instantiated directly.
 
-    Not made itself.  `g` is the mean cosine, `density(mu)` the density [sr^-1] whose integral over the sphere is 1.
+    A phase function is a density of directions over the cosine mu of the scattering angle: `density(mu)`
+    [sr^-1] integrates to 1 over the sphere, and `g` is the mean cosine.
     """
 
-    is_phase = True  # whether it may be one: an Isotropic with an amount is an emission only
+    is_phase = True  # False for an Isotropic with an amount, which is an emission only
     g: float  # mean cosine of the scattering angle
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
-        """Density [sr^-1] at cosines mu, of any shape, from -1 (backwards) to 1 (straight on)."""
+        """Return the phase function at cosines mu of the scattering angle.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosines of the scattering angle, from -1 (backward) to 1 (forward).
+
+        Returns
+        -------
+        float or array
+            Density per solid angle [sr^-1], of the shape of mu.
+        """
         raise NotImplementedError
 
 
 def is_phase(value: object) -> bool:
-    """Whether a value is a phase function."""
+    """Return whether a value is a phase function."""
     return isinstance(value, Phase) and value.is_phase
 
 
 def settled_phase(subject: object, value: object) -> Phase:
-    """The phase function of a medium; SceneError where it is none."""
+    """Return the phase function of a medium; raise SceneError for anything else."""
     if is_phase(value):
         return value
     if isinstance(value, type) and issubclass(value, Phase):
-        refuse(subject, f"phase must be made with its brackets, got {value.__name__}; write phase=...(...)")
+        refuse(subject, f"phase must be an instance, got the class {value.__name__}; write phase=...(...)")
     if isinstance(value, Phase):
         kind = type(value).__name__
         cure = "leave its amount out" if kind == "Isotropic" else "mix phases, not materials"
@@ -43,7 +55,11 @@ def settled_phase(subject: object, value: object) -> Phase:
 
 
 def settled_array(subject: object, name: str, value: object, dims: int) -> np.ndarray:
-    """A read-only copy of numbers in so many dimensions, finite and not negative; SceneError for others."""
+    """Return a read-only copy of an array with `dims` dimensions.
+
+    Raises SceneError if a value is negative, not finite or masked.
+    """
+    # Check type and shape.
     if is_masked(value):
         got = f"{np.ma.count_masked(value)} of {value.size} values masked"
         refuse(subject, f"{name} must have all its values, got {got}; {UNMASK}")
@@ -57,6 +73,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
         refuse(subject, f"{name} must have {dims} dimension{'s' * (dims > 1)}, got shape {given.shape}")
     if given.size == 0:
         refuse(subject, f"{name} must not be empty, got shape {given.shape}")
+    # Copy, and name the first invalid value.
     array = np.array(given, dtype=np.float64, order="C")
     wrong = ~((array >= 0) & (array < math.inf))
     if wrong.any():
@@ -69,7 +86,7 @@ def settled_array(subject: object, name: str, value: object, dims: int) -> np.nd
 
 
 def digest_of(*arrays: np.ndarray) -> bytes:
-    """A code of 16 bytes of what arrays hold; what equality and hash go by."""
+    """Return a digest of 16 bytes of the contents of arrays, used for equality and hash."""
     code = hashlib.blake2b(digest_size=16)
     for array in arrays:
         code.update(repr((array.shape, any(array.strides))).encode())

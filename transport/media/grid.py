@@ -1,4 +1,4 @@
-"""A medium of voxels: coefficients that change from cell to cell of a box."""
+"""A medium of voxels: coefficients that vary from voxel to voxel of a box."""
 
 from __future__ import annotations
 
@@ -25,18 +25,49 @@ from transport.validation import (
     store,
 )
 
-# Making a grid and compiling its scene take 34 bytes per voxel beside an array given, 42 beside two: measured at 200^3.
+# Making a grid and compiling its scene take 34 bytes per voxel besides one given array, 42 besides two:
+# measured at 200^3.
 BYTES_PER_VOXEL = 48
 
 
 @scene_object(kw_only=True)
 class Grid:
-    """Voxels that fill `box`, an axis-parallel Box, evenly: used as Surface(grid.box, Transparent(), inside=grid).
+    """A medium of voxels that fill an axis-parallel box.
 
-    absorption, scattering: (nx, ny, nz) coefficients [m^-1], constant within each voxel, the first at the lower
-    corner; one of both may be left out or be a number, which takes no memory.  The arrays are copied and kept
-    read-only: a run takes up to 48 bytes per voxel, and more voxels than fit into memory are refused.  phase, index
-    and emission [W m^-3 sr^-1] are the same in all voxels.
+    Use it as `Surface(grid.box, Transparent(), inside=grid)`. All parameters are keywords.
+
+    Parameters
+    ----------
+    box : Box
+        Box that the voxels fill evenly.
+    absorption, scattering : float or array (nx, ny, nz), default 0
+        Coefficients [m^-1], zero or positive, constant in each voxel; the first voxel is at the lower
+        corner. At least one is an array; a number takes no memory.
+    phase : phase function, default Isotropic()
+        Phase function of all voxels.
+    index : float, default 1
+        Refractive index of all voxels.
+    emission : float, default 0
+        Emitted power per volume and solid angle [W m^-3 sr^-1] of all voxels.
+
+    Raises
+    ------
+    SceneError
+        If the arrays are invalid or differ in shape, or if the voxels do not fit into memory.
+
+    Notes
+    -----
+    Arrays are copied and read-only. `shape` is (nx, ny, nz). A run takes up to 48 bytes per voxel.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import transport as tp
+    >>> grid = tp.Grid(box=tp.Box(size=1.0), absorption=np.ones((2, 2, 4)), scattering=3.0)
+    >>> grid.shape
+    (2, 2, 4)
+    >>> float(grid.albedo[0, 0, 0])
+    0.75
     """
 
     box: Box
@@ -50,29 +81,32 @@ class Grid:
     index: float = 1.0
     emission: float = 0.0
     shape: tuple[int, int, int] = field(init=False, compare=False)
-    digest: bytes = field(init=False, repr=False)  # of the arrays' bytes: what equality and hash go by
+    digest: bytes = field(init=False, repr=False)  # of the arrays, for equality and hash
 
     def __post_init__(self) -> None:
-        check_type(self, "box", Box, "a Box, as Box(size=(1, 1, 1))")
+        check_type(self, "box", Box, "a Box, such as Box(size=(1, 1, 1))")
         self._check_memory()
+        # Convert coefficients to arrays of equal shape; constant ones are broadcast from one number.
         given = {name: self._settled(name) for name in ("absorption", "scattering")}
         shapes = [array.shape for array in given.values() if array.ndim == 3]
         if not shapes:
-            cure = "write Medium(...) for the same everywhere"
+            cure = "use Medium(...) for a homogeneous medium"
             refuse(self, f"absorption or scattering must be an array (nx, ny, nz), got numbers only; {cure}")
         if shapes[0] != shapes[-1]:
             refuse(self, f"absorption and scattering must have one shape, got {shapes[0]} and {shapes[1]}")
         arrays = {name: np.broadcast_to(_thinned(array), shapes[0]) for name, array in given.items()}
         store(self, **arrays, shape=shapes[0], digest=digest_of(*arrays.values()))
         self._freeze()
+        # Check that coefficients add up to finite numbers.
         with np.errstate(over="ignore"):
             highest = float(self.extinction.max())
         if not math.isfinite(highest):
             refuse(self, f"absorption + scattering must be finite, got {highest}; lower one of them")
+        # Check what is the same in all voxels.
         store(self, phase=settled_phase(self, self.phase))
         settle_positive(self, "index")
         if as_float(self.emission) is None and np.ndim(self.emission):
-            cure = "give one number, or a Medium with an emission to each part"
+            cure = "give one number, or use one Medium with an emission per part"
             refuse(self, f"emission must be one number for all voxels, got {shown(self.emission)}; {cure}")
         settle_nonnegative(self, "emission")
 
@@ -82,17 +116,28 @@ class Grid:
 
     @property
     def extinction(self) -> np.ndarray:
-        """absorption + scattering [m^-1] of each voxel; made anew each time."""
+        """Extinction coefficient of each voxel, absorption + scattering; a new array at each call.
+
+        Returns
+        -------
+        array (nx, ny, nz)
+            Coefficients [m^-1].
+        """
         return self.absorption + self.scattering
 
     @property
     def albedo(self) -> np.ndarray:
-        """scattering / extinction of each voxel, 0 where nothing happens; made anew each time."""
+        """Single-scattering albedo of each voxel, 0 without extinction; a new array at each call.
+
+        Returns
+        -------
+        array (nx, ny, nz)
+        """
         extinction = self.extinction
         return np.divide(self.scattering, extinction, out=np.zeros(self.shape), where=extinction > 0)
 
     def _check_memory(self) -> None:
-        """Refuse arrays of more voxels than there is memory for, before they are copied."""
+        """Raise SceneError, before arrays are copied, if the voxels do not fit into memory."""
         shapes = [getattr(value, "shape", ()) for value in (self.absorption, self.scattering)]
         shapes = [
             s for s in shapes if isinstance(s, tuple) and len(s) == 3 and all(isinstance(n, int) for n in s)
@@ -102,7 +147,7 @@ class Grid:
         left = memory_left() if need > ALWAYS else None
         if left is not None and need > left:
             figures = f"{size_text(need)}, and {size_text(left)} of memory are left"
-            cure = "use fewer voxels, or Medium(...) where all are alike"
+            cure = "use fewer voxels, or Medium(...) for a homogeneous medium"
             refuse(self, f"voxels must fit into memory, got shape {shape}, which takes {figures}; {cure}")
 
     def _settled(self, name: str) -> np.ndarray:
@@ -125,5 +170,5 @@ class Grid:
 
 
 def _thinned(array: np.ndarray) -> np.ndarray:
-    """One number instead of an array of the same ones."""
+    """Return a constant array as a single number, others unchanged."""
     return array if array.ndim == 3 and (array != array[0, 0, 0]).any() else np.array(array.flat[0])

@@ -1,6 +1,6 @@
-"""Phase functions of theory and of tables; densities per solid angle over the cosine of the scattering angle.
+"""Phase functions: analytic and tabulated densities over the cosine of the scattering angle.
 
-The isotropic one is `Isotropic()`, the emission of that name without an amount.
+The isotropic phase function is `Isotropic()`, the emission of that name without an amount.
 """
 
 from __future__ import annotations
@@ -18,17 +18,36 @@ from transport.fields import ArrayField, Converted
 from transport.media.base import Phase, digest_of, settled_array
 from transport.validation import SceneError, as_float, as_floats, refuse, scene_object, shown, store
 
-NEUTRAL = 1 / (4 * math.pi)  # [sr^-1]
-ROUNDING = 16 * 2.0**-53  # of the integral of a table that has been normalised: a dozen roundings
+NEUTRAL = 1 / (4 * math.pi)  # isotropic density [sr^-1]
+ROUNDING = 16 * 2.0**-53  # tolerance of a normalised table's integral: a dozen roundings
 
 
 @scene_object
 class HenyeyGreenstein(Phase):
-    """The phase function of Henyey and Greenstein (1941, ApJ 93, 70) with the mean cosine `g`, -1 < g < 1.
+    """The phase function of Henyey and Greenstein.
+
+    Parameters
+    ----------
+    g : float
+        Mean cosine of the scattering angle, -1 < g < 1: 0 is isotropic, near 1 forward, negative
+        backward.
+
+    Raises
+    ------
+    SceneError
+        If g is not in (-1, 1).
+
+    Notes
+    -----
+    Henyey and Greenstein (1941, ApJ 93, 70)::
 
         p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2))   [sr^-1]
 
-    g = 0 scatters isotropically, g near 1 forwards, g < 0 backwards.
+    Examples
+    --------
+    >>> import transport as tp
+    >>> round(float(tp.HenyeyGreenstein(0.75).density(1.0)), 4)  # forward [sr^-1]
+    2.2282
     """
 
     g: float
@@ -37,11 +56,26 @@ class HenyeyGreenstein(Phase):
         number = as_float(self.g)
         if number is None or not -1 < number < 1:
             must = "g must be a number above -1 and below 1"
-            refuse(self, f"{must}, got {shown(self.g)}; straight on (g = 1) is no scattering at all")
+            refuse(self, f"{must}, got {shown(self.g)}; g = 1 (forward) means no scattering")
         store(self, g=number)
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
-        """Density [sr^-1] at cosines mu; 1 + g^2 - 2 g mu without cancellation on either side."""
+        """Return the phase function at cosines mu of the scattering angle.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosines of the scattering angle, from -1 (backward) to 1 (forward).
+
+        Returns
+        -------
+        float or array
+            Density per solid angle [sr^-1], of the shape of mu.
+
+        Notes
+        -----
+        1 + g^2 - 2 g mu is computed without cancellation for either sign of g.
+        """
         g, mu = self.g, np.asarray(mu, float)
         forwards = (1 - g) * (1 - g) + 2 * g * (1 - mu)
         backwards = (1 + g) * (1 + g) - 2 * g * (1 + mu)
@@ -51,27 +85,48 @@ class HenyeyGreenstein(Phase):
 
 @scene_object
 class Rayleigh(Phase):
-    """Scattering of unpolarised light by what is small against the wavelength (Rayleigh 1871).
+    """The Rayleigh phase function: unpolarised light scattered by particles small against the wavelength.
 
-    p(mu) = 3 (1 + mu^2) / (16 pi)   [sr^-1],   g = 0
+    Notes
+    -----
+    Rayleigh (1871)::
+
+        p(mu) = 3 (1 + mu^2) / (16 pi)   [sr^-1],   g = 0
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Rayleigh().density([-1, 0, 1]).round(4)  # [sr^-1]
+    array([0.1194, 0.0597, 0.1194])
     """
 
     g = 0.0
 
     def density(self, mu: np.ndarray | float) -> np.ndarray | float:
-        """Density [sr^-1] at cosines mu."""
+        """Return the phase function at cosines mu of the scattering angle.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosines of the scattering angle, from -1 (backward) to 1 (forward).
+
+        Returns
+        -------
+        float or array
+            Density per solid angle [sr^-1], of the shape of mu.
+        """
         mu = np.asarray(mu, float)
         return 0.75 * NEUTRAL * (1 + mu * mu)
 
 
 class PiecewiseLinear:
-    """A function of the cosine that is linear between the points of a table: `values` [sr^-1] at `mu`."""
+    """A piecewise linear function of the cosine through the points (`mu`, `values` [sr^-1])."""
 
     def __init__(self, mu: np.ndarray, values: np.ndarray) -> None:
         self.mu, self.values = mu, values
 
     def __call__(self, mu: np.ndarray | float) -> np.ndarray | float:
-        """Density [sr^-1] at cosines mu."""
+        """Return the density [sr^-1] at cosines mu."""
         return np.interp(mu, self.mu, self.values)
 
     def __repr__(self) -> str:
@@ -80,20 +135,45 @@ class PiecewiseLinear:
 
 @scene_object(kw_only=True)
 class Tabulated(Phase):
-    """A phase function of a table, as of Mie's theory: linear in the cosine between the points.
+    """A tabulated phase function, as from Mie theory: linear in the cosine between the points.
 
-    mu: (n,) cosines of the scattering angle, rising from -1 (backwards) to 1 (straight on);  density: (n,) relative
-    densities per solid angle, zero or positive, of any unit: they are normalised.  The arrays are copied and kept
-    read-only; afterwards `density(mu)` is the density [sr^-1], `values` what it is at the points `mu`.
+    All parameters are keywords.
+
+    Parameters
+    ----------
+    mu : array (n,)
+        Cosines of the scattering angle, increasing from -1 (backward) to 1 (forward).
+    density : array (n,)
+        Relative density per solid angle, zero or positive, in any unit; it is normalised.
+
+    Raises
+    ------
+    SceneError
+        If mu does not increase from -1 to 1, or if the density is negative or all zero.
+
+    Notes
+    -----
+    Arrays are copied and read-only. Afterwards `density(mu)` returns the density per solid angle [sr^-1],
+    `values` is the density at the points `mu`, and `g` is the mean cosine of the scattering angle.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> phase = tp.Tabulated(mu=[-1, 0, 1], density=[0, 1, 2])
+    >>> round(phase.g, 4)
+    0.3333
+    >>> phase.values.round(4)  # [sr^-1]
+    array([0.    , 0.0796, 0.1592])
     """
 
     mu: ArrayField = field(compare=False, repr=False)
     density: Converted[ArrayLike, Callable[[Any], Any]] = field(compare=False)
     values: np.ndarray = field(init=False, compare=False, repr=False)
     g: float = field(init=False, compare=False)
-    digest: bytes = field(init=False, repr=False)  # of the arrays' bytes: what equality and hash go by
+    digest: bytes = field(init=False, repr=False)  # of the arrays, for equality and hash
 
     def __post_init__(self) -> None:
+        # Read the columns, and check them.
         relative = self.density.values if isinstance(self.density, PiecewiseLinear) else self.density
         mu = self._settled_mu()
         relative = settled_array(self, "density", relative, 1)
@@ -101,11 +181,13 @@ class Tabulated(Phase):
             refuse(self, f"density must have as many values as mu, {len(mu)}, got {len(relative)}")
         if not relative.any():
             refuse(self, "density must be positive somewhere, got zeros only")
+        # Normalise the density: its integral over the sphere is 2 pi times that over mu (trapezoids).
         values = relative / relative.max()
         steps, sums = np.diff(mu), values[:-1] + values[1:]
         whole = math.pi * math.fsum(steps * sums)
-        # A table that is normalised already is kept bit by bit, so that one of its values is the same table.
+        # Keep a normalised table bit by bit, so that a table made from its values is equal.
         values = relative if abs(whole * relative.max() - 1) <= ROUNDING else values / whole
+        # Compute the mean cosine, exactly for linear pieces.
         both = values[:-1] + values[1:]
         inner = steps * (mu[:-1] * (values[:-1] + both) + mu[1:] * (values[1:] + both))
         store(self, mu=mu, values=values, density=PiecewiseLinear(mu, values))
@@ -114,12 +196,26 @@ class Tabulated(Phase):
 
     @classmethod
     def from_file(cls, path: str | PathLike) -> Tabulated:
-        """The table of a text file of two columns: scattering angle, and relative intensity.
+        """Read a table from a text file of two columns: scattering angle and relative intensity.
 
-        The angle in degrees from 0 (straight on) to 180, or its cosine from -1 to 1, rising or falling: its range tells
-        which.  Blanks or commas between the columns; "#" begins a remark.  Raises SceneError for anything else.
+        Parameters
+        ----------
+        path : str or PathLike
+            Columns separated by blanks or commas; "#" starts a comment. The first column is the angle from
+            0 (forward) to 180 degrees, or its cosine from -1 to 1, increasing or decreasing; its range
+            decides.
+
+        Returns
+        -------
+        Tabulated
+
+        Raises
+        ------
+        SceneError
+            If the file cannot be read or has another form.
         """
         rows = _rows_of(path)
+        # Sort by the first column, and distinguish angles from cosines by its range.
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         ends = rows[0, 0], rows[-1, 0]
         if ends == (0.0, 180.0):
@@ -133,13 +229,13 @@ class Tabulated(Phase):
     def _settled_mu(self) -> np.ndarray:
         cosines = as_floats(self.mu)
         if cosines is None or len(cosines) < 2:
-            refuse(self, f"mu must be two cosines or more, got {shown(self.mu)}")
+            refuse(self, f"mu must have two cosines or more, got {shown(self.mu)}")
         mu = np.array(cosines)
         if (np.diff(mu) <= 0).any():
-            refuse(self, f"mu must rise from -1 to 1, got {shown(self.mu)}; sort both columns by mu")
+            refuse(self, f"mu must increase from -1 to 1, got {shown(self.mu)}; sort both columns by mu")
         if (mu[0], mu[-1]) != (-1.0, 1.0):
             must = "mu must reach from -1 to 1"
-            refuse(self, f"{must}, got {mu[0]} to {mu[-1]}; add the densities straight on and backwards")
+            refuse(self, f"{must}, got {mu[0]} to {mu[-1]}; add the forward and backward densities")
         return mu
 
     def _freeze(self) -> None:
@@ -152,13 +248,13 @@ class Tabulated(Phase):
 
 
 def _rows_of(path: str | PathLike) -> np.ndarray:
-    """The numbers (n, 2) of a text file; SceneError with the line that is wrong."""
+    """Read an array (n, 2) from a text file; the SceneError names the invalid line."""
     title = "Tabulated.from_file"
     try:
         with open(path, encoding="utf-8-sig") as file:
             lines = [line.split("#")[0].replace(",", " ").replace(";", " ").split() for line in file]
     except (OSError, UnicodeDecodeError, TypeError) as error:
-        raise SceneError(f"{title}: {shown(path)} cannot be read: {error}; name a text file") from None
+        raise SceneError(f"{title}: {shown(path)} cannot be read: {error}; give a text file") from None
     rows = []
     for number, words in enumerate(lines, start=1):
         if not words:
@@ -168,11 +264,12 @@ def _rows_of(path: str | PathLike) -> np.ndarray:
         except ValueError:
             row = []
         if len(row) != 2 or not all(map(math.isfinite, row)):
-            cure = "write an angle and an intensity, and # before remarks"
+            cure = "write an angle and an intensity, and # before comments"
             raise SceneError(
-                f"{title}: line {number} of {str(path)!r} must be two numbers, got {shown(' '.join(words))}; {cure}"
+                f"{title}: line {number} of {str(path)!r} must be two numbers,"
+                f" got {shown(' '.join(words))}; {cure}"
             )
         rows.append(row)
     if len(rows) < 2:
-        raise SceneError(f"{title}: {str(path)!r} must hold two lines of numbers or more, got {len(rows)}")
+        raise SceneError(f"{title}: {str(path)!r} must contain two lines of numbers or more, got {len(rows)}")
     return np.array(rows)

@@ -1,4 +1,4 @@
-"""How fast particles are: Maxwellian, tabulated, or by any inverse cumulative distribution."""
+"""Speed distributions: Maxwellian, tabulated, or any inverse cumulative distribution."""
 
 from transport.speeds.maxwellian import Maxwellian, SpeedDistribution
 from transport.speeds.tables import InverseCDF, SpeedTable

@@ -1,6 +1,6 @@
-"""Quantiles by inverting cumulative laws, accurate relatively in both tails.
+"""Quantiles by inverting cumulative distributions, accurate relatively in both tails.
 
-A tail is always measured from its own end: what lies above is never taken as one minus what lies below.
+A tail is always measured from its own end, never as one minus the rest.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ import numpy as np
 
 LAST = 1 - 2.0**-53  # the largest u below 1
 MOST_STEPS = 100
-CLOSE = 2.0**-30  # a step of Newton's, relative, after which the error is its square
+CLOSE = 2.0**-30  # relative Newton step at which to stop: the error is its square
 MOST_PANELS = 1 << 16
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
@@ -18,10 +18,10 @@ NODES, WEIGHTS = (NODES + 1) / 2, WEIGHTS / 2  # on [0, 1]
 def increasing_root(
     misfit: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
-    """x >= 0 at which a misfit, increasing between `low` and `high`, is 0; arrays, each lane by itself.
+    """Return x >= 0, elementwise, at which an increasing function between `low` and `high` is 0.
 
-    misfit: x -> (logarithm of value over target, its slope times x).  Newton in log x, halving where it would
-    leave the bracket.
+    misfit: x -> (logarithm of value over target, its slope times x). Newton's method in log x, with bisection
+    if a step would leave the bracket.
     """
     low, high = np.array(low, float), np.array(high, float)
     x = 0.5 * (low + high)
@@ -40,14 +40,14 @@ def increasing_root(
 
 
 def log_ratio(value: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """log(value / target), without the rounding of the quotient where they are nearly equal."""
+    """Return log(value / target) without the rounding of the quotient if they are nearly equal."""
     return np.log1p((value - target) / target)
 
 
 class PiecewiseLaw:
-    """A density on pieces between knots, on each of them a quadratic in Bernstein form.
+    """A piecewise density between knots, on each piece a quadratic in Bernstein form.
 
-    coefficients: (pieces, 3), none below 0, so that every sum below is one of positive terms.  `mass` is the
+    coefficients: (pieces, 3), none negative, so that all terms of each sum below are positive. `mass` is the
     integral.
     """
 
@@ -58,7 +58,7 @@ class PiecewiseLaw:
         self._down = _ladder(-knots[::-1], coefficients[::-1, ::-1] / self.mass)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Where the integral reaches the share u of the whole."""
+        """Return the positions at which the integral reaches the fraction u of the total."""
         u = np.asarray(u, float)
         x = np.empty(u.shape)
         upper = u > 0.5
@@ -68,12 +68,13 @@ class PiecewiseLaw:
 
 
 def _ladder(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Knots, coefficients, and the integral below each knot."""
+    """Return knots, coefficients, and the integral below each knot."""
     return knots, coefficients, _sums(np.diff(knots) * coefficients.sum(axis=1) / 3)
 
 
 def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Where the integral from the lowest knot reaches t; in a piece measured from its nearer end."""
+    """Return where the integral from the lowest knot reaches t; measured from the nearer end of its piece."""
+    # Find the piece, and measure from its nearer end.
     piece = np.clip(np.searchsorted(below, t, side="right") - 1, 0, len(knots) - 2)
     from_left, from_right = t - below[piece], below[piece + 1] - t
     flip = from_right < from_left
@@ -81,6 +82,7 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
     width = knots[piece + 1] - knots[piece]
     target = np.where(flip, from_right, from_left) / width
 
+    # Solve for the position y within the piece, in units of its width.
     def misfit(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rest = 1 - y
         integral = y * (b0 * rest * rest + y * ((b0 + b1) * rest + y * ((b0 + b1 + b2) / 3)))
@@ -93,18 +95,18 @@ def _climb(knots: np.ndarray, coefficients: np.ndarray, below: np.ndarray, t: np
 
 
 class WeightedByItself:
-    """The law of a quantile function q(u), weighted by |q|: `mean` is the mean of |q|.
+    """The distribution of a quantile function q(u), weighted by |q|; `mean` is the mean of |q|.
 
-    Gauss-Legendre on panels that shrink geometrically towards both ends of [0, 1) and are halved where q is
-    not smooth: exact to rounding, jumps included.  But near 1 a u is known to 2^-53 only: a tail that is not
-    bounded has a relative error of about 2^-53 / (1 - u).
+    Gauss-Legendre quadrature on panels that shrink geometrically towards both ends of [0, 1) and are halved
+    where q is not smooth: exact to rounding, jumps included. Near 1, however, u is known to 2^-53 only: an
+    unbounded tail has a relative error of about 2^-53 / (1 - u).
     """
 
     def __init__(self, q: Callable[[np.ndarray], np.ndarray]) -> None:
         self._q = q
         lower = _refined(self._weight, *_octaves(120), False)
         upper = _refined(self._weight, *_octaves(53), True)
-        # In the order of u; above 1/2 a place is 1 - u, which falls.
+        # Concatenate the panels in order of u; above 1/2 a position is 1 - u, which decreases.
         self._start = np.concatenate([lower[0], upper[1][::-1]])
         self._end = np.concatenate([lower[1], upper[0][::-1]])
         self._is_upper = np.arange(len(self._start)) >= len(lower[0])
@@ -113,7 +115,7 @@ class WeightedByItself:
         self.mean = float(self._below[-1])
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """q where the integral of |q| reaches the share u of the whole."""
+        """Return q at which the integral of |q| reaches the fraction u of the total."""
         u = np.asarray(u, float)
         place, upper = np.empty(u.shape), u > 0.5
         place[~upper] = self._reached(u[~upper], self._below, self._start, self._end, self._is_upper)
@@ -125,7 +127,7 @@ class WeightedByItself:
         return np.abs(self._q(np.where(is_upper, np.minimum(1 - place, LAST), place)))
 
     def _reached(self, share, sums, start, end, is_upper) -> np.ndarray:
-        """The u that the share of the whole is reached at, from the start of the first panel on."""
+        """Return the u at which the integral, from the first panel on, reaches the share of the total."""
         target = share * sums[-1]
         panel = np.clip(np.searchsorted(sums, target, side="right") - 1, 0, len(start) - 1)
         start, way, is_upper = start[panel], end[panel] - start[panel], is_upper[panel]
@@ -142,7 +144,7 @@ class WeightedByItself:
 
 
 def _octaves(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper ends of panels over [0, 1/2]."""
+    """Return lower and upper ends of panels over [0, 1/2]."""
     edges = np.concatenate([[0.0], 2.0 ** np.arange(-float(count), 0.0)])
     return edges[:-1], edges[1:]
 
@@ -162,13 +164,14 @@ def _integral(
 def _refined(
     weight: Callable, low: np.ndarray, high: np.ndarray, is_upper: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The panels, halved until halving changes no integral by more than the rounding of u does."""
+    """Return the panels, halved until halving changes no integral by more than the rounding of u."""
     least = 2.0**-58 * _integral(weight, low, high, is_upper).sum()
     kept = []
+    # Halve all panels whose two halves do not add up to the whole; keep the others.
     while len(low):
         middle = 0.5 * (low + high)
         halves = _integral(weight, low, middle, is_upper) + _integral(weight, middle, high, is_upper)
-        size = low + high + is_upper  # what u is rounded as a part of
+        size = low + high + is_upper  # magnitude that determines the rounding of u
         noise = 2.0**-52 * size * np.abs(weight(high, is_upper) - weight(low, is_upper))
         wrong = np.abs(halves - _integral(weight, low, high, is_upper)) > 2.0**-50 * halves + noise + least
         wrong &= (middle > low) & (middle < high) & (len(kept) + 2 * len(low) <= MOST_PANELS)

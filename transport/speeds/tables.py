@@ -1,4 +1,4 @@
-"""Speed distributions: how fast the particles of a gas are, as functions of a uniform number u in [0, 1)."""
+"""Tabulated and user-defined speed distributions, as functions of a uniform number u in [0, 1)."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from transport.validation import as_floats, refuse, scene_object, shown, store
 
 __all__ = ["InverseCDF", "Maxwellian", "SpeedDistribution", "SpeedTable"]
 
-RISING = 1e-12  # a quantile may fall by this much of itself, which is rounding
+RISING = 1e-12  # relative decrease of a quantile that counts as rounding
 GRID = np.unique(
     np.concatenate([2.0 ** np.arange(-53, 0), np.arange(1024) / 1024, 1 - 2.0 ** np.arange(-53, 0)])
 )
@@ -21,7 +21,27 @@ GRID = np.unique(
 
 @scene_object
 class SpeedTable(SpeedDistribution):
-    """Speeds of a tabulated `density` (any scale), linear between increasing `speeds` [m/s], 0 outside."""
+    """A tabulated distribution of speeds: the density is linear between the points and 0 outside.
+
+    Parameters
+    ----------
+    speeds : sequence of float
+        Increasing speeds [m/s]; negative ones fly against the direction of a Gas.
+    density : sequence of float
+        Relative density at these speeds, zero or positive, on any scale.
+
+    Raises
+    ------
+    SceneError
+        If the speeds do not increase, or if the density is negative or all zero.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> table = tp.SpeedTable(speeds=(0.0, 1.0), density=(0.0, 1.0))
+    >>> round(float(table.quantile(0.25)), 6), round(table.mean_speed, 6)  # [m/s]
+    (0.5, 0.666667)
+    """
 
     speeds: Numbers
     density: Numbers
@@ -50,33 +70,73 @@ class SpeedTable(SpeedDistribution):
 
     @property
     def is_signed(self) -> bool:
-        """Whether speeds are below 0."""
+        """Whether speeds are negative.
+
+        Returns
+        -------
+        bool
+        """
         return self.speeds[0] < 0
 
     @property
     def fastest(self) -> float:
-        """Largest |speed| of the table [m/s]."""
+        """Largest `|speed|` of the table.
+
+        Returns
+        -------
+        float
+            Speed [m/s].
+        """
         return max(abs(self.speeds[0]), abs(self.speeds[-1]))
 
     @property
     def mean_speed(self) -> float:
-        """Mean of |speed| [m/s]."""
+        """Mean of `|speed|`.
+
+        Returns
+        -------
+        float
+            Speed [m/s].
+        """
         plain, weighted = self._laws
         return weighted.mass / plain.mass * self.fastest
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Speed [m/s], which may be negative."""
+        """Return speeds, which may be negative.
+
+        Parameters
+        ----------
+        u : array
+            Uniform numbers in [0, 1).
+
+        Returns
+        -------
+        array
+            Speeds [m/s], of the shape of u.
+        """
         return self._laws[0].quantile(u) * self.fastest
 
     line_quantile = quantile
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Speed [m/s] of the density weighted by |speed|."""
+        """Return speeds of the density weighted by `|speed|`.
+
+        Parameters
+        ----------
+        u : array
+            Uniform numbers in [0, 1).
+
+        Returns
+        -------
+        array
+            Speeds [m/s], of the shape of u.
+        """
         return self._laws[1].quantile(u) * self.fastest
 
     @cached_property
     def _laws(self) -> tuple[PiecewiseLaw, PiecewiseLaw]:
-        """The density and that weighted by |speed|, in units of the fastest and of the highest density."""
+        """Return the density and its product with `|speed|`, relative to fastest speed and peak density."""
+        # Scale speeds and density, and add a knot at speed 0, where |speed| has a kink.
         v, f = np.array(self.speeds) / self.fastest, np.array(self.density) / max(self.density)
         if v[0] < 0 < v[-1] and 0.0 not in v:
             place = int(np.searchsorted(v, 0.0))
@@ -90,7 +150,26 @@ class SpeedTable(SpeedDistribution):
 
 @scene_object
 class InverseCDF(SpeedDistribution):
-    """Speeds [m/s] by a function of u, uniform in [0, 1): `quantile`, vectorised, never falling, finite."""
+    """A distribution of speeds by its inverse cumulative distribution function.
+
+    Parameters
+    ----------
+    quantile : callable
+        Function of an array of u, uniform in [0, 1), that returns speeds [m/s]: vectorised, finite,
+        nowhere decreasing.
+
+    Raises
+    ------
+    SceneError
+        If it is no such function.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> speeds = tp.InverseCDF(lambda u: 100.0 * (1.0 + u))  # uniform from 100 to 200 m/s
+    >>> round(speeds.mean_speed, 6), speeds.fastest
+    (150.0, 200.0)
+    """
 
     quantile: Callable[[np.ndarray], np.ndarray] = field()
 
@@ -104,7 +183,7 @@ class InverseCDF(SpeedDistribution):
         except TypeError:
             refuse(
                 self,
-                f"quantile must be hashable, as functions are, got {shown(self.quantile)}; wrap it in one",
+                f"quantile must be hashable, as functions are, got {shown(self.quantile)}; use a function",
             )
         self._check(_tried(self))
         store(self, quantile=_Vectorised(self.quantile))
@@ -121,30 +200,69 @@ class InverseCDF(SpeedDistribution):
         if falls.any():
             refuse(
                 self,
-                f"quantile must not fall with u, got {_at_u(v, falls)}, less than just before; turn it round",
+                f"quantile must not fall with u, got {_at_u(v, falls)}, less than before; reverse it",
             )
 
     @property
     def is_signed(self) -> bool:
-        """Whether speeds are below 0."""
+        """Whether speeds are negative.
+
+        Returns
+        -------
+        bool
+        """
         return bool(self.quantile(0.0) < 0)
 
     @property
     def fastest(self) -> float:
-        """Larger |speed| of both ends [m/s]."""
+        """Larger `|speed|` of both ends.
+
+        Returns
+        -------
+        float
+            Speed [m/s].
+        """
         return float(np.abs(self.quantile([0.0, LAST])).max())
 
     @property
     def mean_speed(self) -> float:
-        """Mean of |speed| [m/s]."""
+        """Mean of `|speed|`.
+
+        Returns
+        -------
+        float
+            Speed [m/s].
+        """
         return self._weighted.mean
 
     def line_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Signed speed along a line [m/s]: `quantile` itself."""
+        """Return signed speeds along a line: `quantile` itself.
+
+        Parameters
+        ----------
+        u : array
+            Uniform numbers in [0, 1).
+
+        Returns
+        -------
+        array
+            Speeds [m/s], of the shape of u.
+        """
         return self.quantile(u)
 
     def flux_quantile(self, u: np.ndarray) -> np.ndarray:
-        """Speed [m/s], weighted by |speed|; see inversion.WeightedByItself for its accuracy."""
+        """Return speeds weighted by `|speed|`; for the accuracy see inversion.WeightedByItself.
+
+        Parameters
+        ----------
+        u : array
+            Uniform numbers in [0, 1).
+
+        Returns
+        -------
+        array
+            Speeds [m/s], of the shape of u.
+        """
         return self._weighted.quantile(u)
 
     @cached_property
@@ -154,7 +272,7 @@ class InverseCDF(SpeedDistribution):
 
 @dataclass(frozen=True)
 class _Vectorised:
-    """A user's function for u of any shape; equal where the function is."""
+    """A user's function for u of any shape; equal if the function is equal."""
 
     function: Callable[[np.ndarray], np.ndarray]
 
@@ -167,7 +285,7 @@ class _Vectorised:
 
 
 def _tried(subject: InverseCDF) -> np.ndarray:
-    """The speeds on a grid that is fine towards both ends."""
+    """Return the speeds on a grid that is fine towards both ends."""
     must = "quantile must take an array of u and give as many real numbers"
     try:
         with np.errstate(all="ignore"):
@@ -183,7 +301,7 @@ def _tried(subject: InverseCDF) -> np.ndarray:
 
 
 def _product(f0: np.ndarray, f1: np.ndarray, g0: np.ndarray, g1: np.ndarray) -> np.ndarray:
-    """Bernstein coefficients of the product of two linear functions, by their values at both ends."""
+    """Return the Bernstein coefficients of the product of two linear functions, given by their end values."""
     return np.stack(np.broadcast_arrays(f0 * g0, 0.5 * (f0 * g1 + f1 * g0), f1 * g1), axis=1)
 
 
