@@ -17,8 +17,6 @@ from transport.sources import Source
 from transport.validation import refuse, shown
 from transport.vectors import Vector, dot
 
-CLOSE = 64 * ROUNDING  # of the size of numbers: on a surface
-
 SEEN_BY = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
 CLOSE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
 
