@@ -81,10 +81,12 @@ def solid_angle_scene(shape: Shape, position: Iterable[float], power: float = 1.
     if any(_is_on(piece, place) for piece in pieces(shape)):
         must = f"position must not lie on the {type(shape).__name__}, which fills 2 pi or more from there"
         raise SceneError(f"solid_angle: {must}, got {shown(place)}; move it off the surface")
+    # Use a detector if each ray scores at most once, with an aimed source from outside.
     if _is_crossed_once(shape):
         is_inside = shape.is_closed and least_distance(shape, place, filled=True) == 0
         source = Source(Point(position=place), Isotropic(power=power), aim=None if is_inside else shape)
         return Scene(source, detectors=Detector(shape, NAME, side="back" if is_inside else "front"))
+    # Otherwise let a black surface end each ray at its first hit.
     is_within = math.dist(place, shape.middle) <= shape.extent  # bounding sphere of an aim
     source = Source(Point(position=place), Isotropic(power=power), aim=None if is_within else shape)
     return Scene(source, Surface(shape, Black(), name=NAME))

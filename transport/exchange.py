@@ -166,12 +166,14 @@ def view_factor_scene(
             raise SceneError(
                 f"{caller}: {name} must be 'front' or 'back', got {shown(side)}; {suggestion(side, IS_BACK)}"
             )
+    # Make all shapes black; if b is a, one surface serves as both.
     surfaces = {"a": Surface(a, Black(), name="a")}
     if b != a:
         surfaces["b"] = Surface(b, Black(), name="b")
     for place, blocker in enumerate(_as_shapes(caller, blockers)):
         name = f"blockers[{place}]"
         surfaces[name] = Surface(blocker, Black(), name=name)
+    # Emit from the smaller area, aimed if the other is far, and detect on the larger one.
     start, end = _way(a, b)
     sides, shapes = {"a": side_a, "b": side_b}, {"a": a, "b": b}
     aim = shapes[end] if _is_far(shapes[start], shapes[end]) else None

@@ -57,6 +57,7 @@ def _slow(target: np.ndarray, drift: float) -> np.ndarray:
     """w below which the crossing rate is `target`, by Gauss-Legendre quadrature."""
 
     def misfit(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        # Integrate only the last WINDOW standard deviations below w.
         start = np.maximum(w - WINDOW, 0.0)
         width = w - start
         below = width * (_density(start[:, None] + width[:, None] * NODES, drift) @ WEIGHTS)

@@ -200,6 +200,7 @@ def _run(
     """Start a run, or continue the saved one, until a limit is reached."""
     begun = time.perf_counter()
     with progress_on(progress) as bar:
+        # Choose the settings (by pilot runs for "auto"), then compile and start the workers.
         way = _way(scene, asked, saved, bar)
         with put_off() as interruption, hands_for(scene, way, staff, bar, interruption) as hands:
             ready = time.perf_counter()
@@ -208,6 +209,7 @@ def _run(
                 scene, plan, seed, limits, threads, bar, hands.hire, way.choice, interruption=interruption
             )
             result_of = partial(_result, way=way, hands=hands, begun=begun, ready=ready)
+            # Restore the saved batches, run the rest with checkpoints between batches, and reduce.
             if saved is not None:
                 run.go_on_with(saved.state, saved.cost, _lasting_warnings(saved))
             if keep is not None:

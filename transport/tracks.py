@@ -149,6 +149,7 @@ def tracks(
     particles = checked_whole("particles", particles, 1, MOST_WAYS)
     seed, tracking = checked_whole("seed", seed, 0, 2**64 - 1), checked_tracking(scene, tracking)
     plan, raw = _raw_ways(scene, particles, seed, tracking)
+    # Sort by particle (stable: flights stay in order), and convert to metres in scene coordinates.
     ways = raw.ways[np.argsort(raw.ways["history"], kind="stable")]
     size, origin = plan.space.size, np.array(plan.space.origin)
     here, directions = (
@@ -176,6 +177,7 @@ def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None
         raise SceneError(
             "tracks: copies of one particle share its number; use a tracking without splitting or forced"
         )
+    # Run the batch; if the flights do not fit, repeat it with the memory that they need.
     room = EACH * particles
     while True:
         plan = replace(plan, ways_room=min(room, MOST_WAYS))

@@ -76,7 +76,7 @@ def _trapped_lamps(
         if _scatters(surface) and _lies_deep(surface.shape, shape) and not _is_hidden(surface.shape, others):
             number = scene.surfaces.index(surface)
             title = titled(surface, number)
-            yield f"scattering at {title}", "replace the slab by a finite Box"
+            yield f"the scatterer {title}", "replace the slab by a finite Box"
 
 
 def check_sluggish(scene: SceneParts) -> None:

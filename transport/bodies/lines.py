@@ -33,6 +33,7 @@ def _middles(shape: Shape) -> list[Vector]:
 
 def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Lines through points in each shape's bounding box; every second one aims at a point in another box."""
+    # Draw points in the boxes and isotropic directions from an evenly distributed sequence.
     boxes = np.array([_box(shape, size) for shape in shapes])
     number = np.arange(count)
     owner = number * len(shapes) // count
@@ -41,6 +42,7 @@ def lines_through(shapes: list[Shape], count: int, size: float) -> tuple[np.ndar
     rise, turn = 2 * u[:, 3] - 1, 2 * math.pi * u[:, 4]
     across = np.sqrt((1 - rise) * (1 + rise))
     directions = np.stack([across * np.cos(turn), across * np.sin(turn), rise], axis=1)
+    # Aim every second line at a point in another shape's box.
     target = (owner + 1 + number // 2 % max(len(shapes) - 1, 1)) % len(shapes)
     ways = _within(boxes[target], u[:, 2:]) - origins
     lengths = np.linalg.norm(ways, axis=1)
@@ -79,16 +81,19 @@ def crossed_in_turn(shapes: list[Shape], origins, ways, size: float) -> tuple[np
 
     A key is 2 shapes group + 2 shape + (1: along its normal); coincident crossings have the same group.
     """
+    # Cross all shapes with each line and its three neighbours, and sort the crossings.
     neighbours = along_lines(origins, ways, CLOSE * size)
     found = [crossings(shape, *neighbours) for shape in shapes]
     places = np.concatenate([f.distances for f in found], axis=1)
     codes = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
     order = np.argsort(places, axis=1, kind="stable")  # nan comes last
     places, codes = (np.take_along_axis(array, order, axis=1) for array in (places, codes))
+    # Number groups of coincident crossings.
     flush = FLUSH * size + 256 * ROUNDING * max(map(magnitude, shapes))
     group = np.cumsum(np.diff(places, axis=1, prepend=places[:, :1]) > flush, axis=1)
     keys = np.where(np.isnan(places), -1, 2 * len(shapes) * group + codes).astype(np.int64)
     places, keys = (array.reshape(4, len(origins), -1) for array in (places, keys))
+    # Keep only lines whose neighbours cross the same surfaces.
     by_key = np.sort(keys, axis=2)  # the order of coincident crossings may differ on a neighbour
     is_clear = (by_key == by_key[0]).all(axis=(0, 2))
     return places[0], np.where(is_clear[:, None], keys[0], -1)

@@ -139,6 +139,7 @@ def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
     before, behind = np.array(
         [b.indices(way) for b in boundaries for way in (-1.0, 1.0)] + [(math.nan,) * 2]
     ).T
+    # Compare the index behind each boundary with that before the next one.
     wrong = behind[met[:, :-1]] != before[met[:, 1:]]
     wrong &= ~np.isnan(behind[met[:, :-1]]) & ~np.isnan(before[met[:, 1:]])
     if wrong.any():

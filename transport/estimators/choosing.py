@@ -81,6 +81,7 @@ def choose(
     groups = [(name,) for name in error] if error else usual_quantities(scene)
     if not groups:
         return Choice(methods[0], (Pilot(methods[0]),), why=NOTHING_TO_COMPARE)
+    # Run the pilots, and price them by the requested quantities or by those that score.
     patience = PATIENCE / len(methods)
     trials = [_trial(method, groups, error or {}, run, clock, patience) for method in methods]
     targets = dict(error) if error else dict.fromkeys(_lit(groups, trials), 1.0)
@@ -100,6 +101,7 @@ def chosen(
     reads_all: bool = False,
 ) -> Choice:
     """The cheapest of the pilots' methods that can be trusted, or the least doubtful one."""
+    # Collect the reasons against each method: misses light, estimates a part only, or is doubtful.
     below = _below(pilots)
     excesses = [_excess(pilot, has_error, particles, seconds) for pilot in pilots]
     partial = [k for k, pilot in enumerate(pilots) if reads_all and pilot.method.estimator in PARTIAL]
@@ -110,6 +112,7 @@ def chosen(
         or (f"is doubtful: {pilot.doubt}" if excess > 1 else KNOWS_PART * (k in partial and not pilot.note))
         for k, (pilot, excess) in enumerate(zip(pilots, excesses, strict=True))
     ]
+    # Take the cheapest trusted method, or the least doubtful one.
     trusted = [pilot for pilot, reason in zip(pilots, reasons, strict=True) if not reason and not pilot.note]
     is_trusted = any(pilot.rate > 0 for pilot in trusted)
     if is_trusted:

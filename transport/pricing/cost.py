@@ -195,6 +195,7 @@ def cost_of_accuracy(
             raise SceneError(
                 f"cost_of_accuracy: targets must be relative, within (0, 1), got {shown(target)}"
             )
+    # Run every method for its share of the time, each with seeds of its own.
     found: dict[str, Trials] = {}
     refused: dict[str, str] = {}
     units: list[str] = []
@@ -206,6 +207,7 @@ def cost_of_accuracy(
             refused[name] = str(refusal)
     if not found:
         raise SceneError(f"cost_of_accuracy: no method could be run: {next(iter(refused.values()))}")
+    # Measure deviations from the exact value, or from the mean of all runs.
     if exact is None:
         truth = best_estimate(found)
     else:

@@ -121,15 +121,18 @@ def bins_against_noise(array: EstimateArray, dim: str) -> BinsAgainstNoise:
     if not isinstance(array, EstimateArray) or dim not in array.dims:
         dims = array.dims if isinstance(array, EstimateArray) else ()
         raise SceneError(f"bins_against_noise: no axis {dim!r}; {suggestion(str(dim), dims)}")
+    # Move the axis to the end, and find the numbers of bins into which it can be merged.
     edges = array.coords[dim]
     values = np.moveaxis(array.values, 1 + array.dims.index(dim), -1)
     if len(edges) != values.shape[-1] + 1 or len(_divisors(values.shape[-1])) < 3:
         must = f"{dim!r} must have a number of bins with edges that can be divided"
         raise SceneError(f"bins_against_noise: {must}, got {values.shape[-1]}; write a power of two")
     values = np.nan_to_num(values)
+    # Normalize by the mean square of the quantity, less its noise.
     sizes, widths = array.run.sizes, np.diff(edges)
     size2 = _mean(np.average(values, axis=0, weights=sizes) ** 2, widths)
     size2 -= _mean(standard_error(values, sizes) ** 2, widths)
+    # Measure noise and blur for each number of bins.
     numbers = _divisors(len(widths))
     rows = [_errors(values, sizes, widths, number) for number in numbers]
     _, apart2, subtracted = np.array(rows).T

@@ -13,7 +13,21 @@ DOUBT = 3.0  # standard errors within which a measured slope is replaced by the 
 
 @dataclass(frozen=True)
 class Pace:
-    """Duration of a run: latency + per_particle × particles [s]."""
+    """Duration of a run: latency + per_particle × particles.
+
+    Parameters
+    ----------
+    latency : float
+        Constant part [s].
+    per_particle : float
+        Time per particle [s].
+
+    Examples
+    --------
+    >>> from transport.pricing.slopes import Pace
+    >>> float(Pace(latency=0.5, per_particle=1e-3).seconds_for(1000))
+    1.5
+    """
 
     latency: float
     per_particle: float
@@ -36,10 +50,25 @@ def pace_of(particles: np.ndarray, seconds: np.ndarray) -> Pace:
 
 @dataclass(frozen=True)
 class Line:
-    """Power law error = factor × seconds^slope, in seconds beyond the latency of a run.
+    """Power law error = factor × seconds^used, in seconds beyond the latency of a run.
 
-    slope ± slope_error: as measured;  used: slope of the line, the expected value if the measured one agrees
-    with it.
+    Parameters
+    ----------
+    factor : float
+        Relative error after one second.
+    used : float
+        Exponent: the expected -1/2 if the measured slope agrees with it, else the measured one.
+    slope : float
+        Measured slope of log(error) against log(seconds).
+    slope_error : float
+        Standard error of `slope`.
+
+    Examples
+    --------
+    >>> from transport.pricing.slopes import Line
+    >>> line = Line(factor=0.01, used=-0.5, slope=-0.52, slope_error=0.03)
+    >>> f"{line.seconds_to(0.001):g} s"
+    '100 s'
     """
 
     factor: float

@@ -43,10 +43,24 @@ class Truth:
 
 @dataclass(frozen=True)
 class Point:
-    """Runs of one size. seconds: median CPU time [s];  wall: median elapsed time [s].
+    """Runs of one size.
 
-    true: root mean square deviation from the truth, relative to its size, with its standard error true_error;
-    claimed: root mean square of the errors that the runs reported, nan if most reported none.
+    Parameters
+    ----------
+    particles : int
+        Particles per run.
+    runs : int
+        Number of runs.
+    seconds : float
+        Median CPU time of all threads [s].
+    wall : float
+        Median elapsed time [s].
+    true : float
+        Root mean square deviation from the truth, relative to its size.
+    true_error : float
+        Standard error of `true`.
+    claimed : float
+        Root mean square of the errors that the runs reported; nan if most reported none.
     """
 
     particles: int
@@ -60,7 +74,15 @@ class Point:
 
 @dataclass(frozen=True)
 class Price:
-    """seconds: CPU time [s];  is_extrapolated: whether the error lies below all measured errors."""
+    """Price of a relative error.
+
+    Parameters
+    ----------
+    seconds : float
+        CPU time [s].
+    is_extrapolated : bool
+        Whether the error lies below all measured errors.
+    """
 
     seconds: float
     is_extrapolated: bool
@@ -70,9 +92,24 @@ class Price:
 class Way:
     """Measured cost of one method.
 
-    line: fit of the true errors, None if they are unknown;  claimed_line: fit of the claimed errors;  pace:
-    duration of runs;  z: deviation of the mean of all runs from the truth in standard errors;  preparation:
-    time [s] to compile or load its kernels;  estimator: of its runs, None if the name implies it.
+    Parameters
+    ----------
+    name : str
+        Name of the method, such as "analog, sobol".
+    points : tuple of Point
+        Runs of each size.
+    line : Line or None
+        Fit of the true errors; None if they are unknown.
+    claimed_line : Line or None
+        Fit of the claimed errors.
+    pace : Pace
+        Duration of runs.
+    preparation : float
+        Time to compile or load the kernels [s].
+    z : float
+        Deviation of the mean of all runs from the truth, in standard errors; nan if unknown.
+    estimator : str, optional
+        Estimator of the runs; None if the name implies it.
     """
 
     name: str
@@ -90,7 +127,18 @@ class Way:
         return _known(self.points)
 
     def price(self, error: float) -> Price:
-        """Price of a relative error by the fit; infinite if there is no fit."""
+        """Return the price of a relative error by the fit.
+
+        Parameters
+        ----------
+        error : float
+            Relative error.
+
+        Returns
+        -------
+        Price
+            CPU seconds, infinite if there is no fit, and whether they are extrapolated.
+        """
         if self.line is None:
             return Price(math.inf, True)
         measured = [point.true for point in self.points if point.true > 0]
