@@ -28,7 +28,7 @@ def test_effects_tell_passes_in_order_fields_and_what_is_absent(call, monkeypatc
     assert set(record["ns"]) == set(passes)
     text = call("effects", "disk.py", "--quick").output
     assert all(word in text for word in ("carried", "scratch", "absent", "every step", "ns per lane"))
-    assert "media, " in text and "what one effect more would cost" not in text
+    assert "media, " in text and "cost of one additional effect" not in text
 
 
 def test_effects_are_told_before_anything_is_compiled(call, monkeypatch):

@@ -40,7 +40,10 @@ from tests.own_experiments import EXPERIMENT, ROOT
         ),
         (["verify", "dsik"], "refused: no experiment 'dsik'"),
         (["verify", "disk.py", "dsik"], "no experiment 'dsik'"),
-        (["verify", "geometry"], "a family of hard cases; write transport verify --hard geometry"),
+        (
+            ["verify", "geometry"],
+            "a family of hard cases, not an experiment; write transport verify --hard geometry",
+        ),
         (["cost", "disk.py", "--seconds", "-1"], "seconds must be positive"),
         (["effects", "disk.py", "--set", "distnace=3"], "did you mean 'distance'?"),
         (["bench", "--repeats", "2"], "repeats must be at least 5"),

@@ -103,7 +103,7 @@ def test_a_part_that_is_missing_is_told():
     for parts, said in (
         ((three, one), "batches 2 to 4 of seed 0 are in none"),
         ((two, three), "batches 0 to 1 of seed 0 are in none"),
-        ((one, two), "those of seed 0 after part 2 of 3 are in none"),
+        ((one, two), "the batches of seed 0 after part 2 of 3 are in none"),
     ):
         assert any(said in warning for warning in tp.merge(*parts).warnings)
     for whole in (tp.merge(three, one, two), tp.merge(tp.merge(one, two), three)):

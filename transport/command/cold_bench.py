@@ -1,4 +1,4 @@
-"""How long the first run of each kind of scene compiles, how much machine code that is, and bytes of a lane."""
+"""Compilation time, machine code and bytes per lane of each kind of scene (`transport bench --cold`)."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ KINDS: dict[str, Callable[[], Treatment]] = {
 
 
 def cold_starts() -> dict[str, tuple[Start, Start, Footprint]]:
-    """For each kind the start with nothing on disk, the next one in a new process, and the footprint."""
+    """Return for each kind of scene the start with an empty cache, the next start, and the footprint."""
     from transport.engine.program import program_of
 
     found = {}
@@ -46,7 +46,7 @@ def cold_starts() -> dict[str, tuple[Start, Start, Footprint]]:
 
 
 def cold_rows(starts: dict[str, tuple[Start, Start, Footprint]]) -> list[dict]:
-    """Rows {name, value, unit, ratio}, and all that is known beside, for machines; ratio: second start over the first."""
+    """Return rows {name, value, unit, ratio} with sizes for JSON; ratio is second start / first start."""
     return [
         {
             "name": f"cold start, {name}",

@@ -1,7 +1,7 @@
-"""The price list: every effect that can be switched on, a line each, and the base room over which each is priced.
+"""The price list: one line per effect, and the base room that prices are relative to.
 
-What is built later adds its line.  IN_ANY_SCENE go with whatever scene allows them (`transport effects SIM` tells what
-each would cost there), IN_THE_ROOM are things that stand in the base room.
+A new effect adds its line here.  IN_ANY_SCENE can be added to any scene that allows them (`transport effects
+SIM` prices them there); IN_THE_ROOM only make sense in the base room.
 """
 
 from dataclasses import replace
@@ -47,17 +47,17 @@ from transport.speeds import Maxwellian
 from transport.tracking import Splitting
 from transport.volumes import VolumeDetector
 
-LONG = 1e6  # [s]: a clock by which nearly all histories come to their ends
+LONG = 1e6  # [s] duration in which nearly all histories end
 GAS = Maxwellian(sigma=300.0)  # [m/s]
 BALL, TILE, BODY = Sphere(radius=0.3), Disk(radius=0.3), Box(size=1.0)
-VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # uneven ones
+VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # non-uniform
 CLOUD = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
 TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
 FINE = Directions(mu=16, phi=32)
 
 
 def base_room() -> Treatment:
-    """A closed cube of diffuse walls, lit by its ceiling; what falls on the floor is metered, and nothing else is there."""
+    """Return a closed cube of diffuse walls with an emitting ceiling and a detector on the floor."""
     walls = [Surface(face, Diffuse(0.5), name) for name, face in Box(size=2.0).faces().items()]
     lamp = Source("+z", Lambertian(exitance=1.0), side="back")
     return Treatment(Scene([lamp], walls, [Detector("-z", "floor", side="back")]))
@@ -105,7 +105,7 @@ def _via(scene: Scene) -> Scene:
 
 
 def _seen(scene: Scene) -> Scene:
-    """A pinhole camera above the floor, seen by histories that run backwards."""
+    """Replace the detectors by a pinhole camera above the floor, for backward histories."""
     return replace(
         scene,
         detectors=[
@@ -115,14 +115,14 @@ def _seen(scene: Scene) -> Scene:
 
 
 def _of(material: object):
-    """The thing that was added last is of another material."""
+    """Change the material of the surface that was added last."""
     return in_scene(
         lambda scene: _last_is(replace(scene.surfaces[-1], material=material))(Treatment(scene)).scene
     )
 
 
 def _last_is(thing: Surface):
-    """Another thing in the place of the one that was added last."""
+    """Replace the surface that was added last."""
     return in_scene(lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], thing)))
 
 
@@ -228,7 +228,10 @@ ADDITIONS = {each.name: each for each in (*IN_ANY_SCENE, *IN_THE_ROOM)}
 
 
 def with_addition(name: str | None, treatment: Treatment) -> Treatment:
-    """The treatment with that addition, and with those that it is over.  Raises SceneError where they do not go with it."""
+    """Return the treatment with this addition and those it needs.
+
+    Raises SceneError if the scene does not allow them.
+    """
     if name is None:
         return treatment
     addition = ADDITIONS[name]

@@ -35,7 +35,10 @@ ORDER = (
 
 
 def build_site(out: Path) -> Path:
-    """Build the pages into the folder: the path of the first.  Raises SceneError where Sphinx is not installed."""
+    """Build the pages into the folder: the path of the first.
+
+    Raises SceneError where Sphinx is not installed.
+    """
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         raise SceneError(
