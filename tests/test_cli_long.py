@@ -78,4 +78,4 @@ def test_what_it_cannot_run_is_refused_before_the_pilots(call, monkeypatch):
     Path("good.py").write_text(EXPERIMENT, encoding="utf-8")
     for arguments in (["--particles", "0"], ["good.py", "nowhere.py"], ["--hard"], ["geometry"]):
         answer = call("verify", "--long", *arguments)
-        assert answer.exit_code == 2 and answer.output.count("refused: ") == 1, answer.output
+        assert answer.exit_code == 2 and answer.output.count("error: ") == 1, answer.output

@@ -1,4 +1,4 @@
-"""What a file of a run is to others: whole or refused, told with units, in names that it can have; and whatever is in it comes back."""
+"""Files of runs: damaged ones are errors, other programs read them with units, and all data come back."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_names_that_no_file_can_have_are_refused_before_the_run(tmp_path):
 
 
 def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path):
-    """In a process of its own, which may write no file beyond so many bytes; HDF5 would end it, were it told."""
+    """In a process with a file-size limit; HDF5 would crash it if it saw the error."""
     for suffix in (".nc", ".npz"):
         path = tmp_path / f"run{suffix}"
         tp.simulate(SMALL, particles=4_000).save(path)

@@ -1,4 +1,4 @@
-"""A wrong file of a scene is refused with the place of what is wrong in it, the value and the cure; none goes through half read."""
+"""A wrong scene file is an error that names the place, the value and the cure."""
 
 from __future__ import annotations
 
@@ -272,7 +272,7 @@ def test_an_object_of_a_class_of_the_user_is_refused():
 
 
 def test_whatever_is_wrong_is_refused_in_words():
-    """Something in a file of the tests' scenes is left out or something else: a SceneError or a scene, and no other error."""
+    """Files with a random fault give a SceneError or a scene, and no other error."""
     chance = random.Random(1)
     files = [json.loads(scene.to_json()) for _, scene in scenes_of_tests()]
     refused = sum(_is_refused(json.dumps(_spoilt(chance.choice(files), chance))) for _ in range(300))

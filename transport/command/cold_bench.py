@@ -23,12 +23,12 @@ KINDS: dict[str, Callable[[], Treatment]] = {
     "coaxial disks, one flight": disks_scene,
     "closed box of diffuse walls": base_room,
     "... with clock, speeds, thermal walls": thermal_box_scene,
-    "ball of glass": glass_ball_scene,
+    "glass ball": glass_ball_scene,
     "mesh": mesh_box_scene,
     "slab of fog": slab_scene,
     "box of voxels in a room": _room_with("... of 8 x 8 x 8 voxels"),
     "point detector in fog": _room_with("... a point detector"),
-    "camera, histories run backwards": _room_with("... a camera of 16 x 16 pixels"),
+    "camera, backward histories": _room_with("... a camera of 16 x 16 pixels"),
 }
 
 

@@ -106,7 +106,7 @@ def refusals(debug: bool = False) -> Iterator[None]:
         if debug:
             raise
         line = " ".join(str(refusal).split())
-        console(stderr=True).print(Text(f"refused: {line}", style="bold red"), soft_wrap=True)
+        console(stderr=True).print(Text(f"error: {line}", style="bold red"), soft_wrap=True)
         raise typer.Exit(REFUSED) from None
     except CrewLost as lost:
         if debug:

@@ -89,7 +89,7 @@ def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
 
 
 def _quantity(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
-    """Return the name of the quantity to measure; raises SceneError if `asked` is none of the case's."""
+    """Return the name of the quantity to measure.  Raises SceneError for an unknown one."""
     with blamed(module):
         found = module.measure(few)
     names = list(found)

@@ -18,7 +18,7 @@ from transport.overruns import OverrunError
 from transport.runs.progress import progress_on
 from transport.validation import SceneError
 
-AS_IT_IS = "as it is"
+AS_IT_IS = "unchanged"
 TURNS, SECONDS = 7, 0.05  # turns of the price list, and approximate time of a run [s]
 MOST = 1 << 22  # largest number of histories of a run
 
