@@ -1,4 +1,4 @@
-"""`transport gallery`: figures in a folder and a page about them; what cannot be drawn here is told, and the rest goes on."""
+"""`transport gallery`: figures in a folder and a page; a figure that cannot be drawn is reported."""
 
 import json
 from pathlib import Path

@@ -31,11 +31,11 @@ def test_experiments_and_hard_cases_are_told_in_one_table_after_the_time_that_th
     answer = proof(hard(1.0), hard(1.0))
     assert answer.exit_code == 0, answer.output
     first = answer.stderr.splitlines()[1]
-    assert first.startswith("experiments: 1, with 2e+04 particles a case; hard cases: 2; about ")
+    assert first.startswith("experiments: 1, with 2e+04 particles per case; hard cases: 2; about ")
     lines = [line.split() for line in answer.stdout.splitlines()]
     assert ["disks", "2", "2", "2"] in [line[:4] for line in lines]
     assert ["hard:", "spheres", "2", "2", "2"] in lines
-    assert "4 of 4 rows and hard cases hold" in answer.stdout and ", foreseen " in answer.stdout
+    assert "4 of 4 rows and hard cases hold" in answer.stdout and ", estimated " in answer.stdout
 
 
 def test_what_fails_is_told_in_full(proof, call):
@@ -78,4 +78,4 @@ def test_what_it_cannot_run_is_refused_before_the_pilots(call, monkeypatch):
     Path("good.py").write_text(EXPERIMENT, encoding="utf-8")
     for arguments in (["--particles", "0"], ["good.py", "nowhere.py"], ["--hard"], ["geometry"]):
         answer = call("verify", "--long", *arguments)
-        assert answer.exit_code == 2 and answer.output.count("refused: ") == 1, answer.output
+        assert answer.exit_code == 2 and answer.output.count("error: ") == 1, answer.output

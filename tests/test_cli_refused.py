@@ -38,9 +38,12 @@ from tests.own_experiments import EXPERIMENT, ROOT
             ["run", "disk.py", "--set", "distance=-1", "--set", "radius=0"],
             "disk with distance=-1, radius=0: ",
         ),
-        (["verify", "dsik"], "refused: no experiment 'dsik'"),
+        (["verify", "dsik"], "error: no experiment 'dsik'"),
         (["verify", "disk.py", "dsik"], "no experiment 'dsik'"),
-        (["verify", "geometry"], "a family of hard cases; write transport verify --hard geometry"),
+        (
+            ["verify", "geometry"],
+            "a family of hard cases, not an experiment; write transport verify --hard geometry",
+        ),
         (["cost", "disk.py", "--seconds", "-1"], "seconds must be positive"),
         (["effects", "disk.py", "--set", "distnace=3"], "did you mean 'distance'?"),
         (["bench", "--repeats", "2"], "repeats must be at least 5"),
@@ -52,7 +55,7 @@ def test_refused_input_is_one_line_and_status_2(call, arguments, words):
     answer = call(*arguments)
     assert answer.exit_code == 2
     (line,) = answer.output.splitlines()
-    assert line.startswith("refused: ")
+    assert line.startswith("error: ")
     assert words in line
 
 
@@ -85,7 +88,7 @@ def test_a_mistake_in_ones_own_experiment_is_one_line_with_its_place(call, more,
     Path("mine.py").write_text(EXPERIMENT + more, encoding="utf-8")
     answer = call("run", "mine.py", "--particles", "1000")
     assert answer.exit_code == 2
-    (line,) = (line for line in answer.output.splitlines() if line.startswith("refused: mine"))
+    (line,) = (line for line in answer.output.splitlines() if line.startswith("error: mine"))
     first = EXPERIMENT.count("\n") + 1
     assert words.format(first=first, second=first + 1) in line
     assert "Traceback" not in answer.output
@@ -103,7 +106,7 @@ def test_refusal_is_red_on_a_terminal(call):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=its, env=environment, check=False)
     os.close(its)
     assert done.returncode == 2
-    assert b"\x1b[1;31mrefused: no file nowhere.py" in os.read(own, 4096)
+    assert b"\x1b[1;31merror: no file nowhere.py" in os.read(own, 4096)
     os.close(own)
 
 

@@ -29,7 +29,7 @@ def test_parts_are_saved_merged_and_shown(run, call, tmp_path):
     whole = tp.load(tmp_path / "whole.npz")
     assert_same(tp.load(tmp_path / "merged.nc").batches, whole.batches)
     shown = call("show", "merged.nc").output
-    assert f"done by: transport {tp.__version__}" in shown and "flux_in" in shown
+    assert f"run by: transport {tp.__version__}" in shown and "flux_in" in shown
     record = json.loads(call("show", "whole.npz", "--json").output)
     flux = next(row for row in record["quantities"] if row["name"] == "meter.flux_in")
     assert flux["value"] == whole["meter"].flux_in.value and record["seeds"] == [4]
@@ -64,14 +64,14 @@ def test_no_other_run_is_written_over_unless_that_is_said(run, call, tmp_path):
         run("--save", f"{k}.npz", "--part", f"{k}/2")
     before = (tmp_path / "1.npz").read_bytes()
     for answer, said in (
-        (run("--save", "1.npz"), "--save: 1.npz is there; say --overwrite"),
+        (run("--save", "1.npz"), "--save: 1.npz exists; pass --overwrite"),
         (call("merge", "1.npz", "2.npz", "--out", "1.npz"), "--out: 1.npz is one of the files to merge"),
     ):
         assert answer.exit_code == 2 and said in answer.output, answer.output
         assert (tmp_path / "1.npz").read_bytes() == before
     assert run("--resume", "1.npz", "--part", "1/2", "--save", "1.npz").exit_code == 0  # its own
     assert call("merge", "1.npz", "2.npz", "--out", "whole.npz").exit_code == 0
-    assert "--out: whole.npz is there" in call("merge", "1.npz", "2.npz", "--out", "whole.npz").output
+    assert "--out: whole.npz exists" in call("merge", "1.npz", "2.npz", "--out", "whole.npz").output
     assert call("merge", "1.npz", "2.npz", "--out", "whole.npz", "--overwrite").exit_code == 0
     assert run("--save", "1.npz", "--overwrite").exit_code == 0
     assert tp.load(tmp_path / "1.npz").particles == 5000
@@ -104,7 +104,7 @@ def test_wrong_files_and_parts_are_refused_in_a_line(run, call):
         (("--part", "1/64"), "pass batches=64 or more, the same in every part"),
         (("--save", "run.txt"), "ends in .nc or .npz"),
         (("--checkpoint", "none/run.nc"), "make none first"),
-        (("--every", "5"), "say --checkpoint FILE as well"),
+        (("--every", "5"), "--every needs --checkpoint FILE"),
     ):
         answer = run(*options)
         assert answer.exit_code == 2 and said in answer.output, answer.output
@@ -138,13 +138,13 @@ def test_where_the_last_checkpoint_fails_the_run_is_told_all_the_same(run, monke
     with pytest.warns(checkpoints.CheckpointWarning, match="the run is not saved"):
         answer = run("--checkpoint", "run.npz", "--json")
     assert answer.exit_code == 2 and json.loads(answer.stdout)["quantities"], answer.output
-    assert "not saved as it ended: cannot write run.npz" in answer.stderr
+    assert "not saved at its end: cannot write run.npz" in answer.stderr
 
 
 def test_what_is_saved_nowhere_is_told(run):
     assert run("--save", "run.npz").stderr == ""
     said = run("--resume", "run.npz", "--particles", "6000")
-    assert said.exit_code == 0 and "say --checkpoint run.npz or --save FILE" in said.stderr
+    assert said.exit_code == 0 and "pass --checkpoint run.npz or --save FILE" in said.stderr
     assert run("--resume", "run.npz", "--particles", "6000", "--save", "more.npz").stderr == ""
 
 
@@ -156,7 +156,10 @@ def test_batches_are_said_as_in_python(run, tmp_path):
 
 def test_where_merged_runs_cannot_be_saved_nothing_is_read(call):
     answer = call("merge", "1.nc", "2.nc", "--out", "none/whole.nc")
-    assert answer.exit_code == 2 and "--out none/whole.nc is in no folder; make none first" in answer.output
+    assert (
+        answer.exit_code == 2
+        and "--out none/whole.nc: the folder does not exist; make none first" in answer.output
+    )
 
 
 def test_a_log_has_lines_now_and_then(run, monkeypatch, capfd):

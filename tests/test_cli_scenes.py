@@ -1,4 +1,4 @@
-"""`transport run scene.json`: a scene without Python code runs as the guide says, and as the same scene made in Python does."""
+"""`transport run scene.json` prints what the guide shows, with the numbers of the same scene in Python."""
 
 import json
 import re

@@ -93,8 +93,8 @@ def test_with_a_display_it_opens_a_window_and_writes_nothing(call, monkeypatch):
 
 
 @pytest.mark.parametrize("options, words", [
-    (["--case", "3"], "no case 3; disks has 2 of them"),
-    (["--case", "0"], "no case 0; disks has 2 of them"),
+    (["--case", "3"], "no case 3; disks has 2 cases"),
+    (["--case", "0"], "no case 0; disks has 2 cases"),
     (["--colour", "age"], "--colour must be direction or weight, got 'age'"),
     (["--particles", "0.5"], "--particles must be a whole number"),
     (["--set", "dist=1"], "no parameter 'dist'"),
@@ -108,7 +108,7 @@ def test_what_cannot_be_seen_is_refused_in_one_line(call, options, words):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="libraries are hidden as Linux finds them")
 def test_without_opengl_it_says_which_two_packages_to_install_and_all_else_works(call, tmp_path):
-    """In a child process whose libraries are empty files: 3-D pictures are refused; charts, pages, ParaView's files are not."""
+    """In a child process without OpenGL: 3-D pictures are errors; charts, pages and ParaView files work."""
     hidden = tmp_path / "hidden"
     hidden.mkdir()
     for name in LIBRARIES:
@@ -119,7 +119,7 @@ def test_without_opengl_it_says_which_two_packages_to_install_and_all_else_works
     done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
     assert done.returncode == 0, done.stderr
     picture, page, run, files, written = done.stdout.splitlines()
-    assert "| 2 | refused: view: " in picture and "libegl1 libgl1-mesa-dri" in picture
+    assert "| 2 | error: view: " in picture and "libegl1 libgl1-mesa-dri" in picture
     assert "| 0 |" in page and "picture out/view_disk.html" in page and "vtk" not in done.stderr
     assert "| 0 |" in run and "picture out/disk.png" in run
     assert "| 0 |" in files and "picture out/view_disk.vtm" in files
@@ -134,7 +134,7 @@ def test_files_that_cannot_be_written_are_told(call):
 
 
 def test_tracks_without_end_are_drawn_as_far_as_there_is_room(monkeypatch):
-    """A room of mirrors: fewer tracks, then the beginning of one; what somebody asked for is not made less."""
+    """A room of mirrors: fewer tracks, then the start of one; a number from the user is not reduced."""
     walls = tp.Surface(tp.Box(size=2.0), tp.Mirror(0.99), "room")
     scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), walls)
     monkeypatch.setattr(view, "MOST_FLIGHTS", 5_000)

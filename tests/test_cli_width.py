@@ -1,4 +1,4 @@
-"""How wide the command line writes: to COLUMNS where it is set, and never so narrow that a word or number is cut."""
+"""Width of the output: COLUMNS if set, and never so narrow that a word or number is cut."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every command's help has examples, and every example is a command: its options, names and values are taken."""
+"""Every command's help has examples, and every example is a valid command."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def test_no_other_run_is_written_over(tmp_path):
     first, other = run(a), run(b, seed=1)
     for resume in (a, first, None):
         told = refusal(run, b, resume=resume, particles=2_000)
-        assert f"checkpoint must be a new file, but {b} is there; say resume='{b}'" in told
+        assert f"checkpoint must be a new file, but {b} exists; pass resume='{b}'" in told
     assert tp.load(b).seed == other.seed
     assert run(tmp_path / "." / "a.npz", resume=a, particles=2_000).particles == 2_000
     assert run(tmp_path / "c.npz", resume=a, particles=3_000).particles == 3_000
@@ -54,7 +54,7 @@ def test_a_second_run_in_the_same_file_is_refused_until_the_first_is_gone(tmp_pa
         other.stdout.readline()
         told = refusal(run, path, resume=path)
         other.kill()
-    assert f"checkpoint {path} is that of a run that goes on, process {other.pid} on" in told
+    assert f"checkpoint {path} is in use by another run, process {other.pid} on" in told
     assert "name another file" in told and len(os.listdir(tmp_path)) == 1
     assert run(path, resume=path).particles == 1_000
     assert os.listdir(tmp_path) == ["run.npz"]
@@ -81,7 +81,7 @@ def test_two_links_to_a_file_are_one(tmp_path):
         (tmp_path / f"{name}.npz").symlink_to(tmp_path / "run.npz")
     with (
         lock.held(tmp_path / "a.npz"),
-        pytest.raises(FileError, match="that of a run that goes on"),
+        pytest.raises(FileError, match="in use by another run"),
         lock.held(tmp_path / "b.npz"),
     ):
         pass
@@ -160,5 +160,5 @@ def test_a_lock_that_its_last_holder_removes_meanwhile_is_none(tmp_path, monkeyp
     monkeypatch.setattr(lock.fcntl, "flock", late)
     with lock.held(path):
         assert os.listdir(tmp_path) == [".run.npz.lock"]
-        assert "goes on" in refusal(lock.held(path).__enter__)
+        assert "in use" in refusal(lock.held(path).__enter__)
     assert os.listdir(tmp_path) == []

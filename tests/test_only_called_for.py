@@ -100,7 +100,7 @@ def test_the_program_of_a_plain_room_names_no_other_effect():
     assert set(told.absent) >= set(PASSES) - ROOM
 
 
-@pytest.mark.parametrize("name", [None, "... a gas of many speeds", "... of 8 x 8 x 8 voxels"])
+@pytest.mark.parametrize("name", [None, "... a Maxwellian gas", "... of 8 x 8 x 8 voxels"])
 def test_no_memory_of_an_absent_field_is_touched(name):
     """Fields that the passes do not name are as empty after a batch as before; those that they name are not."""
     treatment, bundle = with_addition(name, base_room()), empty_bundle()

@@ -1,4 +1,4 @@
-"""A run in a file: loaded, gone on with and merged it is the run that was never saved, bit for bit; else it is refused by name."""
+"""Saved runs: loaded, resumed and merged runs equal the uninterrupted run bit for bit."""
 
 from __future__ import annotations
 
@@ -98,12 +98,12 @@ def test_parts_are_together_the_whole(name, tmp_path):
 
 
 def test_a_part_that_is_missing_is_told():
-    """A job of an array that failed: what the others did is a good result, though not the one that was asked for."""
+    """A failed job of an array: the merged rest is a valid result with fewer particles."""
     one, two, three = (tp.simulate(SMALL, particles=4_000, batches=8, part=(k, 3)) for k in (1, 2, 3))
     for parts, said in (
         ((three, one), "batches 2 to 4 of seed 0 are in none"),
         ((two, three), "batches 0 to 1 of seed 0 are in none"),
-        ((one, two), "those of seed 0 after part 2 of 3 are in none"),
+        ((one, two), "the batches of seed 0 after part 2 of 3 are in none"),
     ):
         assert any(said in warning for warning in tp.merge(*parts).warnings)
     for whole in (tp.merge(three, one, two), tp.merge(tp.merge(one, two), three)):

@@ -1,4 +1,4 @@
-"""What a file of a run is to others: whole or refused, told with units, in names that it can have; and whatever is in it comes back."""
+"""Files of runs: damaged ones are errors, other programs read them with units, and all data come back."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_what_is_no_whole_file_is_refused(tmp_path):
         rng = np.random.default_rng(3)
         for length in rng.integers(0, len(content) - 1, 10):
             path.write_bytes(content[:length])
-            assert "not a whole file" in refusal(tp.load, path)
+            assert "not a complete file" in refusal(tp.load, path)
         for place, bit in zip(rng.integers(0, len(content), 40), rng.integers(0, 8, 40), strict=True):
             path.write_bytes(content[:place] + bytes([content[place] ^ 1 << bit]) + content[place + 1 :])
             try:
@@ -48,14 +48,14 @@ def test_what_is_no_whole_file_is_refused(tmp_path):
             assert (again.scene, again.cost, again.seed) == (result.scene, result.cost, result.seed)
         path.write_bytes(content + b"more")
         if suffix == ".nc":
-            assert "seal is missing: it was cut off, or written anew" in refusal(tp.load, path)
+            assert "checksum is missing: it was cut off, or rewritten" in refusal(tp.load, path)
     assert issubclass(FileError, OSError)
     path = tmp_path / "newer.npz"
     result.save(path)
     for change, told in (
         ({"version": 99}, "is newer than"),
-        ({"format": "x"}, "no file of a run"),
-        ({"rows": {}}, "laid out"),
+        ({"format": "x"}, "not the file of a run"),
+        ({"rows": {}}, "lays out"),
     ):
         with zipfile.ZipFile(path) as archive:
             entries = {name: archive.read(name) for name in archive.namelist()}
@@ -132,7 +132,7 @@ def test_names_that_no_file_can_have_are_refused_before_the_run(tmp_path):
 
 
 def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path):
-    """In a process of its own, which may write no file beyond so many bytes; HDF5 would end it, were it told."""
+    """In a process with a file-size limit; HDF5 would crash it if it saw the error."""
     for suffix in (".nc", ".npz"):
         path = tmp_path / f"run{suffix}"
         tp.simulate(SMALL, particles=4_000).save(path)
@@ -157,8 +157,8 @@ print(len(told), result.particles, result.warnings[-1])
         done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         first, *_, second = done.stdout.splitlines()
-        assert "File too large" in first and "as it was" in first
-        assert " 9000 " in second and "not saved as it ended" in second and not second.startswith("0")
+        assert "File too large" in first and "old file is unchanged" in first
+        assert " 9000 " in second and "not saved at its end" in second and not second.startswith("0")
         assert path.read_bytes() == old and os.listdir(tmp_path) == [path.name]
         path.unlink()
 

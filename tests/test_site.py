@@ -8,7 +8,7 @@ from html import unescape
 import pytest
 
 import transport as tp
-from transport.command.reference import pages, told
+from transport.command.reference import pages
 from transport.command.site import ORDER, build_site, write_sources
 
 
@@ -48,13 +48,6 @@ def test_what_sphinx_reads_is_written(tmp_path):
     assert "transport run sun" in (tmp_path / "reference" / "commands.md").read_text()
 
 
-def test_docstrings_keep_their_stars_and_name_their_parameters():
-    lines = ["Means of (B, *dims) and |mu|.", "values: means;", "counts: scores;  exact: `a|b` or not."]
-    assert told(lines) == [
-        r"Means of (B, \*dims) and \|mu\|.", "", "**values**: means", "", "**counts**: scores", "", "**exact**: `a|b` or not.",
-    ]  # fmt: skip
-
-
 def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("transport.command.site.NEEDED", ("sphinx_that_is_not_there",))
     with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
@@ -70,3 +63,5 @@ def test_the_site_is_built_without_a_fault(tmp_path):
         html = unescape((site / "reference" / f"{page.file}.html").read_text())
         assert all(f'id="transport.{name}"' in html or f'id="{name}"' in html for name in page.names)
     assert (site / "_images").is_dir()
+    files = (site / "reference" / "files.html").read_text()
+    assert "Parameters" in files and "Examples" in files and "<strong>path</strong>" in files

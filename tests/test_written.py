@@ -1,4 +1,4 @@
-"""A scene that is written as text and read again is the same bit by bit: as an object, as a program, in its results."""
+"""A scene written as text and read again is equal bit for bit: object, program and results."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The command line: run, list, verify, effects, bench; tables for people and JSON for machines."""
+"""The command line `transport`: commands, their options, and output as tables or JSON."""

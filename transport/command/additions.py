@@ -1,4 +1,4 @@
-"""An effect that can be switched on: what makes of a scene, and the way it is run, the same with one effect more."""
+"""Additions: functions that add one effect to a scene or to the settings of its run, for the price list."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,10 +18,11 @@ Change = Callable[[Treatment], Treatment]
 
 @dataclass(frozen=True)
 class Addition:
-    """One effect more.
+    """An effect that can be added to a treatment.
 
-    to: the treatment with it; the same treatment where it is there already or has nothing to do;  over: the name of the
-    addition that it needs, and over which its price is told, None for the scene as it is.
+    `to(treatment)` returns the treatment with the effect, or an equal treatment if the effect is present
+    already or does not apply.  `over` names the addition that this one needs and that its price is relative
+    to; None: the unchanged scene.
     """
 
     name: str
@@ -30,12 +31,12 @@ class Addition:
 
 
 def in_scene(change: Callable[[Scene], Scene]) -> Change:
-    """The scene is another one."""
+    """Return a change of the treatment that applies `change` to its scene."""
     return lambda treatment: replace(treatment, scene=change(treatment.scene))
 
 
 def meters_ask(**asked: object) -> Change:
-    """Every detector at a place asks for it, if none does yet."""
+    """Set these fields on every Detector, unless a detector has one of them already."""
 
     def change(scene: Scene) -> Scene:
         if any(getattr(meter, name) not in (None, False) for meter in scene.meters for name in asked):
@@ -46,7 +47,7 @@ def meters_ask(**asked: object) -> Change:
 
 
 def looks(make: Callable[[Scene], object]) -> Change:
-    """One detector more, if there is none of its kind."""
+    """Add the detector `make(scene)`, unless the scene has one of its type."""
 
     def change(scene: Scene) -> Scene:
         more = make(scene)
@@ -58,12 +59,15 @@ def looks(make: Callable[[Scene], object]) -> Change:
 
 
 def stands(*surfaces: Surface) -> Change:
-    """Things more, where the scene has room for them."""
+    """Add surfaces to the scene."""
     return in_scene(lambda scene: replace(scene, surfaces=(*scene.surfaces, *surfaces)))
 
 
 def filled(**coefficients: float) -> Change:
-    """Vacuum filled with a medium, its coefficients in units of one over half the scene's size; nothing where media are."""
+    """Fill a vacuum scene with a medium; coefficients are in units of 1 / (half the scene's size).
+
+    A scene that has media stays unchanged.
+    """
 
     def change(scene: Scene) -> Scene:
         plan = compile_scene(scene)
@@ -76,7 +80,7 @@ def filled(**coefficients: float) -> Change:
 
 
 def medium_has(**changes: object) -> Change:
-    """The medium all around is another one, if there is one."""
+    """Change fields of the ambient medium, if there is one."""
 
     def change(scene: Scene) -> Scene:
         if not isinstance(scene.medium, Medium):
@@ -87,12 +91,12 @@ def medium_has(**changes: object) -> Change:
 
 
 def estimated(**changes: str) -> Change:
-    """By another estimator or sampling."""
+    """Change the estimator or the sampling."""
     return lambda treatment: replace(treatment, method=replace(treatment.method, **changes))
 
 
 def tracked(**choices: object) -> Change:
-    """Histories go otherwise through media, if there are any."""
+    """Change the tracking through media, if there are any."""
 
     def change(treatment: Treatment) -> Treatment:
         plan = compile_scene(treatment.scene, treatment.tracking)
@@ -104,7 +108,7 @@ def tracked(**choices: object) -> Change:
 
 
 def box_within(scene: Scene) -> Box:
-    """A box about the middle of what is in the scene."""
+    """Return a cube of a quarter of the scene's size, at the mean centre of its shapes."""
     shapes = [scene.shape_of(one) for one in (*scene.sources, *scene.meters)]
     shapes += [surface.shape for surface in scene.surfaces]
     middle = np.mean([shape.middle for shape in shapes], axis=0)

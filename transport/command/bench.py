@@ -1,6 +1,7 @@
-"""How fast the engine is: against the yardstick in the same run, on two cores, pass by pass, and in memory.
+"""Benchmarks of the engine: speed against the yardstick, two threads, each pass, and peak memory.
 
-Ratios are what counts; absolute figures belong to the machine.  Numba is loaded when something is measured.
+Ratios can be compared between machines, absolute numbers cannot.  Numba is imported when a measurement
+starts.
 """
 
 import math
@@ -28,9 +29,10 @@ from transport.sources import Source
 from transport.speeds import Maxwellian
 
 LEAST_REPEATS = 5
-SPEED, LONG = 300.0, 10.0  # [m/s] of particles, and a duration [s] in which all of them come to their ends
+SPEED, LONG = 300.0, 10.0  # speed of particles [m/s]; duration [s] in which every history ends
 GAS = Maxwellian(sigma=SPEED)
-BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000  # particles a timing
+# particles per timing
+BOX, BOX_ONE_BY_ONE, DISKS, DISKS_ONE_BY_ONE = 2_000_000, 600_000, 20_000_000, 3_000_000
 
 
 def box_scene(
@@ -40,7 +42,7 @@ def box_scene(
     speed: float | Maxwellian = SPEED,
     wall_speed: Maxwellian | None = None,
 ) -> Scene:
-    """A closed cube of diffuse walls, fed by its ceiling; every wall is metered in `cells` cosine bins."""
+    """Return a closed diffuse cube with an emitting ceiling, and `cells` cosine bins on each wall."""
     faces = Box(size=2.0).faces()
     wall = Diffuse(albedo, speed=wall_speed)
     return Scene(
@@ -52,19 +54,19 @@ def box_scene(
 
 
 def thermal_box_scene() -> Scene:
-    """The same cube with a clock, a Maxwellian gas and walls that give off theirs."""
+    """Return the same cube with a duration, a Maxwellian gas and thermal walls."""
     return box_scene(duration=LONG, speed=GAS, wall_speed=GAS)
 
 
 def disks_scene() -> Scene:
-    """A Lambertian disk that faces a small coaxial meter: one flight, and mostly a miss."""
+    """Return a Lambertian disk that faces a small coaxial detector: one flight, and mostly a miss."""
     meter = Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.1)
     source = Source(Disk(radius=0.5), Lambertian(radiance=100.0))
     return Scene(sources=[source], detectors=[Detector(meter, name="meter", directions=Directions(mu=16))])
 
 
 def tube_scene() -> Scene:
-    """A diffuse-walled tube, ten radii long, lit at one end; both ends are metered."""
+    """Return a diffuse tube, ten radii long, lit at one end, with detectors on both ends and the wall."""
     ends = [Disk(center=(0, 0, z), normal=(0, 0, z), radius=1.0) for z in (-5.0, 5.0)]
     wall = Surface(Cylinder(radius=1.0, height=10.0), Diffuse(1.0), "wall")
     source = Source(ends[0], Lambertian(exitance=1.0), side="back")
@@ -73,7 +75,7 @@ def tube_scene() -> Scene:
 
 
 def glass_ball_scene() -> Scene:
-    """A ball of glass in a black box that glows: equilibrium."""
+    """Return a glass ball in a black emitting box: radiative equilibrium."""
     walls = Surface(Box(size=2.0), Black(), "walls")
     ball = Surface(Sphere(radius=0.8), Dielectric(1.5), "ball")
     source = Source("walls", Lambertian(radiance=1.0), side="back")
@@ -81,18 +83,18 @@ def glass_ball_scene() -> Scene:
 
 
 def mesh_box_scene() -> Scene:
-    """The closed cube of `box_scene` as a mesh of twelve triangles."""
+    """Return the closed cube of `box_scene` as a mesh of twelve triangles."""
     walls = Surface(Mesh.box(size=2.0), Diffuse(0.5), "walls")
     source = Source("walls", Effusive(exitance=1.0, speed=SPEED), side="back")
     return Scene([source], [walls], [Detector("walls", side="back", directions=Directions(mu=16))])
 
 
 def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False) -> list[dict]:
-    """Rows {name, value, unit, ratio} of one run, ratio None where there is nothing to compare with.
+    """Run the benchmarks and return rows {name, value, unit, ratio}; ratio is None without a reference.
 
-    Timings are medians of `repeats` after a first call that compiles; those of a ratio alternate, and the ratio is
-    the median over the pairs.  quick: a quarter of the particles;  long: memory for 1e9 particles instead of 1e7.
-    Raises ValueError for fewer than 5 repeats.
+    Timings are medians of `repeats` calls after a first call that compiles.  The two timings of a ratio
+    alternate, and the ratio is the median over the pairs.  `quick` runs a quarter of the particles; `long`
+    measures memory with 1e9 particles instead of 1e7.  Raises ValueError for fewer than 5 repeats.
     """
     if repeats < LEAST_REPEATS:
         raise ValueError(f"bench: repeats must be at least {LEAST_REPEATS} for a median, got {repeats}")
@@ -117,7 +119,7 @@ def bench(repeats: int = LEAST_REPEATS, quick: bool = False, long: bool = False)
 
 
 def render(rows: list[dict]) -> Table:
-    """The rows as a table, ratios first."""
+    """Return the rows as a table, rows with a ratio first."""
     table = plain_table("measured", "ratio>", "value>", "unit")
     for each in sorted(rows, key=lambda each: each["ratio"] is None):
         ratio = "" if each["ratio"] is None else f"{each['ratio']:.2f}"
@@ -131,7 +133,7 @@ def _box_rows(repeats: int, share: int) -> list[dict]:
 
     scene, histories, slow = box_scene(), BOX // share, BOX_ONE_BY_ONE // share
     first = simulate(scene, particles=histories, seed=1, threads=1, progress=False)
-    busy = []  # CPU time over wall time of each run on two threads
+    busy = []  # CPU time / wall time of each run on two threads
 
     def run_two() -> int:
         cpu, wall = time.process_time(), time.perf_counter()
@@ -175,7 +177,7 @@ def _disk_rows(repeats: int, share: int) -> list[dict]:
 
 
 def _clock_rows(repeats: int, share: int) -> list[dict]:
-    """What a clock, speeds and thermal walls add to the time of a crossing, each as a ratio to the one before."""
+    """Return the time per crossing with a clock, speeds and thermal walls, as ratios to the scene before."""
     scenes = {
         "with a clock, against without": box_scene(duration=LONG),
         "with a clock and speeds, against a clock": box_scene(duration=LONG, speed=GAS),
@@ -190,7 +192,7 @@ def _clock_rows(repeats: int, share: int) -> list[dict]:
 
 
 def _optics_rows(repeats: int, share: int) -> list[dict]:
-    """Curved, refracting and meshed surfaces, a crossing of each against one of the closed box."""
+    """Return crossing rates of curved, refracting and meshed surfaces, as ratios to the closed box."""
     scenes = {"tube": tube_scene(), "glass ball": glass_ball_scene(), "mesh box": mesh_box_scene()}
     found = rates(repeats, *(_crossings(scene, BOX // share) for scene in (box_scene(), *scenes.values())))
     return [
@@ -204,7 +206,7 @@ def _crossings(scene: Scene, histories: int) -> Callable[[], int]:
 
 
 def _memory_rows(particles: int) -> list[dict]:
-    """Peak memory of a process of its own."""
+    """Return the peak memory [MiB] of a run in a new process."""
     code = f"from transport.command import bench; print(bench.peak_memory({particles}))"
     root = Path(__file__).resolve().parents[2]
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
@@ -214,10 +216,10 @@ def _memory_rows(particles: int) -> list[dict]:
 
 
 def peak_memory(particles: int) -> float:
-    """Peak memory [bytes] of this process after a run of the disks; nan where the system does not tell."""
+    """Run the disks and return the peak memory [bytes] of this process; nan if unknown."""
     simulate(disks_scene(), particles=particles, seed=1, threads=1, progress=False)
     status = Path("/proc/self/status")
-    if status.exists():  # Linux: its ru_maxrss would be the parent's peak where that is higher
+    if status.exists():  # on Linux ru_maxrss would include the parent's peak
         return 1024.0 * float(status.read_text().split("VmHWM:")[1].split()[0])
     try:
         import resource

@@ -1,4 +1,4 @@
-"""The command `transport`: run an experiment, list and verify them all; what measures and shows has files of its own."""
+"""The command `transport`: run, list, verify and checks; the other commands are in files by topic."""
 
 import sys
 from pathlib import Path
@@ -49,7 +49,7 @@ from transport.validation import SceneError, suggestion
 
 
 class Commands(TyperGroup):
-    """Commands whose refused input ends in one line and status 2."""
+    """Command group that reports invalid input in one line with exit status 2."""
 
     def invoke(self, ctx: typer.Context) -> object:
         with refusals(debug=ctx.params["debug"]):
@@ -66,8 +66,8 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     cls=Commands,
-    help="Monte Carlo transport: photons fly, crossings are counted, radiance comes out with error bars.",
-    epilog="Each command has examples: transport run --help",
+    help="Monte Carlo transport of photons and particles: radiometry with standard errors.",
+    epilog="Each command's help has examples: transport run --help",
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -76,20 +76,20 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """What the console script `transport` and `python -m transport` call."""
+    """Entry point of the console script `transport` and of `python -m transport`."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")  # an ASCII pipe is no reason to fail
+            stream.reconfigure(errors="replace")  # an ASCII pipe must not raise UnicodeEncodeError
     app()
 
 
 @app.callback(invoke_without_command=True)
 def menu(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show where refused input was refused.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error")] = False,
 ) -> None:
-    """Print the menu where no command is given."""
+    """Print the list of experiments if no command is given."""
     if version:
         say(f"transport {__version__}")
         raise typer.Exit
@@ -105,26 +105,30 @@ def run(
     error: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="meter.flux_in=1e-3", help="Run until this relative standard error; repeatable."
+            metavar="meter.flux_in=1e-3",
+            help="Run until the quantity has this relative standard error; repeatable",
         ),
     ] = None,
     seconds: Annotated[
-        str | None, typer.Option(metavar="S", help="Run each case for at most so long.")
+        str | None, typer.Option(metavar="S", help="Run each case for at most this many seconds")
     ] = None,
     tracking: Annotated[
         str | None,
-        typer.Option(metavar="analog", help="Through media: analog, weighted, forced, or roulette=1e-8."),
+        typer.Option(metavar="analog", help="Tracking in media: analog, weighted, forced or roulette=1e-8"),
     ] = None,
     estimator: Annotated[
         str | None,
         typer.Option(
             metavar="auto",
-            help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest; auto is the default with --error or --seconds.",
+            help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest in pilot runs"
+            " [default: auto with --error or --seconds, else analog]",
         ),
     ] = None,
-    sampling: Annotated[str | None, typer.Option(metavar="sobol", help=f"{', '.join(SAMPLINGS)}.")] = None,
+    sampling: Annotated[
+        str | None, typer.Option(metavar="sobol", help=f"Random numbers: {', '.join(SAMPLINGS)}")
+    ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="The same seed gives the same digits; 0 if not said.")
+        int | None, typer.Option(help="Random seed; the same seed gives the same digits [default: 0]")
     ] = None,
     batches: Batches = None,
     threads: Threads = None,
@@ -136,12 +140,12 @@ def run(
     part: Part = None,
     cluster: Cluster = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where the picture goes; out/ if not said.")
+        Path | None, typer.Option(metavar="FOLDER", help="Folder of the picture [default: out]")
     ] = None,
-    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no picture")] = False,
     json: Json = False,
 ) -> None:
-    """Run an experiment: estimates, exact values, verdict, picture.
+    """Run an experiment and compare its estimates with exact values.
 
     \b
     Examples:
@@ -175,7 +179,7 @@ def run(
         "progress": "lines",
     }
     if every is not None and checkpoint is None:
-        raise SceneError("--every is of checkpoints; say --checkpoint FILE as well, or leave it out")
+        raise SceneError("--every needs --checkpoint FILE; add it, or leave out --every")
     module = checked(experiment(sim))
     pending = outcomes_of(module, named_values(set_ or ()), limits, save, overwrite)
     if json:
@@ -190,7 +194,7 @@ def run(
     is_saved = told_unsaved(outcomes)
     if resume is not None and save is None and checkpoint is None:
         say_aside(
-            f"{resume} is as it was; say --checkpoint {resume} or --save FILE to keep what a run adds to it"
+            f"{resume} was not changed; pass --checkpoint {resume} or --save FILE to keep the new batches"
         )
     if not is_complete(outcomes):
         raise typer.Exit(INTERRUPTED)
@@ -219,23 +223,24 @@ def list_(json: Json = False) -> None:
 def verify(
     sims: Annotated[
         list[str] | None,
-        typer.Argument(metavar="SIM", help="All if not said; with --hard families of hard cases."),
+        typer.Argument(metavar="SIM", help="Experiments, with --hard families of cases [default: all]"),
     ] = None,
     particles: Particles = None,
     seed: Seed = 0,
     threads: Threads = None,
     hard: Annotated[
-        bool, typer.Option("--hard", help="Instead, hard cases beside what the naive formula gives.")
+        bool, typer.Option("--hard", help="Run the hard cases instead, compared with naive formulas")
     ] = False,
     long: Annotated[
         bool,
         typer.Option(
-            "--long", help="The proof: 1e8 particles a case, and all hard cases; tells first how long."
+            "--long",
+            help="Run 1e8 particles per case and all hard cases; prints a time estimate first",
         ),
     ] = False,
     json: Json = False,
 ) -> None:
-    """Judge every law against its exact value; status 1 if one fails.
+    """Compare results with exact values; exit status 1 if one fails.
 
     \b
     Examples:
@@ -247,11 +252,11 @@ def verify(
       transport verify --long --particles 1e7
     """
     if hard and long:
-        raise SceneError("verify: --long has the hard cases in it; leave out --hard")
+        raise SceneError("verify: --long includes the hard cases; leave out --hard")
     if hard:
         if particles is not None or seed != 0 or threads is not None:
             raise SceneError(
-                "verify --hard: its cases have numbers of their own; leave out --particles, --seed, --threads"
+                "verify --hard: hard cases have fixed settings; leave out --particles, --seed, --threads"
             )
         raise typer.Exit(verify_hard(sims, json))
     limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
@@ -261,7 +266,7 @@ def verify(
 
 @app.command()
 def checks(json: Json = False) -> None:
-    """List what every run is checked for, and what no check sees.
+    """List the checks of every run, and what they cannot detect.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""How long the first run of each kind of scene compiles, how much machine code that is, and bytes of a lane."""
+"""Compilation time, machine code and bytes per lane of each kind of scene (`transport bench --cold`)."""
 
 from collections.abc import Callable
 
@@ -23,17 +23,17 @@ KINDS: dict[str, Callable[[], Treatment]] = {
     "coaxial disks, one flight": disks_scene,
     "closed box of diffuse walls": base_room,
     "... with clock, speeds, thermal walls": thermal_box_scene,
-    "ball of glass": glass_ball_scene,
+    "glass ball": glass_ball_scene,
     "mesh": mesh_box_scene,
     "slab of fog": slab_scene,
     "box of voxels in a room": _room_with("... of 8 x 8 x 8 voxels"),
     "point detector in fog": _room_with("... a point detector"),
-    "camera, histories run backwards": _room_with("... a camera of 16 x 16 pixels"),
+    "camera, backward histories": _room_with("... a camera of 16 x 16 pixels"),
 }
 
 
 def cold_starts() -> dict[str, tuple[Start, Start, Footprint]]:
-    """For each kind the start with nothing on disk, the next one in a new process, and the footprint."""
+    """Return for each kind of scene the start with an empty cache, the next start, and the footprint."""
     from transport.engine.program import program_of
 
     found = {}
@@ -46,7 +46,7 @@ def cold_starts() -> dict[str, tuple[Start, Start, Footprint]]:
 
 
 def cold_rows(starts: dict[str, tuple[Start, Start, Footprint]]) -> list[dict]:
-    """Rows {name, value, unit, ratio}, and all that is known beside, for machines; ratio: second start over the first."""
+    """Return rows {name, value, unit, ratio} with sizes for JSON; ratio is second start / first start."""
     return [
         {
             "name": f"cold start, {name}",

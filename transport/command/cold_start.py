@@ -1,4 +1,4 @@
-"""How long the first run of a kind of scene takes to compile: measured in a process of its own, with nothing on disk."""
+"""Compilation time of a scene's program, measured in a new process with an empty cache."""
 
 import os
 import pickle
@@ -20,8 +20,11 @@ CHILD = "from transport.command.cold_start import compile_here; compile_here()"
 
 @dataclass(frozen=True)
 class Start:
-    """passes: of the program;  on_disk: of these, those whose machine code lay on disk;  seconds: of CPU time to have them all;
-    driver: CPU seconds to have what calls them, once for all scenes;  bytes: of machine code on disk then.
+    """Cost of the first run of a program in a process.
+
+    `passes` is the number of passes, `on_disk` the number of those loaded from the cache.  `seconds` is the
+    CPU time that compiled or loaded them, `driver` the CPU time [s] for the driver that calls them (the same
+    for all scenes).  `bytes` is the size of the machine code on disk afterwards.
     """
 
     passes: int
@@ -32,14 +35,17 @@ class Start:
 
 
 def cold_start(treatment: Treatment) -> Start:
-    """The first start of a treatment in a copy of the library without machine code.  Raises SceneError if it cannot be sent there."""
+    """Start a treatment in a copy of the library without machine code.
+
+    Raises SceneError if the treatment cannot be pickled.
+    """
     with copied_library() as folder:
         return next(starts_in(folder, [treatment]))
 
 
 @contextmanager
 def copied_library() -> Iterator[Path]:
-    """A temporary folder with the library's sources, and no machine code."""
+    """Yield a temporary folder with a copy of the library's sources, without machine code."""
     with tempfile.TemporaryDirectory(prefix="transport-cold-") as folder:
         leave = shutil.ignore_patterns("__kernels__", "__pycache__")
         shutil.copytree(LIBRARY, Path(folder, LIBRARY.name), ignore=leave)
@@ -47,7 +53,7 @@ def copied_library() -> Iterator[Path]:
 
 
 def starts_in(folder: Path, treatments: Iterable[Treatment]) -> Iterator[Start]:
-    """Starts of treatments in the copy of the library in that folder, each in a process of its own, one after another."""
+    """Yield the Start of each treatment, in a new process each, with the library of `folder`."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1"}
     for treatment in treatments:
         try:
@@ -63,13 +69,16 @@ def starts_in(folder: Path, treatments: Iterable[Treatment]) -> Iterator[Start]:
 
 
 def compile_here() -> None:
-    """In the new process: read a treatment, run it for a moment, write its Start."""
+    """Read a treatment from standard input, start it, and write its Start; runs in the new process."""
     start = start_of(pickle.load(sys.stdin.buffer))
     sys.stdout.buffer.write(pickle.dumps(start))
 
 
 def start_of(treatment: Treatment, compiling=None) -> Start:
-    """Compile or load all that a treatment needs, and run a history; `compiling(done, of, name)` before each pass."""
+    """Compile or load the program of a treatment, and run one history.
+
+    Calls `compiling(done, of, name)` before each pass.
+    """
     import time
 
     from transport.engine.cache import kernel_folder
@@ -88,5 +97,5 @@ def start_of(treatment: Treatment, compiling=None) -> Start:
 
 
 def is_from_disk(lane_pass) -> bool:
-    """Whether a pass was loaded, not compiled, by this process."""
+    """Return whether this process loaded the pass from the cache instead of compiling it."""
     return getattr(lane_pass.compiled, "cache_hits", 0) > 0

@@ -1,4 +1,4 @@
-"""Where the command line writes: colours on a terminal, plain text in a pipe, JSON for machines, refusals in red."""
+"""Output of the command line: colour on a terminal, plain text in a pipe, JSON, and errors in red."""
 
 import json
 import math
@@ -18,27 +18,28 @@ from transport.runs.crew import CrewLost
 from transport.units import UnitError
 from transport.validation import SceneError
 
-TEXT_WIDTH = 110  # characters, at which a labelled text is folded
-UNBROKEN = "\u00a0"  # a space at which it is not
-# characters: so wide that no table is folded where neither a terminal nor COLUMNS sets a width
+TEXT_WIDTH = 110  # characters at which labelled text wraps
+UNBROKEN = "\u00a0"  # a space at which text does not wrap
+# characters; no table wraps if neither a terminal nor COLUMNS sets a width
 PIPED_WIDTH = 4096
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit statuses
 
 
 def console(stderr: bool = False, least: int = 0) -> Console:
-    """A console on standard output (or error) that folds to a terminal's width or to COLUMNS, and not in a pipe without.
+    """Return a console on standard output or error.
 
-    least: characters that it has at the least.
+    It wraps at COLUMNS or at the terminal's width, and not in a pipe without COLUMNS.  `least` is its
+    smallest width in characters.
     """
     stream, told = sys.stderr if stderr else sys.stdout, os.environ.get("COLUMNS", "")
     made = Console(file=stream, markup=False, highlight=False, emoji=False)
     width = int(told) if told.isdigit() else made.width if stream.isatty() else PIPED_WIDTH
-    made.size = max(width, least), made.height  # both: where one is left out, a dumb terminal has 80 columns
+    made.size = max(width, least), made.height  # set both; otherwise rich uses 80 columns on a dumb terminal
     return made
 
 
 def say(*parts: object, style: str | None = None) -> None:
-    """Print a line, or tables and texts of rich, to standard output; tables as wide as their words and numbers need."""
+    """Print strings, or rich tables and texts, to standard output; no word or number of a table is cut."""
     for part in parts:
         if isinstance(part, str):
             part = Text(part, style=style or "")
@@ -46,7 +47,7 @@ def say(*parts: object, style: str | None = None) -> None:
 
 
 def _least_width(table: Table) -> int:
-    """Characters that a table takes where it folds between words alone: what it holds is worth more than a margin."""
+    """Return the width of a table [characters] at which it wraps between words only."""
     wide = console(least=PIPED_WIDTH)
     for column in table.columns:
         if column.no_wrap:
@@ -56,7 +57,7 @@ def _least_width(table: Table) -> int:
 
 
 def say_labelled(label: str, text: str, style: str = "bold") -> None:
-    """Print "label     text" with the label in colour, and the text folded beside it."""
+    """Print "label     text" with a styled label and the text wrapped beside it."""
     out, label = console(), f"{label:12s}"
     width = max(24, min(out.width, TEXT_WIDTH) - len(label))
     lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [""]
@@ -65,12 +66,12 @@ def say_labelled(label: str, text: str, style: str = "bold") -> None:
 
 
 def say_json(data: object) -> None:
-    """Print the data as JSON in which what is no finite number is null."""
+    """Print the data as JSON; numbers that are not finite become null."""
     typer.echo(json.dumps(as_json(data), indent=2, ensure_ascii=False))
 
 
 def as_json(data: object) -> object:
-    """The data in JSON's own types; numbers that are not finite become None."""
+    """Return the data in JSON types; numbers that are not finite become None."""
     if isinstance(data, dict):
         return {str(key): as_json(value) for key, value in data.items()}
     if isinstance(data, (list, tuple)):
@@ -85,7 +86,7 @@ def as_json(data: object) -> object:
 
 
 def status_of(failed: int, complete: bool) -> int:
-    """The exit status of a verification: 1 where some rows fail; says on standard error where rows are missing."""
+    """Return the exit status of a verification: 1 if rows fail, 130 (with a message) if incomplete."""
     if not complete:
         console(stderr=True).print("interrupted: the rows are incomplete", style="bold red")
         return INTERRUPTED
@@ -94,9 +95,10 @@ def status_of(failed: int, complete: bool) -> int:
 
 @contextmanager
 def refusals(debug: bool = False) -> Iterator[None]:
-    """Turn refused input into one red line on standard error and status 2, lost workers into status 1, an interruption into 130.
+    """Turn exceptions into one red line on standard error and an exit status.
 
-    debug: let it through, with its traceback.
+    Invalid input gives status 2, lost workers 1, Ctrl-C 130.  With `debug` errors pass through with their
+    traceback.
     """
     try:
         yield
@@ -104,7 +106,7 @@ def refusals(debug: bool = False) -> Iterator[None]:
         if debug:
             raise
         line = " ".join(str(refusal).split())
-        console(stderr=True).print(Text(f"refused: {line}", style="bold red"), soft_wrap=True)
+        console(stderr=True).print(Text(f"error: {line}", style="bold red"), soft_wrap=True)
         raise typer.Exit(REFUSED) from None
     except CrewLost as lost:
         if debug:
@@ -112,6 +114,6 @@ def refusals(debug: bool = False) -> Iterator[None]:
         console(stderr=True).print(Text(str(lost), style="bold red"), soft_wrap=True)
         raise typer.Exit(FAILED) from None
     except KeyboardInterrupt as interruption:
-        line = str(interruption) or "interrupted before anything was known"
+        line = str(interruption) or "interrupted before the first result"
         console(stderr=True).print(Text(line, style="bold red"), soft_wrap=True)
         raise typer.Exit(INTERRUPTED) from None

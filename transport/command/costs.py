@@ -1,4 +1,4 @@
-"""What `transport cost` measures of an experiment: prices of a quantity, bins against noise, and what effects cost."""
+"""Measurements of `transport cost`: cost of accuracy, discretisation against noise, cost of effects."""
 
 import importlib
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ from transport.results.estimates import EstimateArray
 from transport.simulate import simulate
 from transport.validation import SceneError, suggestion
 
-FEW = 1 << 14  # histories that tell which quantities there are
-MANY = 1 << 20  # histories of which bins are judged
+FEW = 1 << 14  # histories of the run that lists the quantities
+MANY = 1 << 20  # histories of the run that compares discretisation with noise
 
 
 @dataclass(frozen=True)
 class Costs:
-    """What one case of an experiment costs.  bins: None where nothing in it is binned."""
+    """Costs of one case of an experiment; `bins` is None if no detector has bins."""
 
     sim: str
     parameters: Mapping[str, object]
@@ -35,7 +35,7 @@ class Costs:
 
     @property
     def record(self) -> dict[str, object]:
-        """All of it for machines."""
+        """All values as one dictionary for JSON."""
         bins = None if self.bins is None else asdict(self.bins) | {"total": self.bins.total()}
         if bins is not None:
             bins |= {"best": self.bins.best(), "best_of_100_times_the_particles": self.bins.best(100)}
@@ -51,7 +51,11 @@ def costs_of_case(
     seed: int,
     threads: int,
 ) -> Costs:
-    """Measure the first case that the settings leave.  quantity: the first one that has an exact value where it is None."""
+    """Measure the first case that the settings leave.
+
+    `quantity` None selects the first quantity with an exact value; `seconds` is the CPU time of all
+    estimators.
+    """
     parameters = cases_of(module, settings)[0]
     scene = scene_of(module, parameters, settings)
     with blamed(module, settings):
@@ -73,19 +77,19 @@ def costs_of_case(
 
 
 def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
-    """Draw the diagram as cost_SIM.png into the folder: its path, or none and the reason why."""
+    """Draw the diagram cost_SIM.png into the folder; return its path, or an empty list and the reason."""
     if not any(way.known_points for way in costs.cost.ways):
-        return [], "no way has a known error; give it more --seconds"
+        return [], "no estimator has a known error; pass more --seconds"
 
     def draw(path: Path) -> object:
-        title = f"{costs.sim}: what accuracy costs"
+        title = f"{costs.sim}: cost of accuracy"
         return importlib.import_module("viz.costs").cost_diagram(costs.cost, path, costs.bins, title)
 
     return drawn(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
 
 
 def _quantity(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
-    """The name of what is to be priced."""
+    """Return the name of the quantity to measure.  Raises SceneError for an unknown one."""
     with blamed(module):
         found = module.measure(few)
     names = list(found)
@@ -98,13 +102,17 @@ def _quantity(module: ModuleType, few: Result, exact: Mapping[str, float], asked
 
 
 def _bins(few: Result, run) -> BinsAgainstNoise | None:
-    """Of the first detector with bins, along the axis that has the most; run: gives a result of more histories."""
+    """Compare discretisation with noise for the first detector with bins, along its axis with the most bins.
+
+    `run()` returns a result with more histories.  Returns None if no detector has more than 3 bins on an
+    axis.
+    """
     for meter in few.scene.meters:
         array = _binned(few, meter)
         if isinstance(array, EstimateArray):
             axes = [(bins, dim) for bins, dim in zip(array.shape, array.dims, strict=True) if bins > 3]
             for _, dim in sorted(axes, reverse=True) if np.any(array.value) else ():
-                with suppress(SceneError):  # a number of bins that cannot be divided
+                with suppress(SceneError):  # the number of bins cannot be divided
                     return bins_against_noise(_binned(run(), meter), dim)
     return None
 
@@ -112,5 +120,5 @@ def _bins(few: Result, run) -> BinsAgainstNoise | None:
 def _binned(result: Result, meter) -> object:
     try:
         return result.quantity(f"{meter.name}.{'irradiance' if meter.directions is None else 'radiance'}")
-    except SceneError:  # such as what a way of estimating does not know
+    except SceneError:  # e.g. a quantity that the estimator does not provide
         return None

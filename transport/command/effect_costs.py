@@ -1,6 +1,6 @@
-"""What each effect of a scene costs: its passes together, in nanoseconds a history, and what leaving it out would save.
+"""Cost of each effect of a scene: sum over its passes [ns per history], and share of the total.
 
-Measured on the program of random analog histories; rays that are cast towards detectors are not among it.
+Measured on the program of random analog histories; shadow rays to detectors are not included.
 """
 
 import math
@@ -12,7 +12,7 @@ from transport.command.pass_costs import lanes_a_history, pass_costs
 from transport.command.treatment import Treatment
 from transport.scene import Scene
 
-# The files of passes by the effects that they serve; what no scene can do without ends in a full stop.
+# Files of passes by effect; the name of an effect that every scene needs ends in a full stop.
 EFFECTS = {
     "births.": ("births", "aims"),
     "flight and shapes.": ("flights", "landings", "lanes", "flats", "quadrics", "rims", "meshes"),
@@ -25,18 +25,18 @@ EFFECTS = {
     "volume detectors": ("volumes", "volume_cells"),
     "the clock": ("clocks",),
     "speeds": ("speeds",),
-    "asking what histories went through": ("histories",),
+    "history filters (via, events)": ("histories",),
     "snapshots": ("snapshots",),
-    "tracks for a picture": ("tracks",),
+    "tracks": ("tracks",),
     "point detectors": ("casting", "shadows", "detours"),
-    "rays to detectors": ("expecting", "expected_rays", "told"),
-    "histories run backwards": ("sensors",),
+    "next-event estimation": ("expecting", "expected_rays", "told"),
+    "backward histories": ("sensors",),
 }
 
 
 @dataclass(frozen=True)
 class EffectCost:
-    """One effect of a scene.  ns: a history;  share: of all passes;  can_go: whether a scene can do without it."""
+    """Cost of one effect: ns per history, share of all passes, and whether a scene can do without it."""
 
     name: str
     ns: float
@@ -46,14 +46,18 @@ class EffectCost:
 
 
 def effect_costs(scene: Scene | Treatment) -> list[EffectCost]:
-    """The effects of the scene with what they cost, measured now, the dearest first."""
+    """Measure the cost of each effect of the scene; return them sorted, most expensive first."""
     return grouped(pass_costs(scene), lanes_a_history(scene), files_of_passes())
 
 
 def grouped(
     costs: Mapping[str, float], lanes: Mapping[str, float], files: Mapping[str, str]
 ) -> list[EffectCost]:
-    """costs: [ns a lane];  lanes: a history;  files: in which each pass is.  A pass that no lane reached costs nothing."""
+    """Sum the costs of passes by effect.
+
+    `costs` are in ns per lane, `lanes` the lanes per history, `files` the file of each pass.  A pass that no
+    lane reached costs nothing.
+    """
     ns, passes = defaultdict(float), defaultdict(list)
     effects = {file: name for name, members in EFFECTS.items() for file in members}
     for name, cost in costs.items():
@@ -75,12 +79,12 @@ def grouped(
 
 
 def plain_name(name: str) -> str:
-    """The name of a pass without that of the sampling for which it was made."""
+    """Return the name of a pass without the name of its sampling."""
     return name.partition(" by ")[0]
 
 
 def files_of_passes() -> dict[str, str]:
-    """The engine's file of each pass, by the pass's name."""
+    """Return the engine's file of each pass, by the name of the pass."""
     from transport.engine.families import HOMES
 
     return HOMES

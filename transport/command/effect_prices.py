@@ -1,6 +1,6 @@
-"""What each effect more costs: a treatment as it is and with each addition, run in turns, medians of CPU time.
+"""Price list: CPU time of a treatment without and with each addition, run in turns; medians over the turns.
 
-Differences and ratios are taken within a turn, so that what else the machine does falls on both sides.
+Differences and ratios are taken within a turn, so that other load of the machine affects both sides.
 """
 
 import math
@@ -18,17 +18,18 @@ from transport.compile.limits_exceeded import OverrunError
 from transport.runs.progress import progress_on
 from transport.validation import SceneError
 
-AS_IT_IS = "as it is"
-TURNS, SECONDS = 7, 0.05  # of the price list: how often each is run, and about how long [s]
-MOST = 1 << 22  # histories of a run
+AS_IT_IS = "unchanged"
+TURNS, SECONDS = 7, 0.05  # turns of the price list, and approximate time of a run [s]
+MOST = 1 << 22  # largest number of histories of a run
 
 
 @dataclass(frozen=True)
 class Price:
-    """What a treatment costs a history, and what the addition adds to that of the treatment `over` which it was put.
+    """Cost of a treatment per history, and the cost that its addition adds to the treatment `over`.
 
-    ns, added: CPU nanoseconds a history, medians;  ratio: of both;  events: crossings and collisions of a history;
-    passes: of its program.
+    `ns` and `added` are medians of CPU nanoseconds per history, `ratio` is the ratio of the two treatments.
+    `events` is the number of crossings and collisions per history, `passes` the number of passes of the
+    program.
     """
 
     name: str
@@ -42,18 +43,22 @@ class Price:
 
     @property
     def ns_an_event(self) -> float:
-        """Nanoseconds of a crossing or collision."""
+        """CPU nanoseconds per crossing or collision; nan without events."""
         return self.ns / self.events if self.events else math.nan
 
     @property
     def record(self) -> dict[str, object]:
-        """All of it for machines."""
+        """All values as one dictionary for JSON."""
         return asdict(self) | {"ns_an_event": self.ns_an_event}
 
 
 @dataclass(frozen=True)
 class PriceList:
-    """Prices, the treatment as it is first; why others cannot be, by name; and what is there already or has nothing to do."""
+    """Prices of additions to a treatment.
+
+    `prices` starts with the unchanged treatment; `refused` maps the names of impossible additions to the
+    reason; `idle` names additions that change nothing.
+    """
 
     prices: tuple[Price, ...]
     refused: Mapping[str, str]
@@ -61,14 +66,14 @@ class PriceList:
 
 
 def base_prices(turns: int = TURNS, seconds: float = SECONDS) -> PriceList:
-    """The price list of every effect over the base room."""
+    """Measure the price list of all effects, relative to the base room."""
     return prices_of(base_room(), ADDITIONS.values(), turns, seconds)
 
 
 def price_rows(turns: int = TURNS, share: int = 1) -> list[dict]:
-    """The price list as rows {name, value, unit, ratio} of the benchmark; ratio: over what the effect was added to.
+    """Return the price list as benchmark rows {name, value, unit, ratio}; ratio is relative to `over`.
 
-    share: by how much shorter the runs are.
+    Runs are shorter by the factor `share`.
     """
     prices = base_prices(turns, SECONDS / share).prices
     return [
@@ -83,12 +88,12 @@ def price_rows(turns: int = TURNS, share: int = 1) -> list[dict]:
 
 
 def prices_in(scene: Treatment, turns: int = 3, seconds: float = 0.02) -> PriceList:
-    """What each effect that goes with any scene would cost in this one."""
+    """Measure the cost in this scene of each effect that can be added to any scene."""
     return prices_of(scene, IN_ANY_SCENE, turns, seconds)
 
 
 def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, seconds: float) -> PriceList:
-    """Measure a treatment and what each addition adds.  A bar names what is compiled meanwhile."""
+    """Measure a treatment and each addition to it, with a progress bar during compilation."""
     found, refused, idle = {AS_IT_IS: (None, treatment)}, {}, []
     for addition in additions:
         try:
@@ -114,14 +119,17 @@ def prices_of(treatment: Treatment, additions: Iterable[Addition], turns: int, s
 
 
 def _over(name: str, before: Treatment | None, treatment: Treatment) -> str | None:
-    """What an addition is told over: what it needs, or the scene as it is where that is in it already."""
+    """Return the name of the treatment that a price is relative to: the needed addition, or AS_IT_IS."""
     if before is None:
         return None
     return AS_IT_IS if before == treatment else ADDITIONS[name].over
 
 
 class _Work:
-    """A treatment made ready, and so many histories that a run takes about so long [s].  Raises OverrunError."""
+    """A compiled treatment, with a number of histories whose run takes about `seconds`.
+
+    Raises OverrunError.
+    """
 
     def __init__(self, treatment: Treatment, seconds: float, compiling) -> None:
         from transport.engine.driver import machine_of
@@ -130,13 +138,13 @@ class _Work:
         self.program = program_of(treatment.plan)
         self.machine = machine_of(self.program, compiling)
         self.histories, self.events = 1 << 10, 0.0
-        self.run(0)  # loads what is still to be loaded
+        self.run(0)  # load everything before timing
         while (spent := self.run(0)) < 0.7 * seconds and self.histories < MOST:
             wanted = self.histories * seconds / max(spent, 1e-6)
             self.histories = min(MOST, max(2 * self.histories, 1 << round(math.log2(wanted))))
 
     def run(self, batch: int) -> float:
-        """CPU nanoseconds a history of one batch, as seconds of it where histories are still being chosen."""
+        """Run one batch and return its CPU time [s]; store the events per history."""
         from transport.engine.driver import run_batch
 
         begun = time.process_time()
@@ -147,7 +155,7 @@ class _Work:
 
 
 def _works(treatments: Iterable[Treatment], seconds: float) -> tuple[dict, dict]:
-    """Each treatment made ready, and for those that cannot be run the reason."""
+    """Compile each treatment; return the works, and the reason for each treatment that cannot run."""
     works, overruns = {}, {}
     with progress_on(None) as bar:
         for treatment in treatments:
@@ -159,7 +167,10 @@ def _works(treatments: Iterable[Treatment], seconds: float) -> tuple[dict, dict]
 
 
 def _spent(works: Mapping[Treatment, _Work], turns: int) -> dict[Treatment, np.ndarray]:
-    """CPU nanoseconds a history of each, (turns,); each turn in another order, lest one always come after the dearest."""
+    """Return the CPU nanoseconds per history of each treatment, shape (turns,).
+
+    The order rotates each turn, so that no treatment always follows the most expensive one.
+    """
     spent, order = {treatment: np.zeros(turns) for treatment in works}, list(works)
     for turn in range(turns):
         for treatment in order[turn % len(order) :] + order[: turn % len(order)]:

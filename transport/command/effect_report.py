@@ -1,4 +1,4 @@
-"""What `transport effects` measures of a scene: what compiles, what it weighs, what its effects cost, what more would cost."""
+"""Report of `transport effects`: compilation, memory, cost of effects and of possible additions."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -18,9 +18,9 @@ from transport.runs.progress import progress_on
 
 
 def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> None:
-    """What a scene calls for and what is absent; then, measured now, what compiles, and what its passes and effects cost.
+    """Print the used fields and the absent effects of a scene, then measure and print compilation and costs.
 
-    cold: how long everything takes to compile, too;  more: what each effect that it does not have would cost, too.
+    `cold` also measures compilation with an empty cache; `more` also prices each effect that the scene lacks.
     """
     for label, names in (*effects_lines(told)[:2], ("absent", absent_line(told))):
         say_labelled(label, names)
@@ -28,38 +28,41 @@ def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> No
     say_labelled("compiled", start_line(started(scene)))
     if cold:
         first = cold_start(scene)
-        say_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with nothing on disk")
+        say_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with an empty cache")
     costs = costs_of(scene)
     for number, births in enumerate(told.births):
-        say(f"\nborn of emitter {number}", style="bold")
+        say(f"\nbirths at emitter {number}", style="bold")
         say(pass_table(births, costs))
     say("\nevery step", style="bold")
     say(pass_table(told.steps, costs))
-    say("\nwhat each effect costs", style="bold")
+    say("\ncost of each effect", style="bold")
     say(effect_table(_shares(scene, costs)))
     if more:
         found = prices_in(scene)
-        say("\nwhat one effect more would cost", style="bold")
+        say("\ncost of one additional effect", style="bold")
         say(price_table(found.prices))
         for label, text in price_lines(found):
             say_labelled(label, text)
 
 
 def absent_line(told: Effects) -> str:
-    """Which effects are absent altogether, and how many passes and fields are."""
+    """Return the names of the absent effects, and the numbers of absent passes and fields."""
     files, kinds = files_of_passes(), list(told.absent.values())
     present = {files.get(plain_name(name)) for name in told.passes}
     absent = [name for name, members in EFFECTS.items() if not present & set(members)]
     return (
-        f"{', '.join(absent)}; {kinds.count('pass')} passes and {kinds.count('field')} fields of the engine in all"
-        " (--json names them)"
+        f"{', '.join(absent)}; in all {kinds.count('pass')} passes and {kinds.count('field')} fields"
+        " of the engine (--json lists them)"
     )
 
 
 def record_of_scene(
     scene: Treatment, costs: Mapping[str, float], cold: bool, more: bool
 ) -> dict[str, object]:
-    """{memory, compiled, cold, effects, additions, refused, idle} of one scene for machines; cold, additions: None if not asked."""
+    """Return {memory, compiled, cold, effects, additions, refused, idle} of one scene for JSON.
+
+    `cold` and the entries on additions are None if not requested.
+    """
     start = started(scene)
     found = prices_in(scene) if more else None
     return {
@@ -74,7 +77,7 @@ def record_of_scene(
 
 
 def print_base_prices(turns: int, json: bool) -> None:
-    """The price list over the base room."""
+    """Measure and print the price list of the base room."""
     found = base_prices(turns)
     if json:
         say_json([price.record for price in found.prices])
@@ -85,7 +88,7 @@ def print_base_prices(turns: int, json: bool) -> None:
 
 
 def print_cold_starts(json: bool) -> None:
-    """How long each kind of scene compiles with nothing on disk, and bytes of a lane."""
+    """Measure and print compilation times of each kind of scene with an empty cache, and bytes per lane."""
     from transport.command.cold_bench import cold_rows, cold_starts
 
     starts = cold_starts()
@@ -93,7 +96,7 @@ def print_cold_starts(json: bool) -> None:
 
 
 def started(scene: Treatment) -> Start:
-    """Compile or load what the scene needs; a bar names what is compiled."""
+    """Compile or load the scene's program, with a progress bar."""
     with progress_on(None) as bar:
         return start_of(scene, bar.compiling)
 

@@ -1,4 +1,4 @@
-"""Tables of effects: what a program weighs and took to compile, and what each effect more would cost."""
+"""Tables and lines on effects: memory, compilation, and prices of additional effects."""
 
 from collections.abc import Iterable, Mapping
 
@@ -13,19 +13,19 @@ from transport.results.notation import duration
 PRICE_HEADS = (
     "effect",
     "over",
-    "ns a history>",
+    "ns per history>",
     "adds ns>",
     "times>",
     "events>",
-    "ns an event>",
+    "ns per event>",
     "passes>",
-    "bytes a lane>",
+    "bytes per lane>",
 )
-COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>", "bytes a lane>", "carried>"
+COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>", "bytes per lane>", "carried>"
 
 
 def price_table(prices: Iterable[Price]) -> Table:
-    """A line each, with what it is told over where that is not the scene as it is."""
+    """Return a table with a row per price; `over` is empty for additions to the unchanged scene."""
     table = plain_table(*PRICE_HEADS)
     for price in prices:
         of_scene = price.over is None
@@ -44,48 +44,48 @@ def price_table(prices: Iterable[Price]) -> Table:
 
 
 def price_lines(prices: PriceList) -> list[tuple[str, str]]:
-    """(label, text): what the table means, and what is not in it."""
+    """Return (label, text) lines that explain the table and list the omitted additions."""
     lines = [
         (
             "note",
-            "CPU time of a history, medians of runs taken in turns; an event is a crossing or a collision",
+            "CPU time per history, medians of alternating runs; an event is a crossing or a collision",
         )
     ]
     if any(price.over not in (None, AS_IT_IS) for price in prices.prices):
         lines.append(
             (
                 "note",
-                "what needs another effect is told over that: a run with both against a run with it alone",
+                "an effect with an entry under over is compared with a run that has that effect alone",
             )
         )
     if prices.idle:
-        lines.append(("no change", f"there already, or nothing to do: {', '.join(prices.idle)}"))
+        lines.append(("no change", f"present already, or without effect: {', '.join(prices.idle)}"))
     if prices.refused:
-        lines.append(("refused", f"does not go with this scene: {', '.join(dict.fromkeys(prices.refused))}"))
+        lines.append(("refused", f"impossible in this scene: {', '.join(dict.fromkeys(prices.refused))}"))
     return lines
 
 
 def memory_line(footprint: Footprint) -> str:
-    """Bytes of a lane and of a bundle."""
+    """Return a line on the bytes per lane and per bundle."""
     return (
-        f"{footprint.touched} bytes of a lane are touched in a step, {footprint.carried} move along with a particle; a bundle"
-        f" uses {footprint.used / 1024:.0f} KiB of {footprint.bundle / 1024:.0f}, in which {footprint.known} bytes a lane"
-        " are reserved for all effects"
+        f"a step touches {footprint.touched} bytes per lane and carries {footprint.carried} with a"
+        f" particle; a bundle uses {footprint.used / 1024:.0f} of {footprint.bundle / 1024:.0f} KiB, which"
+        f" reserve {footprint.known} bytes per lane for all effects"
     )
 
 
 def start_line(start: Start) -> str:
-    """What was compiled, and what came from disk."""
+    """Return a line on how many passes were compiled and how many loaded."""
     new = start.passes - start.on_disk
     if new == 0:
-        return f"nothing: all {start.passes} passes were on disk, and loaded in {duration(start.seconds)}"
+        return f"nothing: all {start.passes} passes were on disk, loaded in {duration(start.seconds)}"
     return (
         f"{new} of {start.passes} passes in {duration(start.seconds)}; {start.on_disk} were on disk already"
     )
 
 
 def cold_table(starts: Mapping[str, tuple[Start, Start, Footprint]]) -> Table:
-    """The first start of kinds of scenes, with nothing on disk, and the second, each in a new process."""
+    """Return a table of the first start (empty cache) and the second start of each kind of scene."""
     table = plain_table(*COLD_HEADS)
     for name, (first, second, footprint) in starts.items():
         table.add_row(

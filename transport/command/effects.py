@@ -1,4 +1,4 @@
-"""What a scene calls for, told before any run: its passes in order, the fields of its bundles, and what is absent."""
+"""Passes of a scene in order, fields of its bundles, and absent passes and fields, without a run."""
 
 import importlib
 import math
@@ -14,20 +14,24 @@ from transport.scene import Scene
 
 @dataclass(frozen=True)
 class Effects:
-    """Passes of the newborn of each emitter (a source, or a face of a Box), and of every step, by name and in order."""
+    """Passes and fields of a scene's program.
+
+    `births` holds the pass names of a birth at each emitter (a source, or a face of a Box), `steps` those of
+    a step, both in order.
+    """
 
     births: tuple[tuple[str, ...], ...]
     steps: tuple[str, ...]
-    fields: Mapping[str, str]  # name -> "carried" along with the particle, or "scratch" of one step
+    fields: Mapping[str, str]  # name -> "carried" with the particle, or "scratch" within one step
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """Each pass once, in order of first use."""
+        """Names of the passes, each once, in order of first use."""
         return tuple(dict.fromkeys(name for part in (*self.births, self.steps) for name in part))
 
     @cached_property
     def absent(self) -> dict[str, str]:
-        """name -> "pass" or "field", of all that the engine has and this scene does not use."""
+        """Passes and fields of the engine that the scene does not use: name -> "pass" or "field"."""
         from transport.engine.passes import LANE_FIELDS
 
         passes = {name: "pass" for name in known_passes() if name not in self.passes}
@@ -35,7 +39,7 @@ class Effects:
 
 
 def effects_of(scene: Scene | Treatment) -> Effects:
-    """The effects of a scene.  Nothing is compiled and nothing is run."""
+    """Return the effects of a scene without compiling or running anything."""
     from transport.engine.passes import LANE_FIELDS
     from transport.engine.program import program_of
 
@@ -53,7 +57,7 @@ def effects_of(scene: Scene | Treatment) -> Effects:
 
 
 def known_passes() -> list[str]:
-    """Every pass that the engine has, by name."""
+    """Return the names of all passes of the engine."""
     from transport import engine
     from transport.engine.passes import Pass
 
@@ -65,7 +69,7 @@ def known_passes() -> list[str]:
 
 
 def costs_of(scene: Scene | Treatment) -> dict[str, float]:
-    """Nanoseconds a lane of each pass, measured now, nan for one that no lane reached; a bar names what is compiled."""
+    """Measure the ns per lane of each pass, nan where no lane reached it; shows a progress bar."""
     from transport.command.pass_costs import pass_costs
     from transport.engine.driver import machine_of
     from transport.engine.program import program_of
@@ -76,9 +80,10 @@ def costs_of(scene: Scene | Treatment) -> dict[str, float]:
 
 
 def record_of_effects(found: Sequence[tuple[Effects, Mapping[str, float]]]) -> dict[str, object]:
-    """{passes, fields, absent, ns} for machines: all that the scenes use between them, and what none of them does.
+    """Return {passes, fields, absent, ns} for JSON: the union over the scenes, and what none of them uses.
 
-    found: the effects of each scene with the costs of its passes; the first scene in which one is reached tells its ns.
+    `found` holds the effects of each scene with the costs of its passes.  The ns of a pass come from the
+    first scene in which a lane reached it.
     """
     passes, fields, ns = {}, {}, {}
     for told, costs in found:

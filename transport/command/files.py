@@ -1,4 +1,4 @@
-"""Commands for saved runs: what one found out, and several as one."""
+"""Commands for saved runs: show and merge."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -14,12 +14,14 @@ from transport.results.estimates import Estimate, EstimateArray
 from transport.results.report import head_of
 from transport.validation import SceneError
 
-Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Runs that were saved, .nc or .npz.")]
-MOST_BINS = 100_000  # of a quantity that is told
+Files = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Saved runs, .nc or .npz")]
+MOST_BINS = 100_000  # per quantity in the JSON output
 
 
 def show(files: Files, json: Json = False) -> None:
-    """Print what a saved run found out and cost; of several a line each.
+    """Print the results and the cost of a saved run.
+
+    Several files: one line per run.
 
     \b
     Examples:
@@ -40,11 +42,11 @@ def show(files: Files, json: Json = False) -> None:
 
 def merge(
     files: Files,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the whole goes.")],
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Let it take the place of another.")] = False,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File of the merged run")],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Overwrite an existing file")] = False,
     json: Json = False,
 ) -> None:
-    """Put runs of one scene together: parts of a run, or other seeds.
+    """Merge runs of one scene: parts of a run, or different seeds.
 
     \b
     Examples:
@@ -55,7 +57,7 @@ def merge(
 
     checked_place("--out", out)
     if out.exists() and out.resolve() in {file.resolve() for file in files}:
-        raise SceneError(f"--out: {out} is one of the files to merge; leave it out there, or name another")
+        raise SceneError(f"--out: {out} is one of the files to merge; name another output file")
     check_new("--out", out, overwrite)
     whole = merge(*files)
     whole.save(out)
@@ -69,12 +71,13 @@ def _tell(result: Result, json: bool) -> None:
     say(result.report())
     for origin in result.state.origins:
         say(
-            f"done by: transport {origin.version} ({origin.sources}), {', '.join(origin.versions)}; {origin.machine}"
+            f"run by: transport {origin.version} ({origin.sources}), {', '.join(origin.versions)};"
+            f" {origin.machine}"
         )
 
 
 def _record(result: Result) -> dict[str, object]:
-    """The same for machines."""
+    """Return the same data as JSON-ready types."""
     method = result.plan.method
     quantities = {
         f"{name}.{quantity}": estimate

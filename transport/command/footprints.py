@@ -1,17 +1,16 @@
-"""What a program weighs: bytes of a lane that its passes touch, those that move along with a particle, and the bundle's."""
+"""Memory of a program: bytes touched per lane, bytes carried with a particle, size of the bundle."""
 
 from dataclasses import dataclass
 
-WORD = 8  # bytes of a field of one lane
+WORD = 8  # bytes per field and lane
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """Bytes.
+    """Memory of a program in bytes.
 
-    touched: of a lane, by the passes of a step;  carried: of a lane, moved along with its particle;  known: of a lane,
-    of all fields that the engine has, most of them never touched;  bundle: of the whole bundle in memory that is
-    reserved, and `used`, of it, by the fields of this program.
+    Per lane: `touched` by the passes of a step, `carried` with the particle, `known` for all fields of the
+    engine.  Per bundle: `bundle` reserved, `used` by the fields of this program.
     """
 
     touched: int
@@ -22,7 +21,7 @@ class Footprint:
 
 
 def footprint_of(program) -> Footprint:
-    """The footprint of a program."""
+    """Return the footprint of a program."""
     from transport.engine.bundle import HEADER_WORDS, PITCH, empty_bundle
     from transport.engine.passes import LANE_FIELDS
 

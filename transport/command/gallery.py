@@ -1,4 +1,4 @@
-"""`transport gallery`: every figure into a folder, with a page that says what each shows and which command made it."""
+"""`transport gallery`: all figures in a folder, with a page that describes each and gives its command."""
 
 import importlib
 from collections.abc import Callable, Iterator, Sequence
@@ -31,20 +31,20 @@ from transport.simulate import simulate
 from transport.tracks import tracks
 from transport.validation import SceneError, suggestion
 
-MODEST = 1_000_000  # particles of a case of an experiment, at the most
-COST_SECONDS = 6.0  # of a cost diagram
-COST_SIMS = "cost_"  # how experiments are called of which the diagram is shown as well
+MODEST = 1_000_000  # largest number of particles per case of an experiment
+COST_SECONDS = 6.0  # CPU time of a cost diagram
+COST_SIMS = "cost_"  # prefix of experiments whose cost diagram is drawn too
 PAGE = "README.md"
 HEADINGS = {
     "general": "Figures of any result",
-    "costs": "What accuracy costs",
+    "costs": "Cost of accuracy",
     "experiments": "The experiments",
 }
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One entry of the gallery.  draw(folder) gives the pictures' paths, what they say, and what to know of their errors."""
+    """One entry of the gallery; `draw(folder)` draws its pictures and returns them as a Hung."""
 
     name: str
     heading: str
@@ -54,18 +54,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class Hung:
-    """What came of a piece: its pictures, or why there are none."""
+    """Outcome of a piece: its pictures with description and notes, or the reason for no picture."""
 
     paths: list[Path]
     says: str = ""
     notes: list[str] = field(default_factory=list)
     why: str = ""
-    is_excused: bool = False  # as this machine cannot draw it
+    is_excused: bool = False  # True if this machine cannot draw it
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How the gallery's scenes are run.  particles: at the most, None for as many as each piece wants."""
+    """Settings of the gallery's runs; `particles` limits the number per scene, None: no limit."""
 
     particles: int | None = None
     seed: int = 0
@@ -73,16 +73,16 @@ class Settings:
 
     @property
     def limits(self) -> dict[str, object]:
-        """For `simulate`, without the number of particles."""
+        """Arguments of `simulate`, without the number of particles."""
         return {"seed": self.seed, "threads": self.threads, "progress": False}
 
     def few(self, wanted: int) -> int:
-        """As many particles as wanted, or as are allowed."""
+        """Return the smaller of `wanted` and the allowed number of particles."""
         return wanted if self.particles is None else min(wanted, self.particles)
 
 
 def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: bool = False) -> int:
-    """Draw what is wanted and write the page, telling each as it is done; status 1 where a picture is missing."""
+    """Draw the selected pieces, print each, and write the page; return status 1 if a picture is missing."""
     wanted, found = chosen(pieces(settings), only), []
     for piece, made, seconds in hung(wanted, folder):
         found.append((piece, made, seconds))
@@ -100,7 +100,7 @@ def build_gallery(settings: Settings, only: Sequence[str], folder: Path, json: b
 
 
 def pieces(settings: Settings) -> list[Piece]:
-    """All that the gallery has: the general figures, the experiments, and the costs.  Raises SceneError without matplotlib."""
+    """Return all pieces: general figures, costs and experiments.  Raises SceneError without matplotlib."""
     try:
         exhibits = importlib.import_module("viz.exhibits").EXHIBITS
     except ImportError as error:
@@ -116,7 +116,7 @@ def pieces(settings: Settings) -> list[Piece]:
 
 
 def chosen(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
-    """The pieces of these names, all where none is given.  Raises SceneError for a name that there is not."""
+    """Return the pieces of these names, or all if `only` is empty.  Raises SceneError for an unknown name."""
     names = {piece.name: piece for piece in found}
     for name in only:
         if name not in names:
@@ -125,7 +125,7 @@ def chosen(found: Sequence[Piece], only: Sequence[str]) -> list[Piece]:
 
 
 def hung(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, Hung, float]]:
-    """Draw each piece into the folder: with what came of it, and the seconds that it took."""
+    """Draw each piece into the folder; yield (piece, outcome, seconds)."""
     folder.mkdir(parents=True, exist_ok=True)
     for piece in wanted:
         start = perf_counter()
@@ -137,15 +137,16 @@ def hung(wanted: Sequence[Piece], folder: Path) -> Iterator[tuple[Piece, Hung, f
 
 
 def write_page(found: Sequence[tuple[Piece, Hung, float]], folder: Path, settings: Settings) -> Path:
-    """A page in Markdown with every picture, what it shows, what to know of its errors, and its command."""
+    """Write the Markdown page with each picture, its description, notes and command; return its path."""
     lines = ["# Gallery", ""]
     said = (
-        "as many particles as each wants"
+        "as many particles as each needs"
         if settings.particles is None
         else f"at most {settings.particles:_} particles"
     )
     lines += [
-        f"Figures of `transport gallery`: {said}, seed {settings.seed}. Bars and bands are two standard errors.",
+        f"Figures of `transport gallery`: {said}, seed {settings.seed}."
+        " Bars and bands are two standard errors.",
         "",
     ]
     for heading, words in HEADINGS.items():
@@ -160,7 +161,7 @@ def write_page(found: Sequence[tuple[Piece, Hung, float]], folder: Path, setting
 
 
 def record_of_gallery(found: Sequence[tuple[Piece, Hung, float]]) -> list[dict[str, object]]:
-    """The entries for machines."""
+    """Return the entries as JSON-ready types."""
     return [
         {
             "name": piece.name,
@@ -182,18 +183,18 @@ def _entry(piece: Piece, made: Hung, folder: Path) -> list[str]:
         lines += [f"No picture: {made.why}", ""]
     if made.says:
         lines += [made.says, ""]
-    lines += [f"To know: {note}\n" for note in made.notes]
+    lines += [f"Note: {note}\n" for note in made.notes]
     return [*lines, f"`{piece.command}`", ""]
 
 
 class Runs:
-    """Results for exhibits: those that share a scene share one run."""
+    """Results of exhibits; exhibits with the same scene share one run."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings, self._results = settings, {}
 
     def result_for(self, exhibit: object) -> Result:
-        """The result of the exhibit's scene; run when it is first asked for."""
+        """Return the result of the exhibit's scene; runs it at the first call."""
         key = (exhibit.sim, exhibit.looks, *sorted(exhibit.parameters.items()), exhibit.particles)
         if key not in self._results:
             self._results[key] = self._run(exhibit)
@@ -225,7 +226,7 @@ def _general(exhibit: object, runs: Runs, settings: Settings) -> Piece:
 
 
 def _lack_of_screen() -> str:
-    """Why 3-D pictures cannot be drawn here; empty where they can."""
+    """Return why 3-D pictures cannot be drawn here, or an empty string."""
     screen = importlib.import_module("viz.screen")
     try:
         screen.require_screen()
@@ -254,8 +255,8 @@ def _cost(name: str, settings: Settings) -> Piece:
         costs = costs_of_case(experiment(name), {}, None, COST_SECONDS, settings.seed, 1)
         paths, why = draw_costs(costs, folder / "costs")
         says = (
-            f"Every way to estimate {costs.cost.quantity}, true and claimed error against seconds of CPU; bars are two standard"
-            " errors of the true error, and the slope of each line is told with its own."
+            f"True and claimed error of {costs.cost.quantity} against CPU seconds, for each estimator."
+            " Bars are two standard errors of the true error; each slope is given with its standard error."
         )
         return Hung(paths, says, why=why)
 

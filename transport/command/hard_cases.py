@@ -1,4 +1,4 @@
-"""`transport verify --hard`: the hard cases, a table a family, with what the naive formula gives instead."""
+"""`transport verify --hard`: one table per family of hard cases, compared with the naive formula."""
 
 import math
 import signal
@@ -15,14 +15,14 @@ from transport.command.tables import estimate_cell, plain_table, z_cell
 from transport.hard.cases import FALSE_ALARM, Case, Seen, cases_of, family_title
 from transport.results.estimates import Estimate
 
-NOTE = """off: in standard errors where it has a sign, else relative, with what is allowed where that is more than rounding;
-–: the naive way has no number, as it is lost or never ends; cases in other units or places share their random numbers
-with the plain one; --json tells why each is hard"""
+NOTE = """off: in standard errors if signed, else a relative difference, with its tolerance beyond rounding;
+–: the naive formula gives no number, because its particle is lost or its loop never ends; a case in other
+units or at another place uses the random numbers of the plain case; --json explains why each case is hard"""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A case, what it came to, and whether that is right; rate: of false alarms that it was judged at."""
+    """A case with its outcome, judged at the false-alarm rate `rate`."""
 
     case: Case
     seen: Seen
@@ -34,7 +34,7 @@ class Judged:
 
     @property
     def record(self) -> dict[str, object]:
-        """For machines."""
+        """All values as one dictionary for JSON."""
         case, seen = self.case, self.seen
         error = seen.found.error if isinstance(seen.found, Estimate) else 0.0
         return {
@@ -52,7 +52,10 @@ class Judged:
 
 
 def verify_hard(families: list[str] | None, json: bool) -> int:
-    """Run and print the cases of these families, or of all; the status: 1 if one fails, 130 if it was interrupted."""
+    """Run and print the cases of these families, or of all.
+
+    Returns status 1 if one fails, 130 if interrupted.
+    """
     cases, found = list(cases_of(families)), []
     for family, rows in groupby(judged(cases), key=lambda row: row.case.family):
         found += (of_family := list(rows))
@@ -71,14 +74,14 @@ def verify_hard(families: list[str] | None, json: bool) -> int:
 
 
 def judged(cases: list[Case], others: int = 0) -> Iterator[Judged]:
-    """Each case as it is done, until Ctrl-C.  others: rows that share the rate of false alarms with them."""
+    """Run the cases until Ctrl-C and yield each outcome; `others` more rows share the false-alarm rate."""
     with suppress(KeyboardInterrupt):
         for case in cases:
             yield Judged(case, _seen(case), FALSE_ALARM / (len(cases) + others))
 
 
 def _seen(case: Case) -> Seen:
-    """What the case comes to.  Raises KeyboardInterrupt after Ctrl-C, also where it has only cut short a run within."""
+    """Run a case.  Raises KeyboardInterrupt after Ctrl-C, even if a run inside the case handled it."""
     came, usual = [], signal.getsignal(signal.SIGINT)
     if usual is signal.SIG_IGN:  # as under nohup
         return case.see()
@@ -98,8 +101,8 @@ def _seen(case: Case) -> Seen:
 
 
 def hard_table(rows: list[Judged]) -> Table:
-    """What was found, what is exact, and what the naive way gives."""
-    table = plain_table("case", "found>", "exact>", "off>", "naive way", "gives>", "")
+    """Return a table of found, exact and naive values."""
+    table = plain_table("case", "found>", "exact>", "off>", "naive formula", "gives>", "")
     for row in rows:
         table.add_row(*_cells(row))
     return table
@@ -114,7 +117,7 @@ def _cells(row: Judged) -> tuple[str | Text, ...]:
 
 
 def _rounding(seen: Seen) -> str:
-    """How far off a number is that has no error, and what is allowed where rounding alone would not do it."""
+    """Return the relative difference of a number without error, and its tolerance beyond rounding."""
     allowed = f" < {seen.within:.2g}" if seen.within > 1e-6 else ""
     return f"{seen.off:.1e}{allowed}" if seen.off else "0"
 

@@ -1,6 +1,6 @@
-"""`transport verify --long`: a proof to be run once, of every law at many particles and of every hard case, in one table.
+"""`transport verify --long`: every law with many particles, and every hard case, in one table.
 
-How long it will take is told before it starts, from two pilots of each experiment.
+Two pilot runs of each experiment estimate the time before it starts.
 """
 
 import math
@@ -24,17 +24,18 @@ from transport.results import Cost
 from transport.results.notation import duration
 from transport.runs.limits import MOST_PARTICLES, checked_whole
 
-LONG = 100_000_000  # histories of a case where the user does not say
-SHARES = 1000, 250  # of the histories that the two pilots have: one in so many ...
-LEAST = 50_000, 200_000  # ... and as many at the least, for starting up takes time too
+LONG = 100_000_000  # histories per case by default
+SHARES = 1000, 250  # the two pilots run 1/SHARES of the histories ...
+LEAST = 50_000, 200_000  # ... but at least LEAST, because start-up takes time too
 
-NOTE = f"""false alarms: {FALSE_ALARM:g} over all rows and cases; farthest: in standard errors, where they are known; bias caught: the
-median over the rows of the smallest relative bias that is caught with {POWER:.0%} power; --json tells every row"""
+NOTE = f"""false alarms: {FALSE_ALARM:g} over all rows and cases; farthest: largest deviation
+in standard errors; bias caught: median over the rows of the smallest relative bias detected with
+{POWER:.0%} power; --json lists every row"""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What an experiment came to, and how long it took [s]."""
+    """Laws of one experiment, and its time [s]."""
 
     name: str
     cases: int
@@ -43,15 +44,18 @@ class Part:
 
 
 def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -> int:
-    """Run these experiments, or all and all hard cases; the status: 1 if a row or case fails, 130 if it was interrupted."""
+    """Run these experiments, or all experiments and hard cases.
+
+    Returns status 1 if one fails, 130 if interrupted.
+    """
     particles = LONG if limits["particles"] is None else limits["particles"]
     checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
     modules, cases = modules_of(sims), [] if sims else list(cases_of())
-    _tell("pilots first, which tell how long it will take")
+    _tell("running pilots to estimate the time")
     foreseen = [_foreseen(module, limits, particles) for module in modules]
     _tell(
-        f"experiments: {len(modules)}, with {particles:.3g} particles a case; hard cases: {len(cases)}; about"
-        f" {duration(sum(foreseen))} by their pilots; Ctrl-C ends it and prints what is known"
+        f"experiments: {len(modules)}, with {particles:.3g} particles per case; hard cases: {len(cases)};"
+        f" about {duration(sum(foreseen))} according to the pilots; Ctrl-C stops and prints the finished rows"
     )
     begun = time.perf_counter()
     parts, complete = _run(modules, limits | {"particles": particles}, foreseen)
@@ -69,24 +73,26 @@ def verify_long(sims: list[str] | None, limits: dict[str, object], json: bool) -
         _print(parts, found, rate)
         style, number = "bold red" if failed else "bold green", len(laws) + len(found)
         say(f"{number - failed} of {number} rows and hard cases hold", style=style)
-        say(NOTE, f"{duration(took)}, foreseen {duration(sum(foreseen))}; {particles:.3g} particles a case")
+        say(
+            NOTE, f"{duration(took)}, estimated {duration(sum(foreseen))}; {particles:.3g} particles per case"
+        )
     return status_of(failed, complete)
 
 
 def _foreseen(module: ModuleType, limits: dict[str, object], particles: int) -> float:
-    """Seconds that an experiment will take, by a straight line through two pilots, neither of which compiles in its time."""
+    """Estimate the seconds of an experiment from a line through two pilots; compilation is not counted."""
     sizes = [
         min(particles, max(particles // share, least)) for share, least in zip(SHARES, LEAST, strict=True)
     ]
     few, more = (_pilot(module, limits, size) for size in sizes)
     slope = (more.seconds - few.seconds) / max(1, more.particles - few.particles)
-    if slope <= 0:  # noise: then in proportion, which is too much rather than too little
+    if slope <= 0:  # noise; a proportional time is an upper estimate
         slope = more.seconds / more.particles
     return more.seconds + slope * more.particles * (particles / sizes[1] - 1)
 
 
 def _pilot(module: ModuleType, limits: dict[str, object], particles: int) -> Cost:
-    """The cost of all its cases with so many particles each."""
+    """Run all cases with this many particles each and return their total cost."""
     outcomes, complete = known_outcomes(module, limits | {"particles": particles})
     if not complete:
         raise KeyboardInterrupt
@@ -96,7 +102,7 @@ def _pilot(module: ModuleType, limits: dict[str, object], particles: int) -> Cos
 def _run(
     modules: list[ModuleType], limits: dict[str, object], foreseen: list[float]
 ) -> tuple[list[Part], bool]:
-    """What each experiment came to, and whether all are done; says on standard error how it goes."""
+    """Run the experiments, with progress on standard error; return their parts, and whether all ran."""
     parts, begun = [], time.perf_counter()
     for number, module in enumerate(modules, 1):
         started = time.perf_counter()
@@ -106,18 +112,18 @@ def _run(
         if not complete:
             return parts, False
         rest = (now - begun) * sum(foreseen[number:]) / sum(foreseen[:number])
-        to_go = f"; about {duration(rest)} to go" if number < len(modules) else ""
+        to_go = f"; about {duration(rest)} left" if number < len(modules) else ""
         _tell(f"{number} of {len(modules)}: {parts[-1].name}, {duration(now - started)}{to_go}")
     return parts, True
 
 
 def _tell(line: str) -> None:
-    """On standard error: not among what is found."""
+    """Print a line to standard error, apart from the results."""
     console(stderr=True).print(line, style="cyan")
 
 
 def _print(parts: list[Part], found: list[Judged], rate: float) -> None:
-    """The table, and what fails in full."""
+    """Print the table, then every failing row in full."""
     table = plain_table("shown by", "cases>", "rows>", "hold>", "farthest>", "bias caught>", "time>")
     for part in parts:
         table.add_row(*_cells_of_laws(part, rate))
@@ -142,6 +148,6 @@ def _cells_of_laws(part: Part, rate: float) -> tuple[str | Text, ...]:
 
 
 def _farthest(scores: list[float]) -> str | Text:
-    """The score that is farthest off; empty where there is none."""
+    """Return the cell of the largest score by magnitude; empty if none is known."""
     known = [score for score in scores if not math.isnan(score)]
     return z_cell(max(known, key=abs)) if known else ""

@@ -1,4 +1,4 @@
-"""Commands that measure: what accuracy costs, what a scene calls for, how fast the engine is."""
+"""Commands that measure: cost of accuracy, passes and effects of a scene, speed of the engine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -29,20 +29,20 @@ def cost(
     set_: Set = None,
     quantity: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="What is priced; the first with an exact value if not said."),
+        typer.Option(metavar="NAME", help="Quantity [default: the first one with an exact value]"),
     ] = None,
     seconds: Annotated[
-        str, typer.Option(metavar="S", help="For all ways together, besides compilation.")
+        str, typer.Option(metavar="S", help="CPU time of all estimators together, without compilation")
     ] = f"{SECONDS:g}",
     seed: Seed = 0,
-    threads: Annotated[int, typer.Option(help="Of each run.")] = 1,
+    threads: Annotated[int, typer.Option(help="Number of threads per run")] = 1,
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where the diagram goes; out/ if not said.")
+        Path | None, typer.Option(metavar="FOLDER", help="Folder of the diagram [default: out]")
     ] = None,
-    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw none.")] = False,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no diagram")] = False,
     json: Json = False,
 ) -> None:
-    """Measure what accuracy costs: error against seconds, in every way.
+    """Measure the error of every estimator against CPU time.
 
     \b
     Examples:
@@ -65,12 +65,12 @@ def effects(
     set_: Set = None,
     cold: Annotated[
         bool,
-        typer.Option("--cold", help="Time compilation with nothing on disk, too; in a process of its own."),
+        typer.Option("--cold", help="Also time compilation in a new process with an empty cache"),
     ] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Leave out what effects more would cost.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Do not price effects that the scene lacks")] = False,
     json: Json = False,
 ) -> None:
-    """Tell what an experiment calls for, and what each effect costs.
+    """List the passes of an experiment and the cost of each effect.
 
     \b
     Examples:
@@ -103,16 +103,16 @@ def effects(
 
 
 def bench(
-    repeats: Annotated[int, typer.Option(help="Timings of which the median is taken, at least 5.")] = 5,
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer particles a timing.")] = False,
+    repeats: Annotated[int, typer.Option(help="Number of timings per median, at least 5")] = 5,
+    quick: Annotated[bool, typer.Option("--quick", help="Use fewer particles per timing")] = False,
     long: Annotated[
-        bool, typer.Option("--long", help="Peak memory at 1e9 particles instead of 1e7.")
+        bool, typer.Option("--long", help="Measure peak memory with 1e9 particles instead of 1e7")
     ] = False,
     effects: Annotated[
-        bool, typer.Option("--effects", help="Only the price list: what each effect adds to a base room.")
+        bool, typer.Option("--effects", help="Only price each effect, added to a base room")
     ] = False,
     cold: Annotated[
-        bool, typer.Option("--cold", help="Only how long each kind of scene compiles with nothing on disk.")
+        bool, typer.Option("--cold", help="Only time compilation of each kind of scene with an empty cache")
     ] = False,
     json: Json = False,
 ) -> None:
@@ -129,9 +129,9 @@ def bench(
     from transport.command.bench import render
 
     if (effects or cold) and (quick or long):
-        raise SceneError("bench: --effects and --cold are measured in one way; leave out --quick and --long")
+        raise SceneError("bench: --effects and --cold have one form; leave out --quick and --long")
     if effects and cold and json:
-        raise SceneError("bench: --json tells one table; leave out --effects or --cold")
+        raise SceneError("bench: --json prints one table only; leave out --effects or --cold")
     if repeats < 5:
         raise SceneError(f"bench: repeats must be at least 5 for a median, got {repeats}")
     if effects or cold:
@@ -141,4 +141,4 @@ def bench(
             print_cold_starts(json)
         return
     rows = measure(repeats=repeats, quick=quick, long=long)
-    say_json(rows) if json else say(render(rows), "medians of one run, one thread unless said")
+    say_json(rows) if json else say(render(rows), "medians of one run, on one thread unless stated")

@@ -1,4 +1,4 @@
-"""How fast media are: slabs and half spaces against one photon at a time, in the same run."""
+"""Benchmarks of media: slabs and half spaces against one photon at a time, in the same run."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,14 @@ from transport.shapes import Plane, Point, Slab
 from transport.simulate import simulate
 from transport.sources import Source
 
-SLAB = {"depth": 2.0, "albedo": 0.9, "g": 0.75}  # van de Hulst's
-HALF_SPACE = {"albedo": 0.9, "g": 0.0, "index": 1.5}  # Giovanelli's
+SLAB = {"depth": 2.0, "albedo": 0.9, "g": 0.75}  # case of van de Hulst
+HALF_SPACE = {"albedo": 0.9, "g": 0.0, "index": 1.5}  # case of Giovanelli
 MILK = {"albedo": 1000 / 1001, "g": 0.9, "index": 1.37}
 PHOTONS = {"slab": 8_000_000, "half space": 2_000_000, "milk": 60_000}
 
 
 def slab_scene(depth: float = 2.0, albedo: float = 0.9, g: float = 0.75, cells: int | None = None) -> Scene:
-    """A pencil beam into a slab of mean free path 1 m; both faces are metered, in `cells` bins of the cosine."""
+    """Return a pencil beam into a slab of mean free path 1 m, with `cells` cosine bins on both faces."""
     fog = Medium(absorption=1 - albedo, scattering=albedo, phase=HenyeyGreenstein(g))
     slab = Surface(Slab(center=(0, 0, depth / 2), thickness=depth), Transparent(), "slab", inside=fog)
     directions = None if cells is None else Directions(mu=cells)
@@ -29,7 +29,7 @@ def slab_scene(depth: float = 2.0, albedo: float = 0.9, g: float = 0.75, cells: 
 
 
 def half_space_scene(albedo: float = 0.9, g: float = 0.0, index: float = 1.5) -> Scene:
-    """A pencil beam on a half space below z = 0 with a Fresnel boundary; what leaves it is metered."""
+    """Return a pencil beam on a half space below z = 0, with a Fresnel boundary that has a detector."""
     fog = Medium(absorption=1 - albedo, scattering=albedo, phase=HenyeyGreenstein(g), index=index)
     ground = Surface(Plane(), Dielectric(index), "ground", inside=fog)
     beam = Source(Point(position=(0, 0, 1)), Beam((0, 0, -1), power=1.0))
@@ -37,7 +37,7 @@ def half_space_scene(albedo: float = 0.9, g: float = 0.0, index: float = 1.5) ->
 
 
 def media_rows(repeats: int, share: int) -> list[dict]:
-    """Rows of photons a second, each against the yardstick's."""
+    """Return rows of photons per second, with ratios to the yardstick."""
     from transport.command.yardstick_of_media import run_fog
 
     half = float("inf")

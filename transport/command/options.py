@@ -1,4 +1,4 @@
-"""What several commands take on the command line."""
+"""Arguments and options that several commands share."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,47 +7,48 @@ import typer
 
 Sim = Annotated[
     str,
-    typer.Argument(
-        metavar="SIM", help="An experiment's name, or the path of one: a .py file, or a scene's .json."
-    ),
+    typer.Argument(metavar="SIM", help="Name of an experiment, or path of a .py or scene .json file"),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text")]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="A parameter of the scene; repeatable."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter of the scene; repeatable"),
 ]
-Particles = Annotated[str | None, typer.Option(metavar="N", help="Histories of each case, such as 1e7.")]
-Seed = Annotated[int, typer.Option(help="The same seed gives the same digits.")]
+Particles = Annotated[str | None, typer.Option(metavar="N", help="Particles per case, such as 1e7")]
+Seed = Annotated[int, typer.Option(help="Random seed; the same seed gives the same digits")]
 Batches = Annotated[
     str | None,
     typer.Option(
-        metavar="N", help="Independent batches, no fewer than threads; 32 for most runs if not said."
+        metavar="N",
+        help="Number of independent batches, at least one per thread [default: 32 for most runs]",
     ),
 ]
-Threads = Annotated[int | None, typer.Option(help="One a core where it is not said.")]
+Threads = Annotated[int | None, typer.Option(help="Number of threads [default: all cores]")]
 Save = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Save the run, in .nc or .npz; of several cases each by its number."),
+    typer.Option(metavar="FILE", help="Save the run as .nc or .npz; several cases get numbered files"),
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Let --save take the place of other files.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing files")]
 Resume = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Go on with a saved run; limits count from its beginning.")
+    Path | None,
+    typer.Option(metavar="FILE", help="Continue a saved run; limits count from its beginning"),
 ]
 Checkpoint = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Save it while it runs; with the same --resume it may be started again and again.",
+        help="Save the run to this file while it runs; pass the same file to --resume to continue it",
     ),
 ]
 Cluster = Annotated[
     str | None,
     typer.Option(
-        metavar="ADDRESS", help="Of a Dask scheduler whose workers do it, or local: a process a thread."
+        metavar="ADDRESS",
+        help="Address of a Dask scheduler, or local: one worker process per thread",
     ),
 ]
-Every = Annotated[str | None, typer.Option(metavar="S", help="Seconds between checkpoints; 60 if not said.")]
+Every = Annotated[str | None, typer.Option(metavar="S", help="Seconds between checkpoints [default: 60]")]
 Part = Annotated[
     str | None,
-    typer.Option(metavar="K/N", help="Only the k-th of n parts of the batches, for 'transport merge'."),
+    typer.Option(metavar="K/N", help="Run part k of n of the batches; join parts with 'transport merge'"),
 ]

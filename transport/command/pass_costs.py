@@ -1,4 +1,4 @@
-"""What each pass of a scene's program costs: nanoseconds a lane, measured on bundles as they are in real steps."""
+"""Cost of each pass of a scene's program in nanoseconds per lane, measured on bundles from real steps."""
 
 import itertools
 import math
@@ -12,16 +12,19 @@ import numpy as np
 from transport.command.treatment import Treatment, treatment_of
 from transport.scene import Scene
 
-WARM_UP, MOST_STEPS, STATES = 32, 400, 8  # steps that a bundle takes, and states kept before each pass
-TIMED, TIMINGS = 1e-3, 15  # [s] of one timing of a pass, and how many: short ones slip between disturbances
+# steps before states are recorded, limit of steps, states kept per pass
+WARM_UP, MOST_STEPS, STATES = 32, 400, 8
+# time of one timing of a pass [s], and number of timings; short timings avoid disturbances
+TIMED, TIMINGS = 1e-3, 15
 
 
 def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
-    """Nanoseconds a lane of one call of each pass of the scene's program, by its name; passes of the newborn first.
+    """Measure the ns per lane of one call of each pass of the scene's program; births come first.
 
-    Each is timed on states of a bundle taken before that pass in real steps: what it changes is put back before every
-    repetition, and the time of putting back is subtracted.  Calls of one pass with several tables are averaged.
-    A lane is one that comes to the pass: where few do, the call itself weighs; where none did, the cost is nan.
+    Each pass is timed on states of a bundle recorded before that pass in real steps.  The fields that it
+    changes are restored before every repetition, and the time to restore is subtracted.  Calls of one pass
+    with several tables are averaged.  Lanes are those that reach the pass: with few lanes the overhead of the
+    call dominates; without lanes the cost is nan.
     """
     from transport.engine.bundle import LANES
     from transport.engine.driver import Sums, machine_of
@@ -37,9 +40,9 @@ def pass_costs(scene: Scene | Treatment) -> dict[str, float]:
 
 
 def lanes_a_history(scene: Scene | Treatment) -> dict[str, float]:
-    """How many lanes come to each pass of the scene's program for each history, by its name; calls are added up.
+    """Count the lanes per history that reach each pass of the scene's program, summed over its calls.
 
-    Counted over steps with full bundles, once as many histories end as are born.
+    The count runs over steps with full bundles, after the warm-up, when as many histories end as are born.
     """
     from transport.engine.bundle import LANES
     from transport.engine.driver import Sums, machine_of
@@ -59,7 +62,7 @@ def lanes_a_history(scene: Scene | Treatment) -> dict[str, float]:
 
 
 def _visits(program, sums) -> dict[tuple, deque]:
-    """For each (name, entry, table) of a program the last few (first, live, bundle before, bundle after)."""
+    """Return for each (name, entry, table) of a program the last (first, live, bundle before, after)."""
     visits = defaultdict(lambda: deque(maxlen=STATES))
 
     def keep(key, first, live, before, after):
@@ -74,9 +77,10 @@ def _visits(program, sums) -> dict[tuple, deque]:
 
 
 def _turns(program, sums, tell: Callable) -> Iterator[int]:
-    """Real steps of one bundle, filled up from one emitter after another; yields the histories born until then.
+    """Run real steps of one bundle, refilled from each emitter in turn; yield the histories born so far.
 
-    tell: called with each pass's (name, entry, table), its lanes, and the bundle before and after it.
+    `tell` is called with (name, entry, table) of each pass, its first and live lane, and the bundle before
+    and after.
     """
     from transport.command.yardstick import replay
     from transport.engine.bundle import LANES, empty_bundle
@@ -105,7 +109,7 @@ def _turns(program, sums, tell: Callable) -> Iterator[int]:
 
 
 def _cost(entry: int, table: int, visits: deque) -> float:
-    """Nanoseconds a lane of a pass on these states of a bundle."""
+    """Time a pass on these recorded states and return ns per lane."""
     from transport.command.yardstick import replay
     from transport.engine.bundle import HEADER, LANES, Bundle, empty_bundle
     from transport.engine.passes import LANE_FIELDS
@@ -126,5 +130,6 @@ def _cost(entry: int, table: int, visits: deque) -> float:
 
     repeats = max(1, int(TIMED / min(seconds(entry, 1) for _ in range(TIMINGS))))
     turns = [(seconds(entry, repeats), seconds(0, repeats)) for _ in range(TIMINGS)]
-    with_pass, without = (min(column) for column in zip(*turns, strict=True))  # the least disturbed ones
+    # Take the least disturbed timings.
+    with_pass, without = (min(column) for column in zip(*turns, strict=True))
     return max(0.0, with_pass - without) / repeats / int((live - first).sum()) * 1e9

@@ -1,7 +1,7 @@
-"""The price list: every effect that can be switched on, a line each, and the base room over which each is priced.
+"""The price list: one line per effect, and the base room that prices are relative to.
 
-What is built later adds its line.  IN_ANY_SCENE go with whatever scene allows them (`transport effects SIM` tells what
-each would cost there), IN_THE_ROOM are things that stand in the base room.
+A new effect adds its line here.  IN_ANY_SCENE can be added to any scene that allows them (`transport effects
+SIM` prices them there); IN_THE_ROOM only make sense in the base room.
 """
 
 from dataclasses import replace
@@ -47,17 +47,17 @@ from transport.speeds import Maxwellian
 from transport.tracking import Splitting
 from transport.volumes import VolumeDetector
 
-LONG = 1e6  # [s]: a clock by which nearly all histories come to their ends
+LONG = 1e6  # [s] duration in which nearly all histories end
 GAS = Maxwellian(sigma=300.0)  # [m/s]
 BALL, TILE, BODY = Sphere(radius=0.3), Disk(radius=0.3), Box(size=1.0)
-VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # uneven ones
+VOXELS = 1.0 + np.arange(512.0).reshape(8, 8, 8) % 7  # non-uniform
 CLOUD = Grid(box=BODY, absorption=0.02 * VOXELS, scattering=0.1 * VOXELS)
 TABLE = Tabulated(mu=(-1, 0, 1), density=(1.0, 2.0, 3.0))
 FINE = Directions(mu=16, phi=32)
 
 
 def base_room() -> Treatment:
-    """A closed cube of diffuse walls, lit by its ceiling; what falls on the floor is metered, and nothing else is there."""
+    """Return a closed cube of diffuse walls with an emitting ceiling and a detector on the floor."""
     walls = [Surface(face, Diffuse(0.5), name) for name, face in Box(size=2.0).faces().items()]
     lamp = Source("+z", Lambertian(exitance=1.0), side="back")
     return Treatment(Scene([lamp], walls, [Detector("-z", "floor", side="back")]))
@@ -105,7 +105,7 @@ def _via(scene: Scene) -> Scene:
 
 
 def _seen(scene: Scene) -> Scene:
-    """A pinhole camera above the floor, seen by histories that run backwards."""
+    """Replace the detectors by a pinhole camera above the floor, for backward histories."""
     return replace(
         scene,
         detectors=[
@@ -115,14 +115,14 @@ def _seen(scene: Scene) -> Scene:
 
 
 def _of(material: object):
-    """The thing that was added last is of another material."""
+    """Change the material of the surface that was added last."""
     return in_scene(
         lambda scene: _last_is(replace(scene.surfaces[-1], material=material))(Treatment(scene)).scene
     )
 
 
 def _last_is(thing: Surface):
-    """Another thing in the place of the one that was added last."""
+    """Replace the surface that was added last."""
     return in_scene(lambda scene: replace(scene, surfaces=(*scene.surfaces[:-1], thing)))
 
 
@@ -147,8 +147,8 @@ IN_ANY_SCENE = (
     Addition("bins of direction, 16", meters_ask(directions=Directions(mu=16))),
     Addition("bins of direction, 16 x 32", meters_ask(directions=FINE)),
     Addition("bins of position, 16 x 16", meters_ask(positions=Positions(u=16, v=16))),
-    Addition("only those that crossed a place (via)", in_scene(_via)),
-    Addition("only those never turned (events=0)", meters_ask(events=0)),
+    Addition("filter by crossed surface (via)", in_scene(_via)),
+    Addition("filter by events (events=0)", meters_ask(events=0)),
     Addition("moments of velocity", meters_ask(moments=True)),
     Addition(CLOCK, in_scene(_clocked)),
     Addition("... bins of time, 16", meters_ask(times=16), CLOCK),
@@ -159,13 +159,13 @@ IN_ANY_SCENE = (
     Addition("absorption", filled(absorption=0.5)),
     Addition("scattering", filled(scattering=0.5)),
     Addition(FOG, filled(absorption=0.1, scattering=0.5)),
-    Addition("... absorbed by chance", tracked(absorption="analog"), FOG),
+    Addition("... analog absorption", tracked(absorption="analog"), FOG),
     Addition("... Henyey-Greenstein, g = 0.8", medium_has(phase=HenyeyGreenstein(0.8)), FOG),
     Addition("... Rayleigh", medium_has(phase=Rayleigh()), FOG),
     Addition("... a tabulated phase function", medium_has(phase=TABLE), FOG),
-    Addition("... first collisions forced", tracked(forced=True), FOG),
+    Addition("... forced first collisions", tracked(forced=True), FOG),
     Addition("... splitting", _split, FOG),
-    Addition("... a volume detector by collisions", _volume(estimator="collision"), FOG),
+    Addition("... a volume detector, collision estimator", _volume(estimator="collision"), FOG),
     Addition("... a volume detector", _volume(), FOG),
     Addition("... estimator expected", estimated(estimator="expected"), FOG),
     Addition("estimator aimed", estimated(estimator="aimed")),
@@ -177,7 +177,7 @@ IN_ANY_SCENE = (
 
 
 DIFFUSE, BALL_STANDS, BOXED = Diffuse(0.5), "a ball", "a box of fog"
-GAS_FLIES, BLACK = "... a gas of many speeds", "walls all black"
+GAS_FLIES, BLACK = "... a Maxwellian gas", "black walls"
 IN_THE_ROOM = (
     Addition("a source aimed at a disk", in_scene(_aimed)),
     Addition(GAS_FLIES, in_scene(_effused), CLOCK),
@@ -201,25 +201,25 @@ IN_THE_ROOM = (
     Addition(BALL_STANDS, stands(Surface(BALL, DIFFUSE))),
     Addition("... black", _of(Black()), BALL_STANDS),
     Addition("... a mirror", _of(Mirror(0.9)), BALL_STANDS),
-    Addition("... a mirror that lets half through", _of(Mirror(0.5, 0.5)), BALL_STANDS),
-    Addition("... diffuse, lets light through", _of(Diffuse(0.3, 0.3)), BALL_STANDS),
+    Addition("... a half-transparent mirror", _of(Mirror(0.5, 0.5)), BALL_STANDS),
+    Addition("... diffuse with transmission", _of(Diffuse(0.3, 0.3)), BALL_STANDS),
     Addition("... of glass", _of(Dielectric(1.5)), BALL_STANDS),
     Addition("... glossy", _of(Glossy(0.3, 0.9)), BALL_STANDS),
     Addition("... a mixture", _of(Mixture({Mirror(): 0.5, Diffuse(0.5): 0.5})), BALL_STANDS),
-    Addition("... unlike sides", _of(TwoSided(Diffuse(0.5), Black())), BALL_STANDS),
+    Addition("... a two-sided material", _of(TwoSided(Diffuse(0.5), Black())), BALL_STANDS),
     Addition("... a thin lens", _of(ThinLens(0.5)), "a disk"),
     Addition(
-        "a meter of its own, on a disk",
+        "a detector on a separate disk",
         _meters(Detector(TILE, "tile")),
     ),
-    Addition("a meter on the lamp", _meters(Detector("+z", "lamp", side="back"))),
+    Addition("a detector on the source", _meters(Detector("+z", "lamp", side="back"))),
     Addition(
-        "a meter on a window before the lamp",
+        "a detector on a window in front of the source",
         _meters(Detector(Rectangle(center=(0, 0, 1), normal=(0, 0, -1), width=1, height=1), "window")),
     ),
     Addition(BOXED, stands(_box_of(Medium(0.1, 0.5)))),
     Addition("... of 8 x 8 x 8 voxels", _last_is(_box_of(CLOUD)), BOXED),
-    Addition("... that glows as well", _last_is(_box_of(Medium(0.1, 0.5, emission=0.1))), BOXED),
+    Addition("... with emission", _last_is(_box_of(Medium(0.1, 0.5, emission=0.1))), BOXED),
     Addition("a point detector", looks(lambda scene: PointDetector((0.2, 0.1, 0.0), "point"))),
     Addition("... a point detector", looks(lambda scene: PointDetector((0.2, 0.1, 0.0), "point")), FOG),
     Addition("... a camera of 16 x 16 pixels", in_scene(_seen), "estimator backward"),
@@ -228,7 +228,10 @@ ADDITIONS = {each.name: each for each in (*IN_ANY_SCENE, *IN_THE_ROOM)}
 
 
 def with_addition(name: str | None, treatment: Treatment) -> Treatment:
-    """The treatment with that addition, and with those that it is over.  Raises SceneError where they do not go with it."""
+    """Return the treatment with this addition and those it needs.
+
+    Raises SceneError if the scene does not allow them.
+    """
     if name is None:
         return treatment
     addition = ADDITIONS[name]

@@ -1,4 +1,4 @@
-"""What the commands print: the menu, and an experiment's run as it goes."""
+"""Printed output of the commands: menu, checks, runs of experiments, costs."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -25,14 +25,14 @@ from transport.results.report import cost_lines, method_lines, tracking_lines
 
 
 def print_menu(with_commands: bool = True) -> None:
-    """The experiments grouped by the question that they answer."""
+    """Print the experiments grouped by question."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for name in experiment_names():
         module = experiment(name)
         groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
     if with_commands:
         say(
-            "transport: particles fly, crossings are counted, radiance comes out with error bars",
+            "transport: Monte Carlo transport and radiometry with standard errors",
             style="bold",
         )
         say("")
@@ -45,21 +45,22 @@ def print_menu(with_commands: bool = True) -> None:
         example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
         say("")
         say(
-            f"transport run {example}     and: view SIM, gallery, list, verify, cost SIM, effects SIM, bench; --help tells their options"
+            f"Start with: transport run {example}. Other commands: view, gallery, list, verify, cost,"
+            " effects, bench; see transport --help"
         )
 
 
 def print_checks() -> None:
-    """The table of diagnostics."""
+    """Print the table of diagnostics."""
     for diagnostic in DIAGNOSTICS:
         say(diagnostic.name, style="bold")
         say_labelled("  detects  ", diagnostic.detects, style="cyan")
         if diagnostic.cannot:
-            say_labelled("  not      ", diagnostic.cannot, style="cyan")
+            say_labelled("  misses   ", diagnostic.cannot, style="cyan")
 
 
 def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
-    """Law and question, each case's table and ledger as soon as it is done, then verdict, cost and warnings."""
+    """Print law and question, table and ledger of each case when it ends, then verdict, cost and warnings."""
     outcomes = []
     for outcome in pending:
         if not outcomes:
@@ -72,7 +73,7 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
             say(outcome.title, style="bold cyan")
         say(case_table(outcome))
         if outcome.bins:
-            say_labelled("in bins", f"{bins_line(outcome)}; --json gives them")
+            say_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
         say_labelled("ledger", ledger_line(outcome.result))
     say("")
     is_whole = is_complete(outcomes)
@@ -92,17 +93,17 @@ def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
 
 
 def _estimators_of(outcomes: list[Outcome]) -> Iterator[str]:
-    """How each case was estimated; of several for which pilots chose only in how many of them."""
+    """Yield the estimator of each case, or, if pilots chose for several cases, the cases per estimator."""
     if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
         yield from (line for outcome in outcomes for line in method_lines(outcome.result))
         return
     counts = Counter(outcome.result.plan.method.title for outcome in outcomes)
     told = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
-    yield f"estimator: chosen by pilots: {told} (--json has that of each)"
+    yield f"estimator: chosen by pilots: {told} (--json gives each)"
 
 
 def told_unsaved(outcomes: Iterable[Outcome]) -> bool:
-    """Whether all that was to be saved is; says on standard error what is not."""
+    """Return whether all runs were saved; print failures to standard error."""
     lines = dict.fromkeys(line for outcome in outcomes for line in outcome.not_saved)
     for line in lines:
         say_aside(line, style="bold red")
@@ -115,7 +116,7 @@ def say_aside(line: str, style: str = "yellow") -> None:
 
 
 def bins_line(outcome: Outcome) -> str:
-    """What was measured over bins, each with its axes and how many bins these have."""
+    """Return the names of the binned quantities with their axes and numbers of bins."""
     told = []
     for name, array in outcome.bins.items():
         axes = zip(array.dims, array.shape, strict=True)
@@ -126,12 +127,12 @@ def bins_line(outcome: Outcome) -> str:
 
 
 def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
-    """Draw the experiment's figures and print their paths unless quiet, or say on standard error why there is none."""
+    """Draw the experiment's figures and print their paths unless quiet; print a failure to standard error."""
     tell_picture(*picture_of(module, outcomes, folder), quiet)
 
 
 def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
-    """Print the paths of figures unless quiet, or on standard error why there are none."""
+    """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
     if not paths:
         console(stderr=True).print(f"no picture: {why}", style="yellow")
     elif not quiet:
@@ -139,7 +140,7 @@ def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
 
 
 def print_costs(costs: Costs) -> None:
-    """Prices, what bins lose to blur and to noise, and what each effect costs."""
+    """Print prices, noise and blur of bins, and the cost of each effect."""
     title = ", ".join(f"{name}={value}" for name, value in costs.parameters.items())
     say(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
     cost = costs.cost
@@ -154,5 +155,5 @@ def print_costs(costs: Costs) -> None:
 
 
 def text_of(module: ModuleType, name: str) -> str:
-    """A text of the experiment's on one line; empty where it has none."""
+    """Return a text of the experiment on one line; empty if it has none."""
     return " ".join(str(getattr(module, name, "")).split())

@@ -1,17 +1,13 @@
-"""The reference as pages of text: every public name under the heading that its module stands for, from its docstring."""
+"""Pages of the reference: every public name on the page of its module, with its docstring."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import transport
 
-# How the docstrings here begin what they say of a parameter, and how they go on to the next.
-PARAMETER = re.compile(r"^((?:[a-z_]+, )*[a-z_]+): ")
-AFTER_ANOTHER = re.compile(r";  (?=(?:[a-z_]+, )*[a-z_]+: )")
-UNITS = {  # of the numbers that are multiplied by at the edge, as in 650 * tp.nm
+UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
     name: unit
     for names, unit in (
         ("nm um mm cm km au", "m"),
@@ -22,31 +18,36 @@ UNITS = {  # of the numbers that are multiplied by at the edge, as in 650 * tp.n
     for name in names.split()
 }
 READ = (
-    "results.readings.Reading", "results.volume_readings.VolumeReading", "results.point_readings.PointReading",
-    "results.phase_readings.PhaseReading", "results.phase_readings.SnapshotReading", "results.result.Ledger",
-    "results.backward_readings.ViewReading", "results.result.Cost",
-)  # fmt: skip
+    "results.readings.Reading",
+    "results.volume_readings.VolumeReading",
+    "results.point_readings.PointReading",
+    "results.phase_readings.PhaseReading",
+    "results.phase_readings.SnapshotReading",
+    "results.result.Ledger",
+    "results.backward_readings.ViewReading",
+    "results.result.Cost",
+)
 
 
 @dataclass
 class Page:
-    """A page of the reference: its title, the modules whose public names it holds, and these."""
+    """A page of the reference: its title, the modules that it covers, and their public names."""
 
     file: str
     title: str
     modules: tuple[str, ...]
-    also: tuple[str, ...] = ()  # classes that nobody makes, but everybody reads from
+    also: tuple[str, ...] = ()  # classes that results return
     names: list[str] = field(default_factory=list)
 
     @property
     def text(self) -> str:
-        """As MyST Markdown for Sphinx."""
+        """The page as MyST Markdown for Sphinx."""
         entries = [*map(_entry, self.names), *(f".. autoclass:: transport.{name}" for name in self.also)]
         return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
 
 
 def pages() -> list[Page]:
-    """The pages, each public name but the numbers on the one of its module; a name without a page raises LookupError."""
+    """Return the pages with all public names.  Raises LookupError for a name without a page."""
     found = [
         Page("scene", "Scenes and sources", ("scene", "sources", "emissions", "pulses", "validation")),
         Page("shapes", "Shapes", ("shapes",)),
@@ -64,24 +65,6 @@ def pages() -> list[Page]:
         module = getattr(getattr(transport, name), "__module__", "transport.units")
         _page_of(module, name, found).names.append(name)
     return found
-
-
-def told(lines: list[str]) -> list[str]:
-    """A docstring's lines with each parameter in a paragraph of its own, its name in bold."""
-    found: list[str] = []
-    for line in lines:
-        for part in AFTER_ANOTHER.split(_as_it_stands(line)):
-            named = PARAMETER.sub(r"**\1**: ", part)
-            if named != part and found:
-                found[-1] = found[-1].removesuffix(";")
-            found += ["", named] if named != part else [part]
-    return found
-
-
-def _as_it_stands(line: str) -> str:
-    """With the stars of (B, *dims) and the bars of |mu| told from marks of emphasis, but where it is code."""
-    parts = line.split("`")
-    return "`".join(re.sub(r"([*|])", r"\\\1", part) if k % 2 == 0 else part for k, part in enumerate(parts))
 
 
 def _page_of(module: str, name: str, found: list[Page]) -> Page:
@@ -102,7 +85,7 @@ def _entry(name: str) -> str:
 
 
 def command_pages() -> Iterator[tuple[str, str]]:
-    """Each command's name and its help, as `transport NAME --help` prints it."""
+    """Yield the name of each command and the text of `transport NAME --help`."""
     import typer
 
     from transport.command.cli import app

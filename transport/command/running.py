@@ -1,4 +1,4 @@
-"""An experiment from the command line: what it needs, its verdict, its picture, and all of it as data."""
+"""An experiment on the command line: requirements, verdict, picture, and its outcomes as data."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -12,29 +12,29 @@ from transport.results import Cost
 from transport.results.estimates import Estimate, EstimateArray
 from transport.validation import SceneError
 
-FEW_CASES = 3  # that a warning names
+FEW_CASES = 3  # largest number of cases that a warning names
 
-EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # what a picture needs -> the extra that brings it
+EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # package that a picture needs -> extra that installs it
 INCOMPLETE = "incomplete: interrupted, so no verdict"
 
 
 def checked(module: ModuleType) -> ModuleType:
-    """The experiment, if it has what a run needs.  Raises SceneError otherwise."""
+    """Return the experiment.  Raises SceneError if it lacks scene() or measure()."""
     missing = [name for name in ("scene", "measure") if not callable(getattr(module, name, None))]
     if missing:
         raise SceneError(
-            f"{module.__name__}: no function {' and '.join(missing)}; an experiment is a module that defines it"
+            f"{module.__name__}: no function {' and '.join(missing)}; an experiment module must define it"
         )
     return module
 
 
 def is_complete(outcomes: list[Outcome]) -> bool:
-    """Whether no case was interrupted."""
+    """Return whether no case was interrupted."""
     return all(outcome.result.is_complete for outcome in outcomes)
 
 
 def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
-    """The answer to the experiment's question, in a sentence."""
+    """Return the experiment's verdict, or a note that the run is incomplete."""
     if not is_complete(outcomes):
         return INCOMPLETE
     with blamed(module):
@@ -42,7 +42,7 @@ def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
 
 
 def total_cost(outcomes: list[Outcome]) -> Cost:
-    """The cost of all cases together."""
+    """Return the sum of the costs of all cases."""
     costs = [outcome.result.cost for outcome in outcomes]
     counted = ("seconds", "preparation", "particles", "crossings", "collisions")
     return Cost(
@@ -53,21 +53,21 @@ def total_cost(outcomes: list[Outcome]) -> Cost:
 
 
 def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
-    """Draw the experiment's figures into the folder: their paths, or none and the reason why."""
+    """Draw the experiment's figures into the folder; return their paths, or an empty list and the reason."""
     if not hasattr(module, "draw"):
-        return [], "the experiment draws none"
+        return [], "the experiment has no draw()"
     with blamed(module):
         return drawn(partial(module.draw, outcomes), folder / f"{name_of(module)}.png")
 
 
 def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
-    """Call draw(path), which returns the paths where there are several: the figures' paths, or none and the reason why."""
+    """Call draw(path), which may return several paths; return the paths, or [] and the reason."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         made = draw(path)
         return list(made) if isinstance(made, list | tuple) and made else [path], ""
     except OSError as error:
-        return [], f"cannot write {path}: {error.strerror or error}; say --out FOLDER"
+        return [], f"cannot write {path}: {error.strerror or error}; pass another --out FOLDER"
     except Exception as error:
         wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
         if wanted in EXTRAS:
@@ -76,15 +76,15 @@ def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
 
 
 def pip_install(extra: str) -> str:
-    """The command that brings an extra; the package is in no index, so it is run in the clone."""
+    """Return the command that installs an extra; it runs in the clone: the package is in no index."""
     return f"pip install '.[{extra}]' in the clone"
 
 
 def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
-    """{sim, parameters, quantities, ledger, cost, verdict, warnings} for machines; with `bins` where there are such.
+    """Return the outcomes for JSON: {sim, parameters, quantities, [bins,] ledger, cost, ..., method}.
 
-    Where the experiment has several cases, parameters and the ledger's values and errors are lists with one entry a
-    case, quantities have the case in front of their names, and the cost is that of all.
+    With several cases, parameters and the ledger's values and errors are lists with one entry per case, names
+    of quantities start with the case, and the cost is the sum.
     """
     one = len(outcomes) == 1
     quantities = [
@@ -129,7 +129,7 @@ def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
 
 
 def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
-    """What was measured over bins: nested lists with an axis for each of dims, whose edges coords hold."""
+    """Return a binned quantity for JSON: nested lists with one axis per dim, and bin edges in coords."""
     coords = {dim: edges.tolist() for dim, edges in array.coords.items()}
     numbers = {"value": array.value.tolist(), "error": array.error.tolist(), "unit": str(array.unit)}
     doubtful = {"doubtful": array.is_doubtful.tolist()}
@@ -137,13 +137,13 @@ def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
 
 
 def _method(result) -> dict[str, object]:
-    """What repeats a run, beside its parameters and particles."""
+    """Return the settings that, with parameters and particles, repeat a run."""
     method = result.plan.method
     return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
 
 
 def numbers_of(estimate: Estimate) -> dict[str, object]:
-    """An estimate for machines, with its verdict and findings."""
+    """Return an estimate for JSON, with its verdict and findings."""
     told = [finding.record() for finding in estimate.findings]
     numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
     return numbers | {"verdict": estimate.verdict, "findings": told}
@@ -154,7 +154,7 @@ def _one_or_all(one: bool, values: list[object]) -> object:
 
 
 def warnings_of(outcomes: list[Outcome]) -> list[str]:
-    """Each warning once, with the cases that it is about in front where there are several cases."""
+    """Return each warning once, preceded by its cases if there are several cases."""
     cases: dict[str, list[str]] = {}
     for outcome in outcomes:
         for warning in outcome.warnings:
@@ -165,7 +165,7 @@ def warnings_of(outcomes: list[Outcome]) -> list[str]:
 
 
 def _whose(titles: list[str], cases: int) -> str:
-    """The cases that a warning is about: by name, or where they are many by number."""
+    """Return the cases of a warning: their names, or their number if there are many."""
     if len(titles) == cases:
         return "all cases"
     return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"

@@ -1,4 +1,4 @@
-"""What is said on the command line, as Python values: name=value, 1e7 particles, a relative error to reach."""
+"""Parsers of command-line values: name=value, numbers such as 1e7, parts, tracking."""
 
 import ast
 from collections.abc import Callable, Iterable
@@ -8,17 +8,17 @@ from transport.validation import SceneError
 
 
 def named_values(texts: Iterable[str]) -> dict[str, object]:
-    """{"albedo": 0.3} from ["albedo=0.3"]; what is no number, tuple or the like is a text."""
+    """Return {"albedo": 0.3} for ["albedo=0.3"]; a value that is no Python literal is a string."""
     return _named("--set", texts, _literal)
 
 
 def named_errors(texts: Iterable[str]) -> dict[str, float] | None:
-    """{"meter.flux_in": 1e-3} from ["meter.flux_in=1e-3"], None where nothing was said."""
+    """Return {"meter.flux_in": 1e-3} for ["meter.flux_in=1e-3"], and None for no texts."""
     return _named("--error", texts, lambda text: number("--error", text)) or None
 
 
 def whole_number(option: str, text: str | None) -> int | None:
-    """10000000 from "1e7" or "10_000_000".  Raises SceneError where a fraction would be left."""
+    """Return 10000000 for "1e7" or "10_000_000".  Raises SceneError for a fraction."""
     if text is None:
         return None
     value = number(option, text, "whole number such as 1e7")
@@ -28,7 +28,7 @@ def whole_number(option: str, text: str | None) -> int | None:
 
 
 def number(option: str, text: str, kind: str = "finite number such as 1e-3") -> float:
-    """A finite number.  Raises SceneError for anything else."""
+    """Return a finite number.  Raises SceneError for anything else."""
     try:
         value = float(text)
     except ValueError:
@@ -39,17 +39,17 @@ def number(option: str, text: str, kind: str = "finite number such as 1e-3") -> 
 
 
 def part_of(text: str | None) -> tuple[int, int] | None:
-    """(2, 8) from "2/8".  Raises SceneError for anything else."""
+    """Return (2, 8) for "2/8".  Raises SceneError for anything else."""
     if text is None:
         return None
     one, slash, of = text.partition("/")
     if not (slash and one.strip().isdigit() and of.strip().isdigit()):
-        raise SceneError(f"--part must be like 2/8, the second of eight parts, got {text!r}")
+        raise SceneError(f"--part must be like 2/8 (part 2 of 8), got {text!r}")
     return int(one), int(of)
 
 
 def tracking_of(text: str | None) -> Tracking | str | None:
-    """What `simulate` takes: "analog" or "weighted", or a Tracking from "forced" or "roulette=1e-8"."""
+    """Return `simulate`'s argument: the text, or a Tracking for "forced" or "roulette=1e-8"."""
     if text == "forced":
         return Tracking(forced=True)
     name, equals, value = (text or "").partition("=")
@@ -79,7 +79,7 @@ def _literal(text: str) -> object:
 
 
 class _Unending(ast.NodeTransformer):
-    """Reads nan and inf as the numbers that they are, for which Python has no literals."""
+    """Replaces the names nan and inf by numbers, for which Python has no literals."""
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return ast.Constant(float(node.id)) if node.id in ("nan", "inf") else node

@@ -1,4 +1,4 @@
-"""Commands that show: a scene in 3-D, every figure, the format of scenes, these pages."""
+"""Commands view, gallery, schema and docs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -18,34 +18,34 @@ from transport.experiment import experiment
 def view(
     sim: Sim,
     set_: Set = None,
-    case: Annotated[int, typer.Option(metavar="K", help="Which of its cases; 1 is the first.")] = 1,
+    case: Annotated[int, typer.Option(metavar="K", help="Number of the case, from 1")] = 1,
     particles: Annotated[
-        str | None, typer.Option(metavar="N", help="Histories that colour the surfaces; 0 for none.")
+        str | None, typer.Option(metavar="N", help="Particles of the run that colours surfaces; 0: no run")
     ] = None,
     tracks: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, help=f"Tracks drawn; {TRACKS} if not said, more in a movie."),
+        typer.Option(metavar="N", min=0, help=f"Number of paths drawn [default: {TRACKS}, movie: more]"),
     ] = None,
     html: Annotated[
-        bool, typer.Option("--html", help="A page that turns under the mouse in any browser, offline.")
+        bool, typer.Option("--html", help="Write an interactive HTML page that works offline")
     ] = False,
-    vtk: Annotated[bool, typer.Option("--vtk", help="Files for ParaView: a .vtm and what it names.")] = False,
+    vtk: Annotated[bool, typer.Option("--vtk", help="Write ParaView files: a .vtm and its blocks")] = False,
     movie: Annotated[
-        bool, typer.Option("--movie", help="A GIF of flying particles, by the clock where there is one.")
+        bool, typer.Option("--movie", help="Write a GIF of moving particles, in time if the scene has it")
     ] = False,
     colour: Annotated[
-        str, typer.Option(metavar="direction", help="Of the movie's particles: direction or weight.")
+        str, typer.Option(metavar="direction", help="Movie: colour particles by direction or weight")
     ] = "direction",
     seed: Seed = 0,
     threads: Threads = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where files go, and no window; out/ if not said.")
+        Path | None, typer.Option(metavar="FOLDER", help="Write files here, no window [default: out]")
     ] = None,
     json: Json = False,
 ) -> None:
-    """See an experiment in 3-D: a window, a PNG, a page, a movie.
+    """Show an experiment in 3-D: a window, a PNG, a page or a movie.
 
-    Where there is a display it opens a window; else, or with --out, it draws a PNG.
+    Opens a window if there is a display. Otherwise, or with --out, writes a PNG.
 
     \b
     Examples:
@@ -84,19 +84,19 @@ def view(
 def gallery(
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="A figure or an experiment; repeatable; all if not said."),
+        typer.Option(metavar="NAME", help="Draw only this figure or experiment; repeatable"),
     ] = None,
     particles: Annotated[
-        str | None, typer.Option(metavar="N", help="At most so many histories of each scene.")
+        str | None, typer.Option(metavar="N", help="Largest number of particles per scene")
     ] = None,
     seed: Seed = 0,
     threads: Threads = None,
-    out: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Where figures and page go; out/gallery/ if not said.")
-    ] = Path("out/gallery"),
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of the figures and the page")] = Path(
+        "out/gallery"
+    ),
     json: Json = False,
 ) -> None:
-    """Draw every figure into a folder, with a page about them.
+    """Draw all figures into a folder, with a page that describes them.
 
     \b
     Examples:
@@ -110,10 +110,10 @@ def gallery(
 
 def schema(
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where it goes; printed if not said.")
+        Path | None, typer.Option(metavar="FILE", help="Output file [default: standard output]")
     ] = None,
 ) -> None:
-    """Print what a scene's .json file may hold, as a JSON Schema.
+    """Print the JSON Schema of scene files.
 
     \b
     Examples:
@@ -129,9 +129,9 @@ def schema(
 
 
 def docs(
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where the pages go.")] = Path("out/docs"),
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of the pages")] = Path("out/docs"),
 ) -> None:
-    """Build README, guides and the reference of all names as HTML.
+    """Build README, guides and reference as HTML pages.
 
     \b
     Examples:

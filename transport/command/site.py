@@ -1,4 +1,4 @@
-"""A folder of HTML pages: the README, the guides, the reference and the commands' help, laid out by Sphinx."""
+"""`transport docs`: README, guides, reference and help of the commands as HTML pages, built by Sphinx."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from transport.command.reference import command_pages, pages, told
+from transport.command.reference import command_pages, pages
 from transport.validation import SceneError
 
 PACKAGE = Path(__file__).resolve().parents[1]
 GUIDES = PACKAGE / "guides"
-WIDE = ".content { width: 56em; }\n"  # blocks of code have lines of 100 characters
+WIDE = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
 NEEDED = ("sphinx", "furo", "myst_parser")
 ORDER = (
     "surfaces",
@@ -35,7 +35,7 @@ ORDER = (
 
 
 def build_site(out: Path) -> Path:
-    """Build the pages into the folder: the path of the first.  Raises SceneError where Sphinx is not installed."""
+    """Build the pages into the folder; return the path of the first.  Raises SceneError without Sphinx."""
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         raise SceneError(
@@ -48,15 +48,14 @@ def build_site(out: Path) -> Path:
         write_sources(sources)
         said, warned = io.StringIO(), io.StringIO()
         site = Sphinx(sources, None, out, sources / "trees", "html", _settings(), status=said, warning=warned)
-        site.connect("autodoc-process-docstring", lambda app, what, name, obj, options, lines: _tell(lines))
         site.build()
     if site.statuscode or warned.getvalue().strip():
-        raise SceneError(f"docs: the pages have faults: {warned.getvalue().strip()}")
+        raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
     return out / "index.html"
 
 
 def write_sources(folder: Path) -> None:
-    """Write what Sphinx reads: Markdown pages, and the pictures that they show."""
+    """Write the sources of Sphinx: Markdown pages and their pictures."""
     (folder / "guides").mkdir(parents=True)
     (folder / "reference").mkdir()
     for page in pages():
@@ -76,7 +75,7 @@ def write_sources(folder: Path) -> None:
 
 
 def readme() -> str:
-    """The README of the project's folder, or of the installed package."""
+    """Return the README of the project's folder, or of the installed package."""
     beside = PACKAGE.parent / "README.md"
     if beside.is_file():
         return beside.read_text(encoding="utf-8")
@@ -84,7 +83,7 @@ def readme() -> str:
 
 
 def gallery() -> Path | None:
-    """The folder of the pictures; None where the package of the figures is not installed with them."""
+    """Return the folder of the pictures; None if the package `viz` is not installed with them."""
     spec = importlib.util.find_spec("viz")
     folder = Path(spec.origin).parent / "gallery" if spec and spec.origin else None
     return folder if folder is not None and folder.is_dir() else None
@@ -100,7 +99,7 @@ def _contents() -> str:
 
 
 def _without_lost(text: str) -> str:
-    """Without the pictures that are not there: what they show stays as words."""
+    """Replace pictures that do not exist by their alternative text."""
     folder = gallery()
 
     def kept(found):
@@ -111,14 +110,16 @@ def _without_lost(text: str) -> str:
     return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
 
 
-def _tell(lines: list[str]) -> None:
-    lines[:] = told(lines)
-
-
 def _settings() -> dict[str, object]:
     return {
         "project": "transport",
-        "extensions": ["sphinx.ext.autodoc", "myst_parser"],
+        "extensions": ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_parser"],
+        "napoleon_google_docstring": False,
+        # Render sections as lists: otherwise words of a type such as "shape (n,)" become links, and an entry
+        # under Attributes clashes with the member of that name.
+        "napoleon_custom_sections": [("Attributes", "params_style")],
+        "napoleon_use_param": False,
+        "napoleon_use_rtype": False,
         "html_theme": "furo",
         "html_title": "transport",
         "html_show_sphinx": False,

@@ -1,4 +1,4 @@
-"""Tables of the command line: what was measured beside what is exact, laws judged, and what a scene calls for."""
+"""Tables of the command line: estimates with exact values, laws, passes and effects of a scene."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,16 +24,16 @@ from transport.results.notation import measured
 IN_WORDS = (
     "quantity",
     "case",
-    "naive way",
+    "naive formula",
     "effect",
     "over",
     "measured",
     "kind of scene",
-)  # columns that fold where the console is too narrow
+)  # columns that wrap if the console is too narrow
 
 
 def case_table(outcome: Outcome) -> Table:
-    """Quantity, estimate ± one standard error, unit, exact value and z of each row; without these where none is known."""
+    """Return a table of estimates ± one standard error, with exact values and z if any is known."""
     is_judged = not all(math.isnan(row.exact) for row in outcome.rows)
     table = plain_table("quantity", "estimate ± error>", "unit", *(("exact>", "z>") if is_judged else ()))
     for row in outcome.rows:
@@ -44,7 +44,7 @@ def case_table(outcome: Outcome) -> Table:
 
 
 def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
-    """For each law its formula, source and experiment; then estimate, exact, z, smallest bias of each row that shows it."""
+    """Yield for each law a title (formula, source, experiment) and a table of its rows."""
     for (sim, law, source), group in groupby(laws, key=lambda law: (law.sim, law.law, law.source)):
         yield Text.assemble((law, "bold"), f" ({source}) " if source else " ", (sim, "cyan"))
         table = plain_table("quantity", "estimate ± error>", "unit", "exact>", "z>", "smallest bias>", "")
@@ -55,7 +55,7 @@ def law_tables(laws: list[Law], false_alarm: float) -> Iterator[Text | Table]:
 
 
 def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
-    """Passes in order, with nanoseconds a lane where they were measured."""
+    """Return a table of passes in order, with ns per lane if measured."""
     table = plain_table(">", "pass", *(["ns per lane>"] if costs else []))
     number = 1
     for name, run in groupby(names):
@@ -67,7 +67,7 @@ def pass_table(names: Iterable[str], costs: dict[str, float]) -> Table:
 
 
 def cost_table(cost: CostOfAccuracy) -> Table:
-    """What each way to a number costs, with its slope."""
+    """Return a table of the cost of each estimator, with the slope of its error."""
     table = plain_table(*price_heads(cost))
     for row in price_rows(cost):
         table.add_row(*row)
@@ -75,7 +75,7 @@ def cost_table(cost: CostOfAccuracy) -> Table:
 
 
 def bins_table(bins: BinsAgainstNoise) -> Table:
-    """Noise, blur and both together by the number of bins; the best of each column of both is marked."""
+    """Return a table of noise, blur and their sum by number of bins, with the best sums marked."""
     more = 100 * bins.particles
     table = plain_table(
         f"bins along {bins.dim}>", "noise>", "blur>", f"both, {bins.particles:.2g} particles>", f"{more:.2g}>"
@@ -89,8 +89,8 @@ def bins_table(bins: BinsAgainstNoise) -> Table:
 
 
 def effect_table(effects: Sequence[EffectCost]) -> Table:
-    """Nanoseconds a history of each effect, its share, and what leaving it out would save."""
-    table = plain_table("effect", "ns a history>", "share>", "left out, saves>")
+    """Return a table of ns per history, share and possible saving of each effect."""
+    table = plain_table("effect", "ns per history>", "share>", "left out, saves>")
     for effect in effects:
         saved = f"{100 * effect.share:.0f} %" if effect.can_go else "–"
         table.add_row(effect.name, f"{effect.ns:.3g}", f"{100 * effect.share:.0f} %", saved)
@@ -98,7 +98,7 @@ def effect_table(effects: Sequence[EffectCost]) -> Table:
 
 
 def effects_lines(effects: Effects) -> list[tuple[str, str]]:
-    """(label, names) of the fields that are used, and of what is absent."""
+    """Return (label, names) of the used fields, and of the absent passes and fields."""
     absent = effects.absent
 
     def listed(names: dict[str, str], kind: str) -> str:
@@ -113,9 +113,9 @@ def effects_lines(effects: Effects) -> list[tuple[str, str]]:
 
 
 def ledger_line(result: Result) -> str:
-    """ "emitted 100 W (exact) = absorbed ... + escaped ...", without what is zero and exact.
+    """Return "emitted 100 W (exact) = absorbed ... + escaped ..." without entries that are exactly zero.
 
-    Within an entry the spaces do not break, so that a line may end only between entries.
+    Spaces within an entry do not break, so that lines wrap between entries.
     """
     emitted, *parts = (
         f"{name} {estimate}".replace(" ", UNBROKEN)
@@ -126,8 +126,8 @@ def ledger_line(result: Result) -> str:
 
 
 def estimate_cell(estimate: Estimate) -> str:
-    """The value with its error, without the unit; and the verdict where it is not sound."""
-    number = "" if estimate.reason is None else ".7g"  # no error says how many digits are known
+    """Return value ± error without the unit, and the verdict if it is not sound."""
+    number = "" if estimate.reason is None else ".7g"  # without an error the number of digits is unknown
     words = measured(estimate.value, estimate.error, "1", estimate.exact, estimate.reason, number)
     if estimate.reason is None and estimate.verdict != SOUND:
         return f"{words}, {estimate.verdict}"
@@ -135,12 +135,12 @@ def estimate_cell(estimate: Estimate) -> str:
 
 
 def unit_cell(estimate: Estimate) -> str:
-    """The unit; empty where there is none."""
+    """Return the unit; empty for a dimensionless estimate."""
     return "" if estimate.unit.is_dimensionless else str(estimate.unit)
 
 
 def exact_number(exact: float, estimate: Estimate) -> str:
-    """The exact value with two digits more than the estimate knows; a dash where it is not known."""
+    """Return the exact value with two more digits than the estimate has; a dash if unknown."""
     if math.isnan(exact):
         return "–"
     relative = estimate.error / abs(exact) if exact else math.nan
@@ -149,7 +149,7 @@ def exact_number(exact: float, estimate: Estimate) -> str:
 
 
 def z_cell(z: float) -> Text:
-    """z with a sign, coloured by how unlikely it is."""
+    """Return z with a sign, coloured by its magnitude."""
     if math.isnan(z):
         return Text("unknown", "yellow")
     style = "green" if abs(z) < 2.5 else "yellow" if abs(z) < 4 else "bold red"
@@ -157,7 +157,7 @@ def z_cell(z: float) -> Text:
 
 
 def bias_text(bias: float, exact: float, unit: str) -> str:
-    """A relative bias in percent or less; with its unit where the exact value is 0."""
+    """Return a relative bias in percent or as a number; with its unit if the exact value is 0."""
     if math.isnan(bias):
         return "unknown"
     if bias == 0:
@@ -174,7 +174,7 @@ def _cost_cell(cost: float | None) -> str:
 
 
 def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
-    """The cells of a law's row."""
+    """Return the cells of a law's row."""
     unit = unit_cell(law.estimate)
     bias = bias_text(law.smallest_bias(false_alarm), law.exact, unit)
     state = Text("holds", "green") if law.holds(false_alarm) else Text("FAILS", "bold red")
@@ -190,7 +190,7 @@ def _judged(law: Law, false_alarm: float) -> tuple[str | Text, ...]:
 
 
 def plain_table(*columns: str) -> Table:
-    """Columns by their heads; those that end in > stand to the right."""
+    """Return a table with these column heads; columns whose head ends in > are right-aligned."""
     table = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
     for head in columns:
         align = "right" if head.endswith(">") else "left"

@@ -1,4 +1,4 @@
-"""A treatment: a scene and the way in which it is run, as `simulate` would settle it."""
+"""A treatment: a scene with the tracking, estimator and sampling of its run."""
 
 from dataclasses import dataclass
 from types import ModuleType
@@ -15,27 +15,27 @@ from transport.tracking import Tracking
 
 @dataclass(frozen=True)
 class Treatment:
-    """tracking: None for what suits the scene."""
+    """A scene and the settings of its run; `tracking` None selects the default of the scene."""
 
     scene: Scene
     tracking: Tracking | None = None
     method: Method = ANALOG
 
     def checked(self) -> "Treatment":
-        """The same.  Raises SceneError where the scene does not allow it."""
+        """Return this treatment.  Raises SceneError if the scene does not allow its settings."""
         checked_method(self.scene, self.method.estimator, self.method.sampling)
         checked_tracking(self.scene, self.tracking)
         return self
 
     @property
     def plan(self) -> Plan:
-        """What it compiles to."""
+        """The compiled plan."""
         scene = aimed_scene(self.scene) if self.method.estimator == "aimed" else self.scene
         return compile_scene(scene, self.tracking, self.method)
 
 
 def treatment_of(scene: Scene | Treatment, **ways: object) -> Treatment:
-    """How a scene is run: ways as of `simulate`; where "auto" would choose, or nothing is said, the scene's own way."""
+    """Return the treatment of a scene with these arguments of `simulate`; "auto" and None: defaults."""
     if isinstance(scene, Treatment):
         return scene
     estimator = ways.get("estimator")
@@ -44,5 +44,5 @@ def treatment_of(scene: Scene | Treatment, **ways: object) -> Treatment:
 
 
 def treatment_by(module: ModuleType, scene: Scene) -> Treatment:
-    """How an experiment runs a scene of its own, where the user does not say."""
+    """Return the treatment of a scene with the default settings of its experiment."""
     return treatment_of(scene, **ways_of(module))

@@ -1,6 +1,7 @@
-"""Laws judged: each estimate of the experiments against its exact value, and the smallest bias that would be caught.
+"""Laws: estimates of the experiments compared with exact values, and the smallest bias that the test detects.
 
-All laws of one verification share a family-wise rate of false alarms: the probability that right code fails in any.
+All laws of one verification share a family-wise false-alarm rate: the probability that correct code fails
+any.
 """
 
 import math
@@ -15,16 +16,16 @@ from transport.experiment import Outcome, name_of
 from transport.results.estimates import Estimate
 from transport.results.statistics import student_quantile
 
-FALSE_ALARM = 1e-3  # of a whole verification, over all seeds
-POWER = 0.95  # probability with which the smallest bias is caught
-ROUNDING = 1e-12  # relative difference that an estimate without spread may have
-# What a source has, and what it has not.
+FALSE_ALARM = 1e-3  # family-wise rate of a whole verification
+POWER = 0.95  # probability to detect the smallest bias
+ROUNDING = 1e-12  # tolerated relative difference of an estimate without spread
+# A source has a year or a name, and no signs of a formula.
 YEAR, NAME, SUM = r"\b(1[5-9]|20)\d\d\b", r"\b[A-ZÀ-Þ]\w\w", r"[=+*^√∫]"
 
 
 @dataclass(frozen=True)
 class Law:
-    """A formula with its source, shown by one quantity of one case of an experiment."""
+    """A formula with its source, tested by one quantity of one case of an experiment."""
 
     law: str
     source: str
@@ -35,14 +36,14 @@ class Law:
 
     @property
     def z(self) -> float:
-        """How many standard errors the estimate is off, as a standard normal score; nan where that is unknown."""
+        """Deviation from the exact value as a standard normal score; nan if unknown."""
         return score_of(self.estimate, self.exact)
 
     def holds(self, false_alarm: float) -> bool:
-        """Whether the estimate agrees, two-sided, at this rate of false alarms.
+        """Return whether the estimate agrees with the exact value, two-sided, at this false-alarm rate.
 
-        One of unknown error does not, but for 0 where 0 is exact: nothing came where nothing can; and for one without
-        noise, where every batch gave what is exact to 1e-12 of it.
+        An estimate of unknown error does not agree, with two exceptions: it is 0 and the exact value is 0, or
+        every batch equals the exact value to a relative 1e-12.
         """
         from scipy.special import ndtri
 
@@ -51,17 +52,17 @@ class Law:
         return bool(abs(self.z) <= -ndtri(false_alarm / 2))
 
     def smallest_bias(self, false_alarm: float) -> float:
-        """The relative bias that `holds` rejects with the probability POWER; in the unit where exact is 0.
+        """Return the relative bias that `holds` rejects with probability POWER; absolute if exact is 0.
 
-        From the noncentral t distribution; nan where the error is unknown.  Where the estimate is exact it is 1e-12,
-        and 0 (any bias) where exact is 0.  Where it is right without noise, what a share of the histories may do
-        that did so in none of them.
+        It comes from the noncentral t distribution; nan if the error is unknown.  For an exact estimate it is
+        1e-12, or 0 (any bias) if the exact value is 0.  For an estimate without noise that agrees, it is the
+        largest fraction of histories that may deviate although none of those run did.
         """
         return smallest_bias(self.estimate, self.exact, false_alarm)
 
 
 def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: float = POWER) -> float:
-    """Relative bias (absolute where exact is 0) that a two-sided test of this level catches with this power."""
+    """Return the relative bias (absolute if exact is 0) that a two-sided test detects with this power."""
     from scipy.special import nctdtrinc
 
     if estimate.exact:
@@ -76,10 +77,10 @@ def smallest_bias(estimate: Estimate, exact: float, false_alarm: float, power: f
 
 
 def score_of(estimate: Estimate, exact: float) -> float:
-    """How many standard errors an estimate is off, as a standard normal score; nan where that is unknown.
+    """Return the deviation of an estimate as a standard normal score; nan if unknown.
 
-    0 for one without noise that is right.  A wrong one that every batch gave has an unknown score: counts may be alike
-    by chance.
+    An estimate without noise scores 0 if it agrees.  If it does not, its score is unknown, because counts may
+    be equal by chance.
     """
     if math.isnan(exact):
         return math.nan
@@ -87,14 +88,14 @@ def score_of(estimate: Estimate, exact: float) -> float:
 
 
 def is_right_without_noise(estimate: Estimate, exact: float) -> bool:
-    """Whether every batch gave the exact value, to 1e-12 of it."""
+    """Return whether every batch equals the exact value to a relative 1e-12."""
     if estimate.exact or estimate.run is None or estimate.batches < 2 or estimate.value == 0:
         return False
     return bool((np.abs(estimate.values - exact) <= ROUNDING * abs(exact)).all())
 
 
 def laws_of(module: ModuleType, outcomes: list[Outcome]) -> Iterator[Law]:
-    """One law a row of each case's table, of those with an exact value."""
+    """Yield one law per row of each case that has an exact value."""
     law, source = split_law(getattr(module, "law", ""))
     for outcome in outcomes:
         for row in outcome.rows:
@@ -104,14 +105,14 @@ def laws_of(module: ModuleType, outcomes: list[Outcome]) -> Iterator[Law]:
 
 
 def row_name(outcome: Outcome, quantity: str, cases: int) -> str:
-    """The quantity's name, with the case in front where there are several."""
+    """Return the quantity's name, preceded by the case if there are several."""
     return quantity if cases == 1 or not outcome.title else f"{outcome.title}: {quantity}"
 
 
 def split_law(text: str) -> tuple[str, str]:
-    """Formula and source of a law in a line, "E = π L sin²θ (Nusselt 1928)": the last brackets hold the source.
+    """Split "E = π L sin²θ (Nusselt 1928)" or "E = π L sin²θ; Nusselt 1928" into formula and source.
 
-    Or "E = π L sin²θ; Nusselt 1928".  A source names somebody or a year; what else is in brackets is the formula's.
+    A source has a name or a year; other text in brackets belongs to the formula.
     """
     text = " ".join(text.split()).rstrip(".")
     match = re.fullmatch(r"(.*\S)\s+\(((?:[^()]|\([^()]*\))*)\)", text)

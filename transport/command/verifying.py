@@ -1,4 +1,4 @@
-"""What `transport verify` runs and prints: the laws of experiments judged together, as far as they are known."""
+"""`transport verify`: runs experiments and judges their laws together."""
 
 from types import ModuleType
 
@@ -12,7 +12,10 @@ from transport.validation import SceneError
 
 
 def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -> int:
-    """Run these experiments, or all, and print their laws; the status: 1 if one fails, 130 if it was interrupted."""
+    """Run these experiments, or all, and print their laws.
+
+    Returns status 1 if one fails, 130 if interrupted.
+    """
     laws, complete = [], True
     for module in modules_of(sims):
         outcomes, complete = known_outcomes(module, limits)
@@ -28,23 +31,25 @@ def verify_laws(sims: list[str] | None, limits: dict[str, object], json: bool) -
         say(*law_tables(laws, rate))
         say(f"{len(laws) - failed} of {len(laws)} rows hold", style="bold red" if failed else "bold green")
         say(
-            f"false alarms: {FALSE_ALARM:g} over all rows; smallest bias: relative, caught with {POWER:.0%} power"
+            f"false alarms: {FALSE_ALARM:g} over all rows; smallest bias: relative, detected with {POWER:.0%}"
+            " power"
         )
     return status_of(failed, complete)
 
 
 def modules_of(sims: list[str] | None) -> list[ModuleType]:
-    """These experiments, or all.  Raises SceneError for what is none, before anything runs."""
+    """Return these experiments, or all.  Raises SceneError for an unknown name before anything runs."""
     for name in sims or ():
         if name in families():
             raise SceneError(
-                f"verify: {name!r} is no experiment but a family of hard cases; write transport verify --hard {name}"
+                f"verify: {name!r} is a family of hard cases, not an experiment;"
+                f" write transport verify --hard {name}"
             )
     return [checked(experiment(name)) for name in sims or experiment_names()]
 
 
 def known_outcomes(module: ModuleType, limits: dict[str, object]) -> tuple[list[Outcome], bool]:
-    """What is known of the experiment's cases, and whether that is all: Ctrl-C ends them, also between two batches."""
+    """Run the experiment's cases until Ctrl-C; return the outcomes so far, and whether they are complete."""
     outcomes = []
     try:
         for outcome in outcomes_of(module, {}, limits):
@@ -55,16 +60,16 @@ def known_outcomes(module: ModuleType, limits: dict[str, object]) -> tuple[list[
 
 
 def check_any(laws: list[Law], complete: bool) -> None:
-    """Raises SceneError where there was nothing to judge, KeyboardInterrupt where nothing came to be known."""
+    """Raise SceneError if there are no laws, KeyboardInterrupt if interrupted before the first."""
     if laws:
         return
     if not complete:
         raise KeyboardInterrupt
-    raise SceneError("verify: nothing to judge; give an experiment, or a .py file, that has exact values")
+    raise SceneError("verify: nothing to judge; name an experiment or .py file with exact values")
 
 
 def law_record(law: Law, rate: float) -> dict[str, object]:
-    """A row for machines.  rate: of false alarms, at which the smallest bias is caught."""
+    """Return a row for JSON; `rate` is the false-alarm rate of the test."""
     return {
         "law": law.law,
         "source": law.source,

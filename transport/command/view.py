@@ -1,4 +1,4 @@
-"""`transport view`: one case of an experiment in three dimensions, as a window, a picture, a page, files or a movie."""
+"""`transport view`: one case of an experiment in 3-D, as a window, a picture, a page, files or a movie."""
 
 import importlib
 import textwrap
@@ -18,19 +18,20 @@ from transport.tracks import Tracks, tracks
 from transport.validation import SceneError
 
 WINDOW, PICTURE, PAGE, FILES, MOVIE = "window", ".png", ".html", ".vtm", ".gif"
-TRACKS, FLYING = 300, 1500  # of a picture, and of a movie
-MOST_FLIGHTS = 200_000  # of tracks whose number nobody asked for
-FEWER = 64  # times, where there is no room for tracks
-SHORT = 10  # characters of a number
-LONGEST = 76  # characters of a title
+TRACKS, FLYING = 300, 1500  # number of tracks of a picture, and of a movie
+MOST_FLIGHTS = 200_000  # largest number of flights if the user gave no number of tracks
+FEWER = 64  # factor by which tracks are reduced if they do not fit into memory
+SHORT = 10  # characters of a short number
+LONGEST = 76  # largest number of characters of a title
 BY_DIRECTION, BY_WEIGHT = "direction", "weight"
 
 
 @dataclass(frozen=True)
 class View:
-    """What is seen of an experiment.  result, tracks: None where they are not;  flying: what a movie flies along, None by the clock;
+    """What is drawn of one case of an experiment.
 
-    case: which of the experiment's, 1 is the first;  note: what to know about the tracks.
+    `result` and `tracks` are None if not drawn.  `flying` holds the tracks of a movie, None for a movie in
+    time.  `case` counts from 1; `note` is a remark on the tracks.
     """
 
     sim: str
@@ -45,7 +46,7 @@ class View:
 
     @property
     def title(self) -> str:
-        """The experiment and the parameters of its case, in a line."""
+        """The experiment and the parameters of its case in one line."""
         said = ", ".join(
             f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
             for name, value in self.parameters.items()
@@ -54,21 +55,21 @@ class View:
 
 
 def _short(value: float) -> str:
-    """Four digits, or all where they are few: 0.99999 is not 1."""
+    """Return all digits if they are few, else four: 0.99999 must not read as 1."""
     return repr(value) if len(repr(value)) <= SHORT else f"{value:.4g}"
 
 
 def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
-    """What was asked for; else a window where there is a display and no folder was said, else a picture.
+    """Return the requested kinds; by default a window if there is a display and no folder, else a picture.
 
-    Raises SceneError, in words that tell what to install, where it cannot be drawn here.
+    Raises SceneError, with the packages to install, if this machine cannot draw them.
     """
     asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
     with _installed():
         screen = importlib.import_module("viz.screen")
         if not asked:
             asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
-        if not set(asked) <= {FILES, PAGE}:  # which are written, not drawn
+        if not set(asked) <= {FILES, PAGE}:  # these are written without drawing
             try:
                 screen.require_screen()
             except screen.NoScreen as lack:
@@ -87,10 +88,10 @@ def view_of(
     seed: int = 0,
     threads: int | None = None,
 ) -> View:
-    """One case of an experiment, run once, with the tracks of a few particles.
+    """Run one case of an experiment, and trace the paths of a few particles.
 
-    case: 1 is the first;  particles: None for the experiment's own, a million at the most, 0 for no run;
-    ways: how many tracks, None for as many as suit, 0 for none.
+    `case` counts from 1.  `particles` None: the experiment's number, at most a million; 0: no run.  `ways` is
+    the number of tracks, None: a suitable number.
     """
     if colour not in (BY_DIRECTION, BY_WEIGHT):
         raise SceneError(f"view: --colour must be {BY_DIRECTION} or {BY_WEIGHT}, got {colour!r}")
@@ -123,15 +124,15 @@ def view_of(
 
 
 def show(view: View) -> None:
-    """Open a window in which the scene turns under the mouse, and wait until it is closed."""
+    """Open an interactive window of the scene, and wait until it is closed."""
     scene_view = importlib.import_module("viz.scene_view")
     scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
 
 
 def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
-    """Write each kind of file as view_SIM, of later cases as view_SIM_2 and so on, into the folder: their paths.
+    """Write each kind of file into the folder as view_SIM (case 2: view_SIM_2), and yield the paths.
 
-    Raises SceneError where one cannot be written.
+    Raises SceneError if one cannot be written.
     """
     number = f"_{view.case}" if view.case > 1 else ""
     for kind in kinds:
@@ -145,20 +146,20 @@ def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
 
 
 def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[str, object]:
-    """The parameters of a case, counted from 1."""
+    """Return the parameters of a case, counted from 1.  Raises SceneError for a number out of range."""
     cases = cases_of(module, settings)
     if not 1 <= number <= len(cases):
         has = (
-            f"{name_of(module)} has {len(cases)} of them, 1 is the first"
+            f"{name_of(module)} has {len(cases)} cases, counted from 1"
             if len(cases) > 1
-            else "there is one"
+            else "there is only one"
         )
         raise SceneError(f"view: no case {number}; {has}")
     return cases[number - 1]
 
 
 def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks | None, str]:
-    """Tracks to draw, and why they are fewer than wanted, if they are.  is_free: whether nobody asked for that number."""
+    """Return the tracks to draw, and a note if they are fewer; `is_free`: the user gave no number."""
     count = wanted
     while count:
         try:
@@ -177,17 +178,17 @@ def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks |
         count = max(1, count * MOST_FLIGHTS // (2 * flights))
     if count == wanted:
         return (found if wanted else None), ""
-    return found, f"{count} of {wanted} tracks: they turn {flights / count:.2g} times each"
+    return found, f"{count} of {wanted} tracks: each has about {flights / count:.2g} flights"
 
 
 def _first(found: Tracks, flights: int) -> Tracks:
-    """The tracks as far as their first flights go."""
+    """Return the tracks cut to their first `flights` flights."""
     columns = ("starts", "directions", "lengths", "weights", "histories", "meets")
     return replace(found, **{name: getattr(found, name)[:flights] for name in columns})
 
 
 def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
-    """The scene with a snapshot a frame; None where it has no clock, or one that snapshots do not go with."""
+    """Return the scene with one snapshot per frame; None without a duration, or if it allows no snapshots."""
     if scene.duration is None:
         return None
     with _installed():
@@ -201,7 +202,7 @@ def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
 
 @contextmanager
 def _installed() -> Iterator[None]:
-    """Say which extra is missing where something cannot be imported."""
+    """Turn an ImportError of an optional package into a SceneError with the install command."""
     try:
         yield
     except ImportError as error:
@@ -223,7 +224,7 @@ def _write_page(view: View, path: Path) -> object:
 
 def _write_files(view: View, path: Path) -> object:
     blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
-    path.open("wb").close()  # the writer only prints that it cannot
+    path.open("wb").close()  # raises OSError; the VTK writer would only print
     blocks.save(path)
     return path
 

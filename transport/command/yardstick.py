@@ -1,7 +1,7 @@
-"""The yardstick: the benchmarks' two problems, one particle at a time, as one would write them without bundles.
+"""The yardstick: two benchmark problems solved one particle at a time, as a plain kernel without bundles.
 
-Float64, libm's sine and cosine, branches where a particle has done enough, plain float64 sums.  The random numbers and
-the rule of the roulette are the engine's, so that both do the same work for the same answer.  `replay` times passes.
+It uses float64, libm's sine and cosine, branches and plain float64 sums.  Random numbers and the rule of the
+roulette are the engine's, so that both do the same work for the same answer.  `replay` times single passes.
 """
 
 import math
@@ -21,7 +21,7 @@ WALL = np.dtype([(name, "f8") for name in COLUMNS])  # centre, two axes, inward 
 
 
 def box_walls(side: float, albedo: float) -> np.ndarray:
-    """The six walls of a cube round the origin, -x, +x, -y, +y, -z, +z: records of WALL, (6,)."""
+    """Return the six walls -x, +x, -y, +y, -z, +z of a cube around the origin: records of WALL, (6,)."""
     walls = np.zeros(6, WALL)
     for q in range(6):
         axis, sign = q // 2, 1.0 if q % 2 else -1.0
@@ -37,10 +37,10 @@ def box_walls(side: float, albedo: float) -> np.ndarray:
 def run_box(
     histories: int, seed: int, side: float = 2.0, albedo: float = 0.5
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """A closed cube of diffuse walls, lit evenly by its ceiling +z: crossings, arrivals and departures.
+    """Run a closed cube of diffuse walls, lit by its ceiling +z; return crossings, arrivals, departures.
 
-    arrivals, departures: summed weights by wall and cosine, (6, 16), in units of a birth weight; departures are what
-    the walls reflect and what the ceiling emits.
+    Arrivals and departures are summed weights by wall and cosine, shape (6, 16), in units of the weight at
+    birth.  Departures include reflection by the walls and emission by the ceiling.
     """
     arrivals, departures = np.zeros((6, CELLS)), np.zeros((6, CELLS))
     crossings = _box(histories, seed, box_walls(side, albedo), 5, arrivals, departures)
@@ -50,7 +50,7 @@ def run_box(
 def run_disks(
     histories: int, seed: int, radius: float = 0.5, meter_radius: float = 0.1, distance: float = 2.0
 ) -> tuple[int, np.ndarray]:
-    """A Lambertian disk that faces a coaxial meter: hits, and the hits by cosine, (16,)."""
+    """Run a Lambertian disk that faces a coaxial detector; return hits, and hits by cosine, shape (16,)."""
     arrivals = np.zeros(CELLS)
     return _disks(histories, seed, radius, meter_radius, distance, arrivals), arrivals
 
@@ -60,7 +60,7 @@ with cached_kernels():
 
     @one_by_one
     def _cosine_law(nx, ny, nz, u, turn):
-        """Unit direction about n with density cosθ/π, from two uniforms."""
+        """Return a unit direction about n with density cosθ/π, from two uniforms."""
         s, phi = math.sqrt(u), 2.0 * math.pi * turn
         return turned_by(nx, ny, nz, math.sqrt(1.0 - u), s * math.cos(phi), s * math.sin(phi))
 
@@ -70,7 +70,7 @@ with cached_kernels():
 
     @one_by_one
     def _nearest_wall(walls, last, x, y, z, ux, uy, uz):
-        """Distance and number of the wall ahead; the one that the particle stands on is left out."""
+        """Return distance and number of the next wall, without the wall `last` that the particle is on."""
         nearest, wall = math.inf, -1
         for q in range(walls.shape[0]):
             if q == last:
@@ -101,7 +101,7 @@ with cached_kernels():
             weight, event, last = 1.0, 0, ceiling
             while weight > 0.0:
                 distance, wall = _nearest_wall(walls, last, x, y, z, ux, uy, uz)
-                if wall < 0:  # through an edge, by rounding
+                if wall < 0:  # lost through an edge by rounding
                     break
                 x, y, z, last = x + distance * ux, y + distance * uy, z + distance * uz, wall
                 crossings += 1
@@ -136,10 +136,11 @@ with cached_kernels():
 
     @one_by_one
     def replay(entry, table, handles, spans, states, rows, repeats):
-        """Put bundles back into their states and call a pass on each; entry 0: only put them back.
+        """Restore bundles to their states and call a pass on each; entry 0 only restores.
 
-        spans: first and live lane of each bundle;  states: the bundles as int64, (bundles, words);  rows: columns
-        of states in which the lane fields begin that the pass changes.  Returns the lanes that the last call left.
+        `spans` holds the first and live lane of each bundle, `states` the bundles as int64, shape (bundles,
+        words), `rows` the columns of `states` at which the lane fields changed by the pass begin.  Returns
+        the number of lanes left by the last call.
         """
         live = 0
         for _ in range(repeats):

@@ -1,7 +1,7 @@
-"""The yardstick in media: a slab or a half space of fog, one photon at a time, as one would write it without bundles.
+"""The yardstick in media: a slab or half space, one photon at a time, as a plain kernel.
 
-Float64, libm's logarithm, sine and cosine, survival weights and roulette as in MCML (Wang, Jacques, Zheng 1995), branches
-where a photon has done enough, plain float64 sums.  The random numbers are the engine's.
+It uses float64, libm's logarithm, sine and cosine, survival weights and roulette as in MCML (Wang, Jacques,
+Zheng 1995), branches and plain float64 sums.  Random numbers are the engine's.
 """
 
 import math
@@ -11,15 +11,16 @@ from numba import njit
 from transport.engine.cache import cached_kernels
 from transport.physics.streams import EVENT, random_words, short_uniform, uniform
 
-LIGHT, CHANCE = 1e-4, 0.1  # MCML's roulette: below this weight, and how often it survives
+LIGHT, CHANCE = 1e-4, 0.1  # MCML's roulette: threshold weight, and survival probability
 
 
 def run_fog(
     histories: int, seed: int, depth: float, albedo: float, g: float, index: float = 1.0
 ) -> tuple[float, float, float, int]:
-    """Reflected, transmitted and absorbed shares of a normal beam, and the collisions.
+    """Run a normal beam; return reflected, transmitted and absorbed fractions, and the number of collisions.
 
-    depth: optical depth, inf for a half space;  g: mean cosine of Henyey and Greenstein;  index: of refraction inside.
+    `depth` is the optical depth, inf for a half space; `g` the mean cosine of Henyey and Greenstein; `index`
+    the refractive index inside.
     """
     return _fog(histories, seed, depth, albedo, g, index)
 
@@ -29,7 +30,7 @@ with cached_kernels():
 
     @one_by_one
     def _reflectance(cosine, index):
-        """Fresnel's, from inside, for unpolarised light."""
+        """Return the Fresnel reflectance from inside for unpolarised light."""
         sine2 = index * index * (1.0 - cosine * cosine)
         if sine2 >= 1.0:
             return 1.0

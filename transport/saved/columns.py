@@ -1,7 +1,7 @@
-"""Batches as columns: each field of all of them is one array, written and read a batch at a time.
+"""Batches as columns: each field of all batches is one array, written and read one batch at a time.
 
-So whatever a Batch holds is saved: numbers, arrays (alike, or each of a length of its own), tables of them by name, and
-dataclasses of these.  What describes the columns is plain JSON; the arrays go into a file by name.
+A Batch may hold numbers, arrays (of equal or of different lengths), dictionaries of these, and dataclasses of
+these.  The description of the columns is plain JSON; the arrays go into a file by name.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from transport.results.aside import let_go, put_aside, room_for
 
 @dataclass(frozen=True)
 class Column:
-    """An array as pieces that follow one another along its first axis, so that there is never a copy of all of it."""
+    """An array in consecutive pieces along its first axis, so that the whole is never copied."""
 
     dtype: np.dtype
     shape: tuple[int, ...]
@@ -25,11 +25,11 @@ class Column:
 
 
 Columns = dict[str, Column]
-Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # of a column of that name, of these lengths
+Pieces = Callable[[str, Sequence[int]], Iterator[np.ndarray]]  # (name of a column, lengths) -> its pieces
 
 
 def columns_of(name: str, values: list, columns: Columns) -> dict[str, object]:
-    """What describes these values of one field; their numbers are added to `columns`."""
+    """Return the description of the values of one field, and add their numbers to `columns`."""
     values = [value.item() if isinstance(value, np.generic) else value for value in values]
     first, kinds = values[0], {type(value) for value in values}
     if len(kinds) > 1:
@@ -57,7 +57,7 @@ def columns_of(name: str, values: list, columns: Columns) -> dict[str, object]:
 def values_of(
     description: dict, name: str, count: int, pieces: Pieces, kinds: dict[str, type]
 ) -> list[object]:
-    """The values of one field of so many batches, from what describes them and the pieces of the columns."""
+    """Return the values of one field of `count` batches from their description and the columns."""
 
     def part(of: dict, named: str) -> list[object]:
         return values_of(of, f"{name}.{named}".lstrip("."), count, pieces, kinds)
@@ -97,7 +97,7 @@ def values_of(
 
 
 def gathered(pieces: Iterable[np.ndarray], numbers: int) -> Iterator[np.ndarray]:
-    """The same pieces, small ones together, so that each has so many numbers or is one alone."""
+    """Join small pieces, so that each has at least `numbers` numbers or is a single piece."""
     held, size = [], 0
     for piece in pieces:
         held, size = [*held, piece], size + piece.size
@@ -116,9 +116,9 @@ def _of_parts(name: str, keys: list[str], values: list, get: Callable, columns: 
 
 
 def _each(name: str, values: list, columns: Columns) -> dict[str, object]:
-    """What has nothing in common, one by one."""
+    """Describe values without a common form one by one."""
     if len(values) == 1:
-        raise TypeError(f"{name} is a {type(values[0]).__name__}, of which no column can be made")
+        raise TypeError(f"{name} is a {type(values[0]).__name__}, which cannot be stored as a column")
     return {"each": [columns_of(f"{name}.{place}", [value], columns) for place, value in enumerate(values)]}
 
 
@@ -145,7 +145,7 @@ def _of_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[st
         return {"record": fields, "lengths": [len(value) for value in values]}
     if len({value.dtype for value in values}) > 1 or len({value.shape[1:] for value in values}) > 1:
         return _each(name, values, columns)
-    stored = np.dtype(np.uint8) if first.dtype == bool else first.dtype  # NetCDF has no truth values
+    stored = np.dtype(np.uint8) if first.dtype == bool else first.dtype  # NetCDF has no booleans
     if len({value.shape for value in values}) == 1:
         if first.size:
             rows = (piece[None] for piece in _pieces_of(values, stored))
@@ -158,14 +158,14 @@ def _of_arrays(name: str, values: list[np.ndarray], columns: Columns) -> dict[st
 
 
 def _pieces_of(values: list[np.ndarray], stored: np.dtype) -> Iterator[np.ndarray]:
-    """One after another; what lies aside takes no memory any more once it is written."""
+    """Yield the arrays one by one; release the pages of a memory-mapped array once it is written."""
     for value in values:
         yield value.astype(stored, copy=False)
         let_go(value)
 
 
 def _records(fields: dict, lengths: list[int], parts: dict[str, list]) -> list[np.ndarray]:
-    """Arrays of records from their fields."""
+    """Return arrays of records from their fields."""
     dtype = np.dtype([(key, of) for key, (_, of) in fields.items()])
     found = []
     for place, length in enumerate(lengths):

@@ -1,4 +1,4 @@
-"""One run at a time in a file: by a lock that the system lets go of, however its holder ends."""
+"""Lock of a checkpoint file against a second run; the system releases it when the process ends."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from transport.saved.whole import FileError
 
 try:
     import fcntl
-except ImportError:  # where the system has no such locks
+except ImportError:  # the system has no such locks
     fcntl = None
 
-MOST_SAID = 200  # bytes of who has it
-_open: set[int] = set()  # descriptors of this process's own locks
+MOST_SAID = 200  # bytes of the text that names the holder
+_open: set[int] = set()  # descriptors of the locks of this process
 
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """The file to oneself until the context ends.  Raises FileError where another run has it.
+    """Hold a lock on the file until the context ends.  Raises FileError if another run holds it.
 
-    The lock is on a file beside it, as the file itself is replaced by each checkpoint; what a killed process leaves of it is
-    not locked.  Where a file system knows no locks, nobody is refused.
+    The lock is on a file beside it, because each checkpoint replaces the file itself.  A lock file left by a
+    killed process is not locked.  On a file system without locks every run is admitted.
     """
     real = Path(os.path.realpath(path))
     beside = real.with_name(f".{real.name}.lock")
@@ -34,27 +34,29 @@ def held(path: Path) -> Iterator[None]:
     finally:
         if descriptor in _open:
             with suppress(OSError):
-                beside.unlink(missing_ok=True)  # before it is let go: else it might be another's
+                # Remove before release: afterwards it might belong to another run.
+                beside.unlink(missing_ok=True)
             _open.remove(descriptor)
             os.close(descriptor)
 
 
 def _taken(path: Path, beside: Path) -> int | None:
-    """What the lock is held by; None where there are no locks."""
+    """Return the descriptor that holds the lock; None without locks.
+
+    Raises FileError if another run holds it.
+    """
     while True:
         try:
             descriptor = os.open(beside, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError:  # what a checkpoint would be told too
+        except OSError:  # writing the checkpoint reports the same error
             return None
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):
             holder = _who(descriptor)
             os.close(descriptor)
-            cure = "wait until it has ended, end it, or name another file"
-            raise FileError(
-                f"simulate: checkpoint {path} is that of a run that goes on{holder}; {cure}"
-            ) from None
+            cure = "wait for it, stop it, or name another file"
+            raise FileError(f"simulate: checkpoint {path} is in use by another run{holder}; {cure}") from None
         except OSError:
             os.close(descriptor)
             with suppress(OSError):
@@ -64,7 +66,7 @@ def _taken(path: Path, beside: Path) -> int | None:
             _sign(descriptor)
             _open.add(descriptor)
             return descriptor
-        os.close(descriptor)  # which its last holder removed meanwhile
+        os.close(descriptor)  # its last holder has removed it meanwhile
 
 
 def _is_there(descriptor: int, beside: Path) -> bool:
@@ -74,7 +76,7 @@ def _is_there(descriptor: int, beside: Path) -> bool:
 
 
 def _sign(descriptor: int) -> None:
-    """Say who has it, for those who are refused."""
+    """Write the holder into the lock file, for the error message of other runs."""
     with suppress(OSError):
         os.ftruncate(descriptor, 0)
         os.write(descriptor, f", process {os.getpid()} on {socket.gethostname()}".encode()[:MOST_SAID])
@@ -87,7 +89,7 @@ def _who(descriptor: int) -> str:
 
 
 def _let_go() -> None:
-    """In a child of this process: the locks are its parent's, and would outlive it there."""
+    """Close the locks in a forked child: they belong to the parent, and would outlive it in the child."""
     while _open:
         os.close(_open.pop())
 

@@ -1,6 +1,6 @@
-"""Runs of the same scene as one: their batches, which must be other ones, together in the order of seeds and numbers.
+"""Merging of runs of the same scene: their batches, which must be distinct, in order of seed and number.
 
-Parts of a run, merged, are that run bit by bit.
+Merged parts of a run equal that run bit for bit.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from transport.saved.record import given_scene, load, state_of
 from transport.validation import SceneError, shown
 from transport.written.differences import differences
 
-MISSING = "are in none of these runs"  # what a warning of batches says
-MERGED = "Merged"  # the kind of a schedule that no run has: it goes on with the batches alone
+MISSING = "are in none of these runs"  # identifies the warning about missing batches
+MERGED = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
 
 
 def merge(*runs: Result | str | PathLike) -> Result:
-    """One result of the batches of all: of results, or files that were saved.
+    """Merge results, or files of saved runs, into one result.
 
-    Raises SceneError for fewer than two, for unlike scenes or ways to estimate, and for batches that two have alike.
+    Raises SceneError for fewer than two runs, for different scenes, methods or tracking, and for common
+    batches.
     """
     results = [run if isinstance(run, Result) else load(run) for run in runs]
     titles = [f"run {n}" if isinstance(run, Result) else str(run) for n, run in enumerate(runs, 1)]
     if len(results) < 2:
-        raise SceneError(f"merge: takes two runs or more, got {len(results)}; write merge('a.nc', 'b.nc')")
+        raise SceneError(f"merge: needs two runs or more, got {len(results)}; write merge('a.nc', 'b.nc')")
     for title, result in zip(titles[1:], results[1:], strict=True):
         _check_alike(titles[0], results[0], title, result)
     _check_disjoint(titles, results)
@@ -50,20 +51,20 @@ def _place(batch: Batch) -> tuple[int, int]:
 
 
 def _check_alike(first: str, one: Result, title: str, other: Result) -> None:
-    """Refuse another scene, method or tracking."""
+    """Raise SceneError for a different scene, method or tracking."""
     if unlike := differences(given_scene(other), given_scene(one)):
-        raise SceneError(f"merge: the scene of {title} is not that of {first}: {'; '.join(unlike)}")
-    cures = {"method": "name the same estimator and sampling for both", "tracking": "run both alike"}
+        raise SceneError(f"merge: the scene of {title} differs from that of {first}: {'; '.join(unlike)}")
+    cures = {"method": "name the same estimator and sampling for both", "tracking": "use the same tracking"}
     for name, cure in cures.items():
         ours, others = getattr(one.plan, name), getattr(other.plan, name)
         if ours != others:
             raise SceneError(
-                f"merge: the {name} of {title} is {shown(others)}, of {first} {shown(ours)}; {cure}"
+                f"merge: the {name} of {title} is {shown(others)}, that of {first} is {shown(ours)}; {cure}"
             )
 
 
 def _check_disjoint(titles: list[str], results: list[Result]) -> None:
-    """Refuse batches whose random numbers are in another one too."""
+    """Raise SceneError for batches that share random numbers."""
     owned = sorted(
         (*_place(batch), batch.past, title)
         for title, result in zip(titles, results, strict=True)
@@ -82,12 +83,12 @@ def _check_disjoint(titles: list[str], results: list[Result]) -> None:
             if last == first[0]
             else f"batches {first[0]} to {last} of seed {seed} are"
         )
-        cure = "merge each but once; take another seed, or go on with one of them by resume"
+        cure = "merge each batch once; use another seed, or continue one of the runs with resume"
         raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
 
 
 def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
-    """Of runs in parts, the batches that are in none of these: a job that failed is not to go unnoticed."""
+    """Return a warning that names missing batches of runs in parts, so that a failed job is noticed."""
     told = []
     for seed in dict.fromkeys(result.seed for result in results if state_of(result).limits.part != (1, 1)):
         own = [batch for batch in batches if batch.seed == seed]
@@ -99,13 +100,13 @@ def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
         )
         one, of = state_of(last).limits.part
         if one < of:
-            told.append(f"those of seed {seed} after part {one} of {of}")
-    cure = "merge the parts with these as well, or the result is of fewer particles than the run was to have"
+            told.append(f"the batches of seed {seed} after part {one} of {of}")
+    cure = "merge these parts too, or the result has fewer particles than planned"
     return [f"{', '.join(told)} {MISSING}: {cure}"] if told else []
 
 
 def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
-    """Parts of runs of one seed that were to have other particles, batches or parts: together they are none of these runs."""
+    """Return a warning for parts of one seed with different numbers of particles, batches or parts."""
     known: dict[int, tuple] = {}
     for title, result in zip(titles, results, strict=True):
         limits = state_of(result).limits
@@ -119,13 +120,14 @@ def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
                 for particles, batches, parts in (plan, planned)
             )
             return [
-                f"{title} is of a run of {one}, {first} of one of {other}: together they are neither, nor is it known which batches are missing"
+                f"{title} is of a run of {one}, {first} of one of {other}: the merged result is neither run,"
+                " and missing batches are not known"
             ]
     return []
 
 
 def _limits(results: list[Result]) -> Limits:
-    """What all of them were asked for together."""
+    """Return the limits of the merged run: all particles together."""
     limits = [state_of(result).limits for result in results]
     said = {each.batches for each in limits}
     is_free = len(said) > 1 or any(each.is_free for each in limits)
@@ -134,13 +136,13 @@ def _limits(results: list[Result]) -> Limits:
 
 
 def _bounded(batches: list[Batch], schedule: Schedule) -> list[Batch]:
-    """As many as a run that is gone on with keeps: never fewer than one whole run, so that its parts stay as they are."""
+    """Combine batches to the number that a resumed run keeps; a single run has no more than that."""
     schedule.make_room()
     return no_more_than(schedule.most_kept, batches, schedule.most_records(2))
 
 
 def _state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
-    """By what they go on together: with batches of the first seed that none of them has, nor a part that is missing."""
+    """Return the state of the merged run; it continues with batches of the first seed that no run owns."""
     states = [state_of(result) for result in results]
     return State(
         limits,
@@ -160,13 +162,13 @@ def _state(results: list[Result], batches: list[Batch], seed: int, limits: Limit
 
 
 def _next(results: list[Result], batches: list[Batch], seed: int) -> int:
-    """The number from which on no batch of this seed is done or planned: those of a part that is missing stay its own."""
+    """Return the first batch number of this seed that is neither run nor reserved by a missing part."""
     done = max(batch.past for batch in batches if batch.seed == seed)
     return max(done, *(_planned(result) for result in results if result.seed == seed))
 
 
 def _planned(result: Result) -> int:
-    """Batches of the run that a result is of, with those of its other parts."""
+    """Return the number of batches of the whole run that a result is part of."""
     state = state_of(result)
     if state.limits.part == (1, 1):
         return state.next
@@ -174,7 +176,7 @@ def _planned(result: Result) -> int:
 
 
 def _cost(results: list[Result]) -> Cost | None:
-    """What all of them cost: seconds one after the other."""
+    """Return the sum of the costs; None if none is known."""
     costs = [result.cost for result in results if result.cost is not None]
     if not costs:
         return None

@@ -1,7 +1,8 @@
-"""A run in NetCDF-4, which is HDF5: a group a detector for xarray and its like, and one of what the run goes on by.
+"""A run as NetCDF-4 (HDF5): one group per detector, for xarray, and one group with the state of the run.
 
-Written by h5netcdf.  HDF5 does not survive a write that fails: the interpreter crashes at its end.  So it is never told:
-it writes to a file that remembers the failure, which is raised once HDF5 has closed.
+Written by h5netcdf.  HDF5 does not survive a failed write: the interpreter crashes at exit.  Therefore
+failures are hidden from HDF5: it writes to a file object that stores the first error, which is raised after
+HDF5 has closed.
 """
 
 from __future__ import annotations
@@ -20,15 +21,17 @@ from transport.saved.seal import check_seal, seal
 from transport.saved.tables import OWN, Table, Variable
 from transport.saved.whole import FileError
 
-CHUNK = 1 << 16  # numbers that are compressed together
+CHUNK = 1 << 16  # numbers per compressed chunk
 
 
 def h5netcdf_for(path: Path):
-    """The package that reads and writes these files.  Raises FileError where it is not installed."""
+    """Return the package h5netcdf.  Raises FileError if it is not installed."""
     try:
         import h5netcdf
     except ImportError:
-        cure = f"pip install '.[files]' in the clone, or write {path.with_suffix('.npz').name}, which needs nothing"
+        cure = (
+            f"pip install '.[files]' in the clone, or write {path.with_suffix('.npz').name}, which needs none"
+        )
         raise FileError(f"{path.name}: NetCDF needs h5netcdf, which is not installed; {cure}") from None
     return h5netcdf
 
@@ -36,7 +39,10 @@ def h5netcdf_for(path: Path):
 def write(
     file: BinaryIO, path: Path, texts: dict[str, str], columns: Columns, tables: Iterable[Table], batches: int
 ) -> None:
-    """All of a run: texts of JSON by name, its columns, and what was found out.  Raises OSError where the disk is full."""
+    """Write a run: JSON texts by name, columns, and tables of results.
+
+    Raises OSError if the disk is full.
+    """
     patient = _PatientFile(file)
     written = h5netcdf_for(path).File(patient, "w")
     try:
@@ -58,9 +64,9 @@ def write(
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
-    """The texts of a file by name, and the pieces of its columns.  Raises ValueError where it is not whole."""
+    """Yield functions that read the texts and the columns of a file.  Raises ValueError if it is damaged."""
     h5netcdf_for(path)
-    import h5py  # by which h5netcdf reads; half-opened, as of a torn file, only this one closes without a word
+    import h5py  # h5netcdf reads through it; of a damaged file only h5py closes without a warning
 
     with path.open("rb") as file:
         check_seal(file)
@@ -70,13 +76,13 @@ def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
 
 
 class _PatientFile(io.RawIOBase):
-    """A file in which every write succeeds; what went wrong first is kept for `check`, and nothing is written any more."""
+    """A file object whose writes always succeed; it stores the first error and then drops all writes."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.file, self.error = file, None
 
     def check(self) -> None:
-        """Raise the OSError that HDF5 was not told."""
+        """Raise the stored OSError, if any."""
         if self.error is not None:
             raise self.error
 
@@ -103,7 +109,7 @@ class _PatientFile(io.RawIOBase):
     def seek(self, offset: int, whence: int = 0) -> int:
         try:
             return self.file.seek(offset, whence)
-        except OSError as error:  # of what was to be written before
+        except OSError as error:  # from an earlier buffered write
             self.error = self.error or error
             return offset
 
@@ -141,7 +147,7 @@ def _write_variable(patient: _PatientFile, group, name: str, variable: Variable)
 
 
 def _write_pieces(patient: _PatientFile, group, name: str, axes: Sequence[str], column: Column):
-    """A variable, piece by piece, compressed."""
+    """Write a compressed variable piece by piece."""
     _settle_axes(group, axes, column.shape)
     made = group.create_variable(
         name,
@@ -167,7 +173,7 @@ def _settle_axes(group, axes: Sequence[str], shape: tuple[int, ...]) -> None:
 
 
 def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """As many of the last axes at a time as make a chunk."""
+    """Return the shape of a chunk: as much of the last axes as CHUNK numbers hold."""
     chunks, left = [], CHUNK
     for size in reversed(shape):
         chunks.insert(0, max(1, min(size, left)))
@@ -176,7 +182,7 @@ def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _pieces(variable, lengths: Sequence[int]) -> Iterator[np.ndarray]:
-    """Read together what is small."""
+    """Yield the pieces of these lengths; small ones are read together."""
     each, begin, place = max(1, math.prod(variable.shape[1:])), 0, 0
     while place < len(lengths):
         past, size = place, 0

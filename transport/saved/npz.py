@@ -1,4 +1,4 @@
-"""A run in a .npz: a zip of .npy arrays that numpy.load opens, with run.json, which says what they are, and scene.json."""
+"""A run as .npz: a zip of .npy arrays for numpy.load, with run.json, which describes them, and scene.json."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ import numpy as np
 from transport.saved.columns import Column, Columns, Pieces
 from transport.saved.tables import OWN, Table, Variable
 
-LEVEL = 1  # of compression: what is left out beyond it is not worth the time
+LEVEL = 1  # of compression; higher levels save little and take long
 
 
 def write(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: Iterable[Table]) -> None:
-    """All of a run: texts of JSON by name, its columns, and what was found out."""
+    """Write a run: JSON texts by name, columns, and tables of results."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=LEVEL) as archive:
         for name, text in texts.items():
             archive.writestr(f"{name}.json", text)
@@ -38,7 +38,10 @@ def write(file: BinaryIO, texts: dict[str, str], columns: Columns, tables: Itera
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[Callable[[str], str], Pieces]]:
-    """The texts of a file by name, and the pieces of its columns.  Raises what a zip that is not whole raises."""
+    """Yield functions that read the texts and the columns of a file.
+
+    Raises the errors of zipfile if damaged.
+    """
     with zipfile.ZipFile(path) as archive:
         yield (
             lambda name: archive.read(f"{name}.json").decode(),
@@ -73,5 +76,5 @@ def _pieces(archive: zipfile.ZipFile, name: str, lengths: Sequence[int]) -> Iter
             content = entry.read(math.prod(piece.shape) * dtype.itemsize)
             piece.reshape(-1).view(np.uint8)[:] = np.frombuffer(content, np.uint8)
             yield piece
-        if entry.read(1):  # at whose end the checksum is looked at
-            raise ValueError(f"{name} is longer than it should be")
+        if entry.read(1):  # reading to the end checks the checksum
+            raise ValueError(f"{name} is longer than expected")

@@ -1,7 +1,7 @@
-"""What a run remembers, in words of JSON: frozen dataclasses, lists, tuples, tables and numbers, bit by bit.
+"""The state of a run as JSON data: dataclasses, lists, tuples, dictionaries and numbers, bit for bit.
 
-Each kind is tagged, {"tuple": [...]}, {"Look": {"particles": ...}}, so that what is read is what was written.  Batches are
-not written here, but numbered: {"batch": 3}.
+Each type is tagged, {"tuple": [...]}, {"Look": {"particles": ...}}, so that reading restores it.  Batches are
+stored as numbers only: {"batch": 3}.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ KINDS = {kind.__name__: kind for kind in _ALL}
 
 
 class Pool:
-    """Batches, each once however often it is meant."""
+    """Numbered batches, each stored once."""
 
     def __init__(self) -> None:
         self.batches: list[Batch] = []
         self._numbers: dict[int, int] = {}
 
     def number_of(self, batch: Batch) -> int:
-        """Its number, by which it is found again."""
+        """Return the number of a batch; a new batch is added."""
         if id(batch) not in self._numbers:
             self._numbers[id(batch)] = len(self.batches)
             self.batches.append(batch)
@@ -56,7 +56,7 @@ class Pool:
 
 
 def plain(value: object, pool: Pool) -> object:
-    """The value in words of JSON.  Raises TypeError for what is of none of these kinds."""
+    """Return the value as JSON data.  Raises TypeError for a type outside KINDS."""
     match value:
         case None | bool() | int() | str():
             return value
@@ -74,13 +74,13 @@ def plain(value: object, pool: Pool) -> object:
             return {"table": [[plain(key, pool), plain(item, pool)] for key, item in value.items()]}
     kind = type(value).__name__
     if KINDS.get(kind) is not type(value):
-        raise TypeError(f"{kind} is no kind that a file of a run holds: saved.plain.KINDS lists them")
+        raise TypeError(f"{kind} cannot be stored in the file of a run: saved.plain.KINDS lists the types")
     names = [field.name for field in dataclasses.fields(value) if field.init]
     return {kind: {name: plain(getattr(value, name), pool) for name in names}}
 
 
 def meant(data: object, batches: list[Batch]) -> object:
-    """The value of these words.  Raises KeyError or TypeError where they are not what `plain` writes."""
+    """Return the value of JSON data that `plain` wrote.  Raises KeyError or TypeError for other data."""
     if isinstance(data, list):
         return [meant(item, batches) for item in data]
     if not isinstance(data, dict):

@@ -1,6 +1,7 @@
-"""What a file of a run holds, written and read: the scene as JSON, all by which the run goes on, and what it found out.
+"""Save and load runs: the scene as JSON, the state of the run, and its results.
 
-The suffix decides: .nc is NetCDF-4, .npz a zip of arrays.  Nothing in it is run when it is read: no pickle.
+The suffix gives the format: .nc is NetCDF-4, .npz a zip of arrays.  Loading executes no code from the file:
+no pickle.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from transport.validation import SceneError, shown
 FORMAT, VERSION = "transport run", 1
 NUL = "\0"
 SUFFIXES = (".nc", ".npz")
-KINDS = {"Batch": Batch, "Packed": Packed}  # of which columns are made
+KINDS = {"Batch": Batch, "Packed": Packed}  # types stored as columns
 NOT_WHOLE = (
     OSError,
     KeyError,
@@ -49,10 +50,10 @@ NOT_WHOLE = (
 
 
 def save(result: Result, path: str | PathLike, scene: str | None = None, is_over: bool = True) -> None:
-    """Write a run into a file, whole or not at all.
+    """Write a run to a file, atomically.
 
-    scene: its text, where that is known;  is_over: whether to write what it found out as well, for other programs.
-    Raises FileError for a file that cannot be written, SceneError for a scene that no file can hold.
+    `scene` is the text of the scene, if known.  `is_over` adds the results for other programs.  Raises
+    FileError if the file cannot be written, SceneError for a scene that no file can hold.
     """
     path = checked_path("save", path)
     scene = scene_text(given_scene(result)) if scene is None else scene
@@ -68,9 +69,9 @@ def save(result: Result, path: str | PathLike, scene: str | None = None, is_over
 
 
 def load(path: str | PathLike) -> Result:
-    """The run that was saved, as `simulate` returned it: bit for bit.
+    """Load a saved run, bit for bit as `simulate` returned it.
 
-    Raises FileError for what is no such file, or not whole, or of another version.
+    Raises FileError for a missing or damaged file, and for a file of another version.
     """
     path = checked_path("load", path)
     opened = netcdf.opened if path.suffix == ".nc" else npz.opened
@@ -85,12 +86,14 @@ def load(path: str | PathLike) -> Result:
     except FileNotFoundError:
         raise FileError(f"no file {path}") from None
     except NOT_WHOLE as error:
-        raise FileError(f"{path} is not a whole file of a run ({type(error).__name__}: {error})") from error
+        raise FileError(
+            f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
+        ) from error
     return _result(path, about["rows"], scene, run)
 
 
 def scene_text(scene: Scene) -> str:
-    """The scene as files of its runs hold it.  Raises SceneError for what no file can hold."""
+    """Return the scene as text for a file.  Raises SceneError for a scene that no file can hold."""
     for part in (*scene.sources, *scene.surfaces, *scene.detectors):
         name = getattr(part, "name", None) or ""
         if NUL in name:
@@ -100,7 +103,7 @@ def scene_text(scene: Scene) -> str:
 
 
 def checked_path(what: str, path: object) -> Path:
-    """The path, if its suffix is one of those that decide.  Raises SceneError, or FileError where a package is missing."""
+    """Return the path.  Raises SceneError for a wrong suffix, FileError if a package is missing."""
     if not isinstance(path, str | PathLike):
         raise SceneError(
             f"{what}: must be the path of a file, got {shown(path)}; write 'run.nc' or 'run.npz'"
@@ -110,22 +113,22 @@ def checked_path(what: str, path: object) -> Path:
         cure = (
             f"write {path.with_suffix('.nc').name!r} or {path.with_suffix('.npz').name!r}"
             if path.name
-            else "name one"
+            else "name a file"
         )
-        raise SceneError(f"{what}: a file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
+        raise SceneError(f"{what}: the file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
     if path.suffix == ".nc":
         netcdf.h5netcdf_for(path)
     return path
 
 
 def checked_place(what: str, path: object) -> Path:
-    """The path, if a run may be saved there once it is over: asked before it begins, as a day later is too late.
+    """Return the path if a run can be saved there; checked before the run starts, not after a day.
 
-    Raises as `checked_path`, and FileError where the folder is missing or may not be written to.
+    Raises like `checked_path`, and FileError if the folder is missing or not writable.
     """
     path = checked_path(what, path)
     if not path.parent.is_dir():
-        raise FileError(f"{what} {path} is in no folder; make {path.parent} first")
+        raise FileError(f"{what} {path}: the folder does not exist; make {path.parent} first")
     try:
         check_writable(path)
     except OSError as error:
@@ -135,13 +138,13 @@ def checked_place(what: str, path: object) -> Path:
 
 
 def check_new(what: str, path: Path, overwrite: bool) -> None:
-    """Raises FileError for a file that is there, unless that may be replaced."""
+    """Raise FileError if the file exists and must not be replaced."""
     if path.exists() and not overwrite:
-        raise FileError(f"{what}: {path} is there; say --overwrite to replace it, or name another file")
+        raise FileError(f"{what}: {path} exists; pass --overwrite to replace it, or name another file")
 
 
 def _about(result: Result, columns: Columns) -> tuple[str, int]:
-    """All but the columns and the scene as JSON text, and how many batches these are of."""
+    """Return the run without columns and scene as JSON text, and its number of batches."""
     pool = Pool()
     run = {
         "seed": result.seed,
@@ -167,14 +170,15 @@ def _about(result: Result, columns: Columns) -> tuple[str, int]:
 
 
 def _checked(path: Path, about: dict) -> dict:
-    """What a file is about, if it is of a run and of a version that is known.  Raises FileError otherwise."""
+    """Return the data of a file.  Raises FileError if it is not the file of a run, or of a newer version."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise FileError(
-            f"{path} is no file of a run: its format is {shown(about.get('format'))}, not {FORMAT!r}"
+            f"{path} is not the file of a run: its format is {shown(about.get('format'))}, not {FORMAT!r}"
         )
     if about["version"] > VERSION:
         raise FileError(
-            f"{path}: its version {about['version']} is newer than {VERSION}, the newest known here; update transport"
+            f"{path}: its version {about['version']} is newer than {VERSION}, the newest known here;"
+            " update transport"
         )
     return about
 
@@ -183,12 +187,12 @@ def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
     try:
         scene = Scene.from_json(scene)
     except SceneError as error:
-        raise FileError(f"{path}: its scene: {error}") from error
+        raise FileError(f"{path}: scene: {error}") from error
     plan = plan_for(scene, run["tracking"], run["method"])
     if rows != rows_of(plan):
         made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
-        cure = "load it there, or read what it found out with xarray or numpy"
-        raise FileError(f"{path} was made by transport {made}, whose sums are laid out otherwise; {cure}")
+        cure = "load it with that version, or read its results with xarray or numpy"
+        raise FileError(f"{path} was made by transport {made}, which lays out its sums differently; {cure}")
     return Result(
         plan,
         run["batches"],
@@ -203,20 +207,20 @@ def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
 
 
 def given_scene(result: Result) -> Scene:
-    """The scene as `simulate` was given it."""
+    """Return the scene as it was passed to `simulate`."""
     return unaimed_scene(result.scene) if result.plan.method.estimator == "aimed" else result.scene
 
 
 def rows_of(plan: Plan) -> dict[str, object]:
-    """How a batch's sums are laid out."""
+    """Return the layout of a batch's sums."""
     numbers = ("rows", "half", "long_rows", "volume_rows", "point_rows", "cell_rows", "size_cells")
     return {name: int(getattr(plan, name)) for name in numbers} | {"bases": dict(plan.bases)}
 
 
 def state_of(result: Result) -> State:
-    """By what the run goes on, with who did its batches.  Raises SceneError where it cannot go on."""
+    """Return the state from which a run continues, with its origins.  Raises SceneError if it has none."""
     if result.state is None:
         raise SceneError(
-            "save: this result is none that simulate, load or merge returned; save one of theirs"
+            "save: this result has no state to continue from; save a result of simulate, load or merge"
         )
     return replace(result.state, origins=result.state.origins or (this_origin(),))

@@ -1,6 +1,6 @@
-"""Going on with a saved run: what is not said is as it was, and what is said must not be unlike it, but for the limits.
+"""Resuming: settings you pass, except limits, must match the saved run; others are taken from it.
 
-Limits count from the beginning of the run, so that a call that is repeated does nothing twice.
+Limits count from the beginning of the run, so that a repeated call runs nothing twice.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from transport.written.differences import differences
 
 
 def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
-    """The saved run, or None for one that begins: where none is named, or the file is yet to be written by this very run.
+    """Return the saved run, or None for a new one: if no run is named, or this call will create the file.
 
-    Raises SceneError where it would write over another run.
+    Raises SceneError if the call would overwrite another run.
     """
     if not (resume is None or isinstance(resume, Result | str | PathLike)):
         raise SceneError(f"simulate: resume must be a file or a Result, got {shown(resume)}; write 'run.nc'")
@@ -31,20 +31,20 @@ def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
     is_file = not (resume is None or isinstance(resume, Result))
     is_same = path is not None and is_file and os.path.realpath(path) == os.path.realpath(resume)
     if path is not None and path.exists() and not is_same:
-        cure = f"say resume={str(path)!r} to go on with it, or remove it"
-        raise SceneError(f"simulate: checkpoint must be a new file, but {path} is there; {cure}")
+        cure = f"pass resume={str(path)!r} to continue it, or remove it"
+        raise SceneError(f"simulate: checkpoint must be a new file, but {path} exists; {cure}")
     if not is_file:
         return resume
     return None if is_same and not path.exists() else load(resume)
 
 
 def lasting_warnings(saved: Result) -> list[str]:
-    """What is said of a saved run however far it goes on: the batches of a merged one that are missing."""
+    """Return the warnings that a resumed run keeps: those about missing batches of a merged run."""
     return [warning for warning in saved._warnings if MISSING in warning]
 
 
 def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:
-    """How a saved run goes on.  Raises SceneError that names what is asked for and unlike it."""
+    """Return the settings of a resumed run.  Raises SceneError that names the first argument that differs."""
     _check_alike(saved, scene, asked)
     return Way(saved.plan.method, _limits(saved, asked), saved.seed, saved.asked, saved.choice)
 
@@ -52,10 +52,10 @@ def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:
 def _check_alike(saved: Result, scene: Scene, asked: Asked) -> None:
     if saved.state is None:
         raise SceneError(
-            "simulate: resume must be a run that can go on; take one that simulate, load or merge returned"
+            "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
         )
     if unlike := differences(scene, given_scene(saved)):
-        raise SceneError(f"simulate: the scene is not that of the saved run: {'; '.join(unlike)}")
+        raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
     method, limits = saved.plan.method, saved.state.limits
     _check("seed", asked.seed, saved.seed)
     _check("estimator", None if asked.estimator == AUTO else asked.estimator, method.estimator)
@@ -66,7 +66,7 @@ def _check_alike(saved: Result, scene: Scene, asked: Asked) -> None:
 
 
 def _limits(saved: Result, asked: Asked) -> Limits:
-    """When the run that goes on ends: as was said at first, where nothing is said now."""
+    """Return the limits of the resumed run; those of the saved run if the call has none."""
     was = saved.state.limits
     if asked.particles is None and not asked.error and asked.seconds is None:
         return was

@@ -1,7 +1,8 @@
-"""A seal behind the end of a file: the checksum of all its bytes, looked at before anything else is.
+"""A checksum of all bytes, appended to a file and verified before anything else is read.
 
-HDF5 has checksums of its chunks, but none of its tables: a wrong bit there is another way to unpack, so other numbers, or a
-loop without an end.  What it does not know of, behind its own end, it leaves alone, as do other programs that read it.
+HDF5 has checksums of its chunks, but not of its tables: a wrong bit there changes how numbers are unpacked,
+or causes an endless loop.  HDF5, and other programs that read the file, ignore bytes after the end of its own
+data.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from typing import BinaryIO
 
 MARK = b"\ntransport crc32 "  # then eight digits
 LENGTH = len(MARK) + 8
-STRETCH = 1 << 22  # bytes that are read together
+STRETCH = 1 << 22  # bytes per read
 
 
 def seal(file: BinaryIO) -> None:
-    """Write it behind all that is there."""
+    """Append the checksum to the file."""
     length = file.seek(0, io.SEEK_END)
     told = _checksum(file, length)
     file.seek(length)
@@ -24,14 +25,14 @@ def seal(file: BinaryIO) -> None:
 
 
 def check_seal(file: BinaryIO) -> None:
-    """Raises ValueError where the file is not as it was when it was sealed; where it is, it stands at its beginning."""
+    """Raise ValueError if the checksum is missing or wrong; otherwise rewind the file."""
     length = max(0, file.seek(0, io.SEEK_END) - LENGTH)
     file.seek(length)
     found = file.read()
     if not found.startswith(MARK):
-        raise ValueError("its seal is missing: it was cut off, or written anew by another program")
+        raise ValueError("its checksum is missing: it was cut off, or rewritten by another program")
     if found != _checksum(file, length):
-        raise ValueError("its seal tells of other bytes: some were damaged or changed")
+        raise ValueError("its checksum is wrong: bytes were damaged or changed")
     file.seek(0)
 
 

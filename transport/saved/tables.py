@@ -1,8 +1,8 @@
-"""What a run found out, as tables for other programs: a group a detector, variables with dims, coordinates and units.
+"""Results as tables for other programs: a group per detector, variables with dims, coordinates and units.
 
 xarray.open_dataset("run.nc", engine="h5netcdf", group="meter")      its quantities, and <quantity>_error
-xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger
-xarray.open_dataset("run.nc", engine="h5netcdf", group="run")        batches, and the scene as the text of its JSON
+xarray.open_dataset("run.nc", engine="h5netcdf")                     the ledger xarray.open_dataset("run.nc",
+engine="h5netcdf", group="run")        batches, and the scene as the text of its JSON
 """
 
 from __future__ import annotations
@@ -23,15 +23,17 @@ from transport.results.report import head_of, title_of
 from transport.results.result import Result
 from transport.validation import SceneError
 
-OWN = "run"  # the group of what a run goes on by
+OWN = "run"  # group of the state of the run
 COMPLETE, INTERRUPTED = "complete", "incomplete: interrupted"
-GOES_ON = "incomplete: a checkpoint, which transport.load and resume= read; ledger and detectors are written as the run ends"
+GOES_ON = (
+    "incomplete: a checkpoint, for transport.load and resume=; ledger and detectors are written at the end"
+)
 BOUNDS = ("_low", "_high")
 
 
 @dataclass(frozen=True)
 class Variable:
-    """An array with the names of its axes and what is to be said of it."""
+    """An array with the names of its axes and its attributes."""
 
     dims: tuple[str, ...]
     values: np.ndarray
@@ -40,7 +42,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Table:
-    """Variables by name, each made when it is asked for, with those of its coordinates in front of it."""
+    """Variables by name, made on demand; coordinates come before the variables that use them."""
 
     group: str
     attributes: dict[str, object]
@@ -48,10 +50,10 @@ class Table:
 
 
 def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
-    """The ledger, then each detector; of a run that goes on (not `is_over`) only what it is, as they would take too long."""
+    """Yield the ledger, then each detector; for a checkpoint (not `is_over`) only attributes."""
     written = datetime.now(UTC).isoformat(timespec="seconds")
     told = {"title": head_of(result), "seed": str(result.seed), "method": result.plan.method.title}
-    told["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # as NetCDF has it
+    told["history"] = f"{written} {shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])}"  # NetCDF convention
     if not is_over:
         yield Table("", told | {"completeness": GOES_ON}, iter(()))
         return
@@ -59,9 +61,9 @@ def tables_of(result: Result, is_over: bool) -> Iterator[Table]:
     told["warnings"] = "\n".join(result.warnings)
     ledger = list(_ledger(result))
     yield Table("", told, iter(ledger))
-    taken = {OWN, *dict(ledger)}  # a group cannot be called as a variable beside it
+    taken = {OWN, *dict(ledger)}  # a group must not have the name of a variable
     for detector in result.scene.detectors:
-        group = detector.name.replace("/", "|")  # of which a name in HDF5 has none
+        group = detector.name.replace("/", "|")  # HDF5 names have no slash
         while group in taken:
             group += "_"
         taken.add(group)
@@ -88,7 +90,7 @@ def _ledger(result: Result) -> Iterator[tuple[str, Variable]]:
 
 
 def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variable]]:
-    """All quantities of a detector, of a reading of its own: what one took is let go before the next."""
+    """Yield all quantities of a detector from a new reading; each is freed before the next is made."""
     reading = result._read(detector)
     axes: dict[str, np.ndarray] = {}
     bounded = set()
@@ -114,14 +116,14 @@ def _quantities(result: Result, detector: object) -> Iterator[tuple[str, Variabl
 
 
 def _named(axis: str, edges: np.ndarray, axes: dict[str, np.ndarray]) -> str:
-    """The name of an axis; another one where that has other bins already."""
+    """Return the name of an axis; a new one if the name is taken by an axis with other bins."""
     while axis in axes and not np.array_equal(axes[axis], edges):
         axis += "_"
     return axis
 
 
 def _places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
-    """Instants as they are; of bins their centres and bounds."""
+    """Return instants unchanged, and bins as centres and bounds."""
     if len(edges) == bins:
         return {"": edges}
     return {"": 0.5 * (edges[1:] + edges[:-1]), **dict(zip(BOUNDS, (edges[:-1], edges[1:]), strict=True))}
@@ -130,11 +132,11 @@ def _places(edges: np.ndarray, bins: int) -> dict[str, np.ndarray]:
 def _with_error(
     name: str, dims: tuple[str, ...], quantity: object, bounded: Container[str] = ()
 ) -> Iterator[tuple[str, Variable]]:
-    """A quantity and its error; bounded: those of its axes that have bins, whose bounds xarray then takes for coordinates."""
+    """Yield a quantity and its error; `bounded` names axes with bins: their bounds become coordinates."""
     units = {"units": str(quantity.unit) or "1", "long_name": name.replace("_", " ")}
     bounds = [dim + end for dim in dims if dim in bounded for end in BOUNDS]
     units |= {"coordinates": " ".join(bounds)} if bounds else {}
-    # as judging very many bins takes all of their errors at once
+    # judging very many bins would need all of their errors at once
     is_judged = not quantity._replicates.is_in_parts
     judged = {}
     if not dims:
@@ -151,7 +153,7 @@ def _with_error(
 
 
 def _sample(result: Result, snapshot: Snapshot) -> Iterator[tuple[str, Variable]]:
-    """The particles of a snapshot."""
+    """Yield the particles of a snapshot."""
     reading = result[snapshot.name]
     unit = "1" if result.scene.measured_in == "particles" else "J"
     yield "axis", Variable(("axis",), np.array(["x", "y", "z"], dtype=object))

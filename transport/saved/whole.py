@@ -1,4 +1,4 @@
-"""A file that is whole or not there: written aside, brought to the disk, then put in place of the old one in one step."""
+"""Atomic writes: a file is written under a temporary name, synced to disk, then renamed over the old file."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _numbers = itertools.count()
 
 
 class FileError(SceneError, OSError):
-    """A file of a run that cannot be written, or read; the message names it, and says what to do."""
+    """A file cannot be written or read; the message names the file and the cure."""
 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[BinaryIO]:
-    """A file to write to, which takes the place of `path` once all is on the disk; else what was there stays as it was.
+    """Yield a file to write to, which replaces `path` once it is on disk; on an error the old file stays.
 
-    Raises FileError where the disk is full and the like.
+    Raises FileError if the disk is full or the file cannot be written.
     """
-    path = Path(os.path.realpath(path))  # a link stays one
+    path = Path(os.path.realpath(path))  # keep a symbolic link
     aside = _beside(path)
     try:
         _remove_left_over(path)
@@ -47,7 +47,7 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
 
 
 def check_writable(path: Path) -> None:
-    """Raises OSError where a file could not be written in place of this one: its folder is locked, its name too long."""
+    """Raise OSError if the file could not be replaced, e.g. in a read-only folder or with too long a name."""
     aside = _beside(Path(os.path.realpath(path)))
     try:
         aside.open("w+b").close()
@@ -57,7 +57,7 @@ def check_writable(path: Path) -> None:
 
 
 def _beside(path: Path) -> Path:
-    """Where it is written before it is put in place."""
+    """Return the temporary path beside the file."""
     return path.with_name(f".{path.name}.{_mine()}-{next(_numbers)}.part")
 
 
@@ -65,17 +65,19 @@ def _cure(path: Path) -> str:
     if not path.parent.is_dir():
         return f"make the folder {path.parent} first"
     return (
-        "what was there is as it was; make room, or write elsewhere" if path.exists() else "write elsewhere"
+        "the old file is unchanged; free disk space, or write elsewhere"
+        if path.exists()
+        else "write elsewhere"
     )
 
 
 def _mine() -> str:
-    """The name of this process among all that may write into one folder."""
+    """Return a name of this process, unique among all that may write into one folder."""
     return f"{socket.gethostname()}-{os.getpid()}"
 
 
 def _remove_left_over(path: Path) -> None:
-    """Remove what processes of this machine that have been killed were writing aside."""
+    """Remove temporary files that killed processes of this machine left."""
     host = socket.gethostname()
     for left in path.parent.glob(f".{_literal(path.name)}.{_literal(host)}-*-*.part"):
         process = left.name.rsplit("-", 2)[1]
@@ -84,12 +86,12 @@ def _remove_left_over(path: Path) -> None:
 
 
 def _literal(name: str) -> str:
-    """A name in which a pattern's letters mean themselves."""
+    """Escape the special characters of a glob pattern."""
     return "".join(f"[{letter}]" if letter in "[]*?" else letter for letter in name)
 
 
 def _is_alive(process: int) -> bool:
-    if os.name == "nt":  # where asking would end it
+    if os.name == "nt":  # os.kill would end the process
         return True
     try:
         os.kill(process, 0)
@@ -101,7 +103,7 @@ def _is_alive(process: int) -> bool:
 
 
 def _bring_names_to_disk(folder: Path) -> None:
-    """Make a new name survive a loss of power, where the system can."""
+    """Sync a folder, so that a new name survives a power loss, if the system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

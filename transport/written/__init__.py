@@ -1,1 +1,1 @@
-"""A scene as text: JSON that holds all of it bit by bit, can be written by hand, and runs without Python code."""
+"""Scenes as JSON: exact bit for bit, writable by hand, and runnable without Python code."""

@@ -1,4 +1,4 @@
-"""Where two scenes differ, in words: "surfaces[2].material.albedo: 0.5 instead of 0.4"."""
+"""Differences between two scenes as text: "surfaces[2].material.albedo: 0.5 instead of 0.4"."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from transport.media.phases import PiecewiseLinear
 from transport.validation import shown
 
-MOST = 10  # differences that are told one by one
+MOST = 10  # differences listed one by one
 
 
 def differences(one: object, other: object) -> list[str]:
-    """What `one` has otherwise than `other`, a line each, bit by bit; none where they are the same.
+    """Return the differences of `one` from `other`, one line each; empty if they are equal bit for bit.
 
-    Parts with names are compared with their namesakes.  Of more than ten the rest is counted.
+    Parts with names are compared by name.  Beyond ten differences the rest is counted.
     """
     found = list(_differences(one, other, ""))
     rest = len(found) - MOST
@@ -24,7 +24,7 @@ def differences(one: object, other: object) -> list[str]:
 
 
 def are_alike(one: object, other: object) -> bool:
-    """Whether two values are the same bit by bit: 0.0 and -0.0 are not, nan and nan are."""
+    """Return whether two values are equal bit for bit: 0.0 and -0.0 differ, nan equals nan."""
     return next(_differences(one, other, ""), None) is None
 
 
@@ -63,7 +63,7 @@ def _of_lists(one: tuple, other: tuple, path: str) -> Iterator[str]:
 
 
 def _of_named(one: dict[str, object], other: dict[str, object], path: str) -> Iterator[str]:
-    """Of parts with names: which are there in one of the lists only, and how the others differ from their namesakes."""
+    """Yield the names that only one of two lists has, then the differences of parts with equal names."""
     for word, only in (("also has", one.keys() - other.keys()), ("lacks", other.keys() - one.keys())):
         if only:
             yield f"{path}: {word} {', '.join(map(repr, sorted(only)))}"

@@ -1,4 +1,4 @@
-"""A whole file: {"format": "transport scene", "version": 1, "scene": {...}}, and what is shared in it."""
+"""Scene files: {"format": "transport scene", "version": 1, "scene": {...}}, with optional shared objects."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ if TYPE_CHECKING:
     from transport.scene import Scene
 
 FORMAT = "transport scene"
-BYTE_ORDER = "\ufeff"  # what some editors begin a text with
-LONGEST_PATH = 400  # characters; what is longer is a text gone wrong
-VERSION = 1  # rises where a file would mean something else, as by another default
+BYTE_ORDER = "\ufeff"  # byte-order mark that some editors write
+LONGEST_PATH = 400  # characters; anything longer is a broken text rather than a path
+VERSION = 1  # rises if the meaning of a file changes, e.g. by a new default
 HEAD = ("$schema", "format", "version", "about", "shared", "scene")
 
 
 class Document(NamedTuple):
-    """A scene, and what its file says of it to people."""
+    """A scene, and the description in its file."""
 
     scene: Scene
     about: str
 
 
 def scene_text(scene: Scene, path: str | PathLike | None = None) -> str:
-    """The scene as JSON text, written into the file as well where one is named.
+    """Return the scene as JSON text, and write it to `path` if given.
 
-    Raises SceneError for what is not declarative, and for a file that cannot be written: an old one stays as it was.
+    Raises SceneError for an object that JSON cannot hold, and for a file that cannot be written; an old file
+    stays.
     """
     shared = shared_parts(scene)
     data = {"format": FORMAT, "version": VERSION}
@@ -47,12 +48,15 @@ def scene_text(scene: Scene, path: str | PathLike | None = None) -> str:
 
 
 def scene_of(source: str | PathLike) -> Scene:
-    """The scene of a file, or of a text that begins with "{".  Raises SceneError with the path of what is wrong."""
+    """Return the scene of a file, or of a text that starts with "{".
+
+    Raises SceneError with the place of the error.
+    """
     return document_of(source).scene
 
 
 def document_of(source: str | PathLike) -> Document:
-    """The scene of a file or text, and what the file says of it to people; as `scene_of`."""
+    """Return the scene of a file or text with its description; raises like `scene_of`."""
     text, title = _text_and_title(source)
     try:
         data = checked_head(parsed(text))
@@ -62,14 +66,14 @@ def document_of(source: str | PathLike) -> Document:
         scene = reader.value(data["scene"], "")
         reader.check_shared()
     except RecursionError:
-        raise SceneError(f"{title}: too deeply nested; a scene needs some ten levels") from None
+        raise SceneError(f"{title}: too deeply nested; a scene needs about ten levels") from None
     except SceneError as error:
         raise SceneError(f"{title}: {error}") from None
     return Document(scene, data.get("about", ""))
 
 
 def checked_head(data: object) -> dict:
-    """The whole of a file, if it says that it is one and of a version that is known.  Raises SceneError otherwise."""
+    """Return the data of a file.  Raises SceneError for a wrong format, a newer version or a wrong entry."""
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         got = said(data.get("format")) if isinstance(data, dict) else said(data)
         refuse_at(
@@ -87,11 +91,11 @@ def checked_head(data: object) -> dict:
     for name in data:
         if name not in HEAD:
             place = joined("", name)
-            refuse_at(place, f"nothing of that name belongs beside the scene; {suggestion(name, HEAD)}")
+            refuse_at(place, f"unknown entry beside the scene; {suggestion(name, HEAD)}")
     if "scene" not in data:
         refuse_at("scene", 'missing; write "scene": {"type": "Scene", "sources": [...]}')
     if not isinstance(data.get("shared", {}), dict):
-        refuse_at("shared", f"must be objects by their names, got {said(data['shared'])}")
+        refuse_at("shared", f"must be a JSON object of named objects, got {said(data['shared'])}")
     if not isinstance(data.get("about", ""), str):
         refuse_at("about", f"must be a text, got {said(data['about'])}")
     return data
@@ -102,7 +106,7 @@ def _type_of(data: object) -> object:
 
 
 def _text_and_title(source: str | PathLike) -> tuple[str, str]:
-    """The text, and what messages call it."""
+    """Return the text and its title in messages."""
     if isinstance(source, str) and source.removeprefix(BYTE_ORDER).lstrip().startswith("{"):
         return source.removeprefix(BYTE_ORDER), "Scene.from_json"
     if not isinstance(source, str | PathLike):
@@ -111,8 +115,8 @@ def _text_and_title(source: str | PathLike) -> tuple[str, str]:
     try:
         return Path(source).read_text(encoding="utf-8-sig"), title
     except UnicodeDecodeError as error:
-        why, cure = f"byte {error.start} is none of UTF-8", "save it as UTF-8"
+        why, cure = f"byte {error.start} is not UTF-8", "save it as UTF-8"
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
-        cure = "name a file of JSON" + (', or begin a text with "{"' if isinstance(source, str) else "")
+        cure = "name a JSON file" + (', or start a text with "{"' if isinstance(source, str) else "")
     raise SceneError(f"{title}: cannot be read: {why}; {cure}") from None

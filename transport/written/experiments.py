@@ -1,4 +1,4 @@
-"""A file of a scene as an experiment without a law: run, seen and priced as those of Python are."""
+"""A scene file as an experiment without a law, for the commands run, view, cost and effects."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from transport.written.documents import document_of
 
 
 def experiment_of_file(path: str) -> ModuleType:
-    """The experiment whose scene is that of a JSON file; what it measures are all numbers of all detectors.
+    """Return an experiment with the scene of a JSON file; it measures all quantities of all detectors.
 
-    Raises SceneError for what is no scene, with its place in the file.
+    Raises SceneError with the place in the file if it is not a scene.
     """
     document, module = document_of(Path(path)), ModuleType(Path(path).stem)
     module.__file__ = path
@@ -24,12 +24,12 @@ def experiment_of_file(path: str) -> ModuleType:
 
 
 def numbers_of(result: Result) -> dict[str, Estimate]:
-    """What each detector measures as a whole: {"meter.irradiance": Estimate}."""
+    """Return the scalar quantities of all detectors: {"meter.irradiance": Estimate}."""
     return {name: quantity for name, quantity in _quantities(result) if isinstance(quantity, Estimate)}
 
 
 def bins_of(result: Result) -> dict[str, EstimateArray]:
-    """What each detector measures in bins: {"meter.radiance": EstimateArray}."""
+    """Return the binned quantities of all detectors: {"meter.radiance": EstimateArray}."""
     return {name: quantity for name, quantity in _quantities(result) if isinstance(quantity, EstimateArray)}
 
 

@@ -1,4 +1,4 @@
-"""Fields that follow from an object's others, and so are left out of a file: what is said once can be changed in one place."""
+"""Derived fields: they follow from an object's other fields, so a file omits them."""
 
 from transport.detectors import Detector
 from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
@@ -9,7 +9,7 @@ from transport.volumes import VolumeDetector
 
 
 def following(part: object) -> tuple[str, ...]:
-    """The names of the fields that would be the same if they were not said."""
+    """Return the names of the fields that have the same value if omitted."""
     match part:
         case Surface():
             return ("front", "back") if part.shape.is_closed else ("outside", "inside")

@@ -1,4 +1,4 @@
-"""The kinds of objects that a scene is made of, by the names that they have in a file."""
+"""The types of objects in a scene, by their names in a file."""
 
 import dataclasses
 import functools
@@ -48,32 +48,34 @@ from transport.tracking import Splitting, Tracking
 from transport.volumes import VolumeDetector
 
 _ALL = (
-    Beam, Black, Box, BoxPulse, Camera, Cloud, Cone, Cylinder, Detector, Dielectric, Diffuse, DirectionCone, DirectionSphere,
-    Directions, Disk, Effusive, EnvironmentMap, Gas, GaussianPulse, Glossy, Grid, HenyeyGreenstein, Instant, Isotropic,
-    Lambertian, Maxwellian, Medium, Mesh, Mirror, Mixture, Paraboloid, PhaseSpace, Plane, Point, PointDetector, Positions,
-    Rayleigh, Rectangle, Scene, Slab, Snapshot, Source, SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens,
-    Tracking, Transparent, Triangle, TwoSided, Vacuum, VolumeDetector,
+    Beam, Black, Box, BoxPulse, Camera, Cloud, Cone, Cylinder, Detector, Dielectric, Diffuse, DirectionCone,
+    DirectionSphere, Directions, Disk, Effusive, EnvironmentMap, Gas, GaussianPulse, Glossy, Grid,
+    HenyeyGreenstein, Instant, Isotropic, Lambertian, Maxwellian, Medium, Mesh, Mirror, Mixture, Paraboloid,
+    PhaseSpace, Plane, Point, PointDetector, Positions, Rayleigh, Rectangle, Scene, Slab, Snapshot, Source,
+    SpeedTable, Sphere, Splitting, Surface, Tabulated, ThinLens, Tracking, Transparent, Triangle, TwoSided,
+    Vacuum, VolumeDetector,
 )  # fmt: skip
 KINDS: dict[str, type] = {kind.__name__: kind for kind in _ALL}
-UNWRITTEN = {  # kinds that no file holds: why, and what to write instead
-    "InverseCDF": "holds a function of Python, which no file can; write SpeedTable(speeds=..., density=...) instead",
+UNWRITTEN = {  # types that no file can hold: the reason, and what to write instead
+    "InverseCDF": "holds a Python function, which no file can store;"
+    " write SpeedTable(speeds=..., density=...) instead",
 }
-HEAVY = (Grid, Mesh, SpeedTable, Tabulated)  # written once where they are used more often
+HEAVY = (Grid, Mesh, SpeedTable, Tabulated)  # written once if used several times
 
 
 def fields_of(kind: type) -> list[dataclasses.Field]:
-    """What an object of that kind is made of; without what is worked out of that."""
+    """Return the init fields of a type, without derived attributes."""
     return [field for field in dataclasses.fields(kind) if field.init]
 
 
 @functools.cache
 def arrays_of(kind: type) -> frozenset[str]:
-    """The names of the fields that take an array."""
+    """Return the names of the fields that take an array."""
     hints = {name: typing.get_args(hint) or (hint,) for name, hint in typing.get_type_hints(kind).items()}
     names = {name for name, types in hints.items() if np.ndarray in types}
-    return frozenset(names | ({"density"} if kind is Tabulated else set()))  # it becomes a function
+    return frozenset(names | ({"density"} if kind is Tabulated else set()))  # stored as a function
 
 
 def default_of(field: dataclasses.Field) -> object:
-    """What the field is where nothing is said; MISSING where something must be said."""
+    """Return the default of a field; MISSING for a required field."""
     return field.default if field.default_factory is dataclasses.MISSING else field.default_factory()

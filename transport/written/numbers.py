@@ -1,7 +1,7 @@
-"""Numbers in JSON, bit by bit: the shortest text that is read back as the same double, and those that JSON has no word for.
+"""Numbers in JSON, bit for bit: the shortest text that reads back as the same double, or {"float": "inf"}.
 
-Arrays are nested lists where they are small, else the base64 of their bytes, little-endian in C order, with dtype and shape;
-an array of one number everywhere is that number with its shape.
+Small arrays are nested lists.  Large ones are the base64 of their bytes, little-endian in C order, with dtype
+and shape.  A constant array is its number with a shape.
 """
 
 import base64
@@ -14,20 +14,20 @@ from transport.free_memory import ALWAYS, memory_left, size_text
 from transport.validation import as_float
 from transport.written.parsing import said
 
-LONGEST = 64  # numbers of an array that is written as lists
+LONGEST = 64  # largest array written as lists
 DTYPES = ("float64", "float32", "int64", "int32", "uint8")
 UNENDING = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
-MOST_NUMBERS = 1 << 33  # of an array that a file asks for by its shape
-READING = 16  # bytes that each of them takes while a scene is made of it
+MOST_NUMBERS = 1 << 33  # largest array that a file may request by its shape
+READING = 16  # bytes per number while a scene is read
 
 
 def number_written(number: float) -> float | dict[str, str]:
-    """A float as JSON has it, or {"float": "inf"}."""
+    """Return a float as a JSON number, or {"float": "inf"}."""
     return float(number) if math.isfinite(number) else {"float": repr(float(number))}
 
 
 def array_written(array: np.ndarray) -> object:
-    """An array of finite numbers, as the module says."""
+    """Return an array of finite numbers as JSON data."""
     if array.size > 1 and not any(array.strides):
         return {"constant": array.flat[0].item(), "shape": list(array.shape)}
     if array.size <= LONGEST:
@@ -37,7 +37,7 @@ def array_written(array: np.ndarray) -> object:
 
 
 def number_read(data: dict) -> float:
-    """The number of {"float": "inf"}.  Raises ValueError with what is wrong."""
+    """Return the number of {"float": "inf"}.  Raises ValueError for another text."""
     word = data["float"]
     if not isinstance(word, str) or word not in UNENDING:
         raise ValueError(
@@ -47,7 +47,10 @@ def number_read(data: dict) -> float:
 
 
 def array_read(data: dict) -> np.ndarray:
-    """The array of {"dtype", "shape", "base64"} or {"constant", "shape"}.  Raises ValueError with what is wrong."""
+    """Return the array of {"dtype", "shape", "base64"} or {"constant", "shape"}.
+
+    Raises ValueError for wrong data.
+    """
     shape = data.get("shape")
     if not isinstance(shape, list) or not shape or not all(type(n) is int and n > 0 for n in shape):
         raise ValueError(f"shape must be a list of whole numbers above 0, got {said(shape)}")
@@ -68,14 +71,14 @@ def array_read(data: dict) -> np.ndarray:
 
 
 def _check_size(shape: list[int]) -> None:
-    """A few characters may ask for more than there is."""
+    """Raise ValueError if the array does not fit into memory: a short text may request a huge array."""
     count = math.prod(shape)
-    asked = f"shape {said(shape)} asks for {float(min(count, 10**300)):.3g} numbers"
+    asked = f"shape {said(shape)} requests {float(min(count, 10**300)):.3g} numbers"
     if count > MOST_NUMBERS:
         raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MOST_NUMBERS:.3g}")
     need, left = READING * count, memory_left() if READING * count > ALWAYS else None
     if left is not None and need > left:
-        figures = f"{size_text(need)} while they are read, and {size_text(left)} of memory are left"
+        figures = f"{size_text(need)} while reading, but {size_text(left)} of memory are left"
         raise ValueError(f"{asked}, {figures}; take fewer")
 
 

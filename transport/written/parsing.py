@@ -1,4 +1,4 @@
-"""JSON text as data, strictly: each name once in its object, no NaN, no characters that no file can hold; told with the place."""
+"""Strict JSON parser: no repeated names, no NaN, no half characters; errors name their place."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import NoReturn
 from transport.validation import SceneError, shown
 
 LONGEST = 120  # characters of a value in a message
-LONGEST_NAME = 40  # and of a name in a path
-HALVES = re.compile("[\ud800-\udfff]")  # of characters beyond 65535 in UTF-16; none alone is a character
+LONGEST_NAME = 40  # characters of a name in a path
+HALVES = re.compile("[\ud800-\udfff]")  # surrogates of UTF-16; none alone is a character
 MAY_HOLD_HALVES = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
 
 
 class Repeated(dict):
-    """An object of JSON in which a name is said twice."""
+    """A JSON object with a repeated name."""
 
     def __init__(self, pairs: list[tuple[str, object]]) -> None:
         super().__init__(pairs)
@@ -25,7 +25,7 @@ class Repeated(dict):
 
 
 def parsed(text: str) -> object:
-    """The data of a JSON text.  Raises SceneError with the line or the path of what is wrong."""
+    """Return the data of a JSON text.  Raises SceneError with the line or the path of the error."""
     repeated: list[Repeated] = []
 
     def as_object(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -41,10 +41,8 @@ def parsed(text: str) -> object:
         raise SceneError(f"line {error.lineno}, column {error.colno}: not JSON, {error.msg}") from None
     except SceneError:
         raise
-    except ValueError:  # the only other one that Python's parser raises
-        raise SceneError(
-            "not JSON that can be read: a whole number of thousands of digits; write 1e30"
-        ) from None
+    except ValueError:  # the only other error of Python's parser
+        raise SceneError("unreadable JSON: an integer of thousands of digits; write 1e30") from None
     if repeated:
         _refuse_repeated(data)
     if MAY_HOLD_HALVES.search(text):
@@ -53,32 +51,32 @@ def parsed(text: str) -> object:
 
 
 def check_characters(text: str, path: str) -> None:
-    """Raise SceneError where a file in UTF-8 cannot hold the text."""
+    """Raise SceneError if UTF-8 cannot encode the text."""
     if half := HALVES.search(text):
-        problem = f"{half[0]!r} is half of a character, which no file can hold, got {said(text)}"
+        problem = f"{half[0]!r} is half of a character, which UTF-8 cannot encode, got {said(text)}"
         refuse_at(path, f"{problem}; leave it out")
 
 
 def refuse_at(path: str, problem: str) -> NoReturn:
-    """Raise a SceneError that begins with the place in the file."""
+    """Raise a SceneError that starts with the place in the file."""
     raise SceneError(f"{path}: {problem}" if path else problem)
 
 
 def said(data: object) -> str:
-    """Data as a message shows it, cut where it is long."""
+    """Return data as text for a message, cut if it is long."""
     text = shown(data)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def joined(path: str, name: str) -> str:
-    """The path of a field of what is at a path; characters that are not for print are written as in Python."""
+    """Return the path of a field; unprintable or long names are escaped."""
     name = name if name.isprintable() and len(name) <= LONGEST_NAME else shown(name[: 2 * LONGEST_NAME])
     return f"{path}.{name}" if path else name
 
 
 def _refuse_repeated(data: object) -> NoReturn:
     path, part = next((path, part) for path, part in _parts(data, "") if isinstance(part, Repeated))
-    refuse_at(joined(path, part.name), "is said twice in one object; drop one")
+    refuse_at(joined(path, part.name), "is given twice in one object; drop one")
 
 
 def _refuse_halves(data: object) -> None:
@@ -91,7 +89,7 @@ def _refuse_halves(data: object) -> None:
 
 
 def _parts(data: object, path: str) -> Iterator[tuple[str, object]]:
-    """All that the data is made of, from the whole to the parts, with their paths."""
+    """Yield each part of the data with its path, outer parts first."""
     yield path, data
     if isinstance(data, dict):
         for name, part in data.items():
@@ -103,4 +101,4 @@ def _parts(data: object, path: str) -> Iterator[tuple[str, object]]:
 
 def _refuse_constant(word: str) -> NoReturn:
     said = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}[word]
-    raise SceneError(f'{word} is no JSON; write {{"float": "{said}"}}')
+    raise SceneError(f'{word} is not JSON; write {{"float": "{said}"}}')

@@ -1,4 +1,4 @@
-"""JSON data as text for people: what fits is on one line, what does not has a line for each of its parts."""
+"""Pretty-printed JSON: data that fit are on one line, other data have one line per part."""
 
 import json
 
@@ -7,7 +7,7 @@ STEP = 2  # spaces
 
 
 def printed(data: object, depth: int = 0, taken: int = 0) -> str:
-    """The data as JSON; `taken` characters of the line are not free."""
+    """Return the data as JSON text; `taken` characters of the first line are in use."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False) if _may_fit(data) else ""
     if (text and len(text) + depth * STEP + taken <= WIDTH) or not (isinstance(data, dict | list) and data):
         return text
@@ -27,12 +27,12 @@ def printed(data: object, depth: int = 0, taken: int = 0) -> str:
 
 
 def _may_fit(data: object) -> bool:
-    """Whether one line may hold it: what has more parts than a line has characters is not tried."""
+    """Return whether one line may hold the data; data with too many parts are not tried."""
     return not isinstance(data, dict | list) or 2 * _parts(data, WIDTH) <= WIDTH
 
 
 def _parts(data: object, most: int) -> int:
-    """How many parts it has, counted until there are more than that."""
+    """Count the parts of the data, up to `most`."""
     count = 1
     for item in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
         count += _parts(item, most - count)
@@ -42,7 +42,7 @@ def _parts(data: object, most: int) -> int:
 
 
 def _filled(numbers: list, depth: int) -> str:
-    """A long list of numbers and texts in lines as long as may be."""
+    """Return a long list of numbers and strings, filled into lines."""
     lines, line = [], ""
     for number in numbers:
         word = json.dumps(number, ensure_ascii=False, allow_nan=False)

@@ -1,4 +1,4 @@
-"""JSON data as objects of a scene, each checked as if Python had made it; what is wrong is told with its path in the file."""
+"""Reader of scene objects from JSON data, checked as in Python; errors name the path in the file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from transport.written.kinds import KINDS, UNWRITTEN, arrays_of, fields_of
 from transport.written.numbers import array_read, number_read
 from transport.written.parsing import joined, refuse_at, said
 
-WORDS = {  # by which an object of JSON says what it stands for, and what goes with them
+WORDS = {  # keys that mark the meaning of a JSON object, with the keys allowed beside them
     "type": set(),
     "shared": {"shared"},
     "float": {"float"},
@@ -17,12 +17,12 @@ WORDS = {  # by which an object of JSON says what it stands for, and what goes w
     "constant": {"constant", "shape"},
 }
 ARRAYS = ("base64", "constant")
-TITLED = re.compile(r"^(\w+) '([^']+)': ")  # the part that a refusal is about
-NAMED = re.compile(r"^[^:]*: (?:unknown parameter )?(\w+)")  # the field that a refusal begins with
+TITLED = re.compile(r"^(\w+) '([^']+)': ")  # the part that an error message names
+NAMED = re.compile(r"^[^:]*: (?:unknown parameter )?(\w+)")  # the field that an error message starts with
 
 
 class Reader:
-    """Makes objects of data; `shared` holds the data of those that are written once and used under a name."""
+    """Makes objects from data; `shared` holds the data of objects that are written once and used by name."""
 
     def __init__(self, shared: dict[str, object]) -> None:
         self._shared = shared
@@ -30,7 +30,10 @@ class Reader:
         self._under_way: list[str] = []
 
     def value(self, data: object, path: str, may_be_array: bool = False) -> object:
-        """What the data stands for: lists become tuples, {"type": ...} an object.  Raises SceneError with the path."""
+        """Return the value of the data: lists become tuples, {"type": ...} an object.
+
+        Raises SceneError with the path.
+        """
         if isinstance(data, list):
             if not any(isinstance(item, dict | list) for item in data):
                 return _plain(data, path)
@@ -38,12 +41,12 @@ class Reader:
         return self._of_words(data, path, may_be_array) if isinstance(data, dict) else data
 
     def check_shared(self) -> None:
-        """Refuse what is wrong with shared objects that nothing uses."""
+        """Raise SceneError for wrong shared objects, including unused ones."""
         for name in self._shared:
             self._reference(name, "")
 
     def _of_words(self, data: dict, path: str, may_be_array: bool = False) -> object:
-        """What an object of JSON stands for, by the word that says which."""
+        """Return the value of a JSON object, by the key that marks its meaning."""
         word = next((word for word in WORDS if word in data), None)
         if word is None:
             refuse_at(path, f'it has no "type", got {said(data)}; write {{"type": "...", ...}}')
@@ -65,8 +68,8 @@ class Reader:
         if not isinstance(name, str) or name not in KINDS:
             if isinstance(name, str) and name in UNWRITTEN:
                 refuse_at(joined(path, "type"), f"{name} {UNWRITTEN[name]}")
-            refuse_at(joined(path, "type"), f"no such type, {said(name)}; {suggestion(name, KINDS)}")
-        if "self" in data:  # what Python's methods call their object
+            refuse_at(joined(path, "type"), f"unknown type {said(name)}; {suggestion(name, KINDS)}")
+        if "self" in data:  # would clash with the first argument of Python's methods
             refuse_at(joined(path, "self"), f"{name}: unknown parameter self; leave it out")
         arrays = arrays_of(KINDS[name])
         values = {
@@ -80,13 +83,11 @@ class Reader:
             refuse_at(_blamed(KINDS[name], values, str(error), path), str(error))
 
     def _reference(self, name: object, path: str) -> object:
-        """The object that is shared under that name, made when it is first asked for."""
+        """Return the shared object of that name; makes it at the first use."""
         if not isinstance(name, str) or name not in self._shared:
-            refuse_at(path, f"nothing is shared as {said(name)}; {suggestion(name, self._shared)}")
+            refuse_at(path, f"no shared object {said(name)}; {suggestion(name, self._shared)}")
         if name in self._under_way:
-            refuse_at(
-                joined("shared", name), f"is made of itself, by way of {', '.join(self._under_way[-5:])}"
-            )
+            refuse_at(joined("shared", name), f"contains itself, through {', '.join(self._under_way[-5:])}")
         if name not in self._made:
             self._under_way.append(name)
             self._made[name] = self._shared_object(name)
@@ -101,7 +102,7 @@ class Reader:
 
 
 def _plain(data: list[object], path: str) -> tuple[object, ...]:
-    """A list of numbers, texts and null; true and false, which NumPy would take for 1 and 0, stand in none."""
+    """Return a list of numbers, strings and null as a tuple; booleans, 1 and 0 to NumPy, are errors."""
     if bool in set(map(type, data)):
         place = next(place for place, item in enumerate(data) if isinstance(item, bool))
         refuse_at(f"{path}[{place}]", f"must be a number, got {data[place]}; write {data[place]:d}")
@@ -109,9 +110,9 @@ def _plain(data: list[object], path: str) -> tuple[object, ...]:
 
 
 def _blamed(kind: type, values: dict, problem: str, path: str) -> str:
-    """The path of the field that a refusal names first, or of the whole object where it names none of its own.
+    """Return the path of the field that an error message names first, or else of the whole object.
 
-    What a scene refuses may be a part of it, which the refusal calls by its name.
+    The message of a scene may be about one of its parts, which it calls by type and name.
     """
     if titled := TITLED.match(problem):
         for name, parts in values.items():

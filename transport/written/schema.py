@@ -1,7 +1,7 @@
-"""The format of scenes as a JSON Schema, made of the types that the objects' own fields have.
+"""JSON Schema of scene files, made from the type hints of the objects' fields.
 
-It knows which objects, fields, texts and sizes of vectors there are; what numbers may be, and what goes together, is known
-to the objects alone, which `Scene.from_json` makes.
+It checks objects, fields, strings and sizes of vectors.  Ranges of numbers, and which fields go together, are
+checked only by the objects, which `Scene.from_json` makes.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ PLAIN = {
 TEXTS = {"side": list(IS_BACK), "frame": list(DIRECTION_RANGES), "estimator": [TRACK, COLLISION]}
 NUMBERS = {"type": "array", "items": {"anyOf": [{"type": "number"}, {"$ref": "#/$defs/numbers"}]}}
 ARRAY = {"$ref": "#/$defs/array"}
-SPECIAL = {  # fields whose types say less than what they take
+SPECIAL = {  # fields whose type hints are less specific than their values
     ("Detector", "events"): {
         "anyOf": [
             {"type": "null"},
@@ -62,14 +62,14 @@ SPECIAL = {  # fields whose types say less than what they take
 
 
 def schema() -> dict[str, object]:
-    """The schema (JSON Schema, draft 2020-12) of a whole file."""
+    """Return the schema (JSON Schema, draft 2020-12) of a file."""
     head = {
-        "$schema": {"type": "string", "description": "Where this schema is, for an editor."},
+        "$schema": {"type": "string", "description": "Path of this schema, for an editor."},
         "format": {"const": FORMAT},
         "version": {"type": "integer", "minimum": 1, "maximum": VERSION},
-        "about": {"type": "string", "description": "What the scene is, for people."},
+        "about": {"type": "string", "description": "Description of the scene."},
         "shared": {
-            "description": "Objects that are used more than once, by their names.",
+            "description": "Objects that are used several times, by name.",
             "type": "object",
             "additionalProperties": {"$ref": "#/$defs/Part"},
         },
@@ -78,7 +78,7 @@ def schema() -> dict[str, object]:
     return {
         "$schema": DRAFT,
         "title": FORMAT,
-        "description": "A scene of the Monte Carlo transport simulator `transport`; SI units, angles in radians.",
+        "description": "A scene of the Monte Carlo transport library `transport`; SI units, radians.",
         **_strict(head, ["format", "version", "scene"]),
         "$defs": _words()
         | {"Part": _any_of(object)}
@@ -88,18 +88,18 @@ def schema() -> dict[str, object]:
 
 
 def schema_text() -> str:
-    """The schema as the text of its file."""
+    """Return the schema as the text of its file."""
     return printed(schema()) + "\n"
 
 
 def _words() -> dict[str, object]:
-    """What stands for numbers, arrays, and objects that are written elsewhere."""
+    """Return the definitions of numbers, arrays and references to shared objects."""
     shape = {"type": "array", "items": {"type": "integer", "minimum": 1}, "minItems": 1}
     binary = {"dtype": {"enum": list(DTYPES)}, "shape": shape, "base64": {"type": "string"}}
     constant = {"constant": {"type": "number"}, "shape": shape}
     return {
         "reference": _strict({"shared": {"type": "string"}})
-        | {"description": "What `shared` has by that name."},
+        | {"description": "Name of an object in `shared`."},
         "unending": _strict({"float": {"enum": ["inf", "-inf", "nan"]}}),
         "numbers": NUMBERS,
         "array": {"anyOf": [NUMBERS, _strict(binary), _strict(constant)]},
@@ -107,7 +107,7 @@ def _words() -> dict[str, object]:
 
 
 def _kind(kind: type) -> dict[str, object]:
-    """The schema of one kind of object."""
+    """Return the schema of one type of object."""
     hints = typing.get_type_hints(kind)
     fields = fields_of(kind)
     properties = {
@@ -125,14 +125,14 @@ def _kind(kind: type) -> dict[str, object]:
 
 
 def _list_or_one(field: dict[str, object]) -> dict[str, object]:
-    """What a scene's field takes: for a list of objects, a single one as well."""
+    """Return the schema of a scene's field: a list of objects, or a single object."""
     if field.get("type") != "array":
         return field
     return {"anyOf": [field, *field["items"].get("anyOf", [field["items"]])]}
 
 
 def _typed(hint: object, name: str) -> dict[str, object]:
-    """What a field of that type takes."""
+    """Return the schema of a field with this type hint."""
     if hint in PLAIN:
         return {"enum": TEXTS[name]} if name in TEXTS and hint is str else PLAIN[hint]
     if hint is type(None):
@@ -147,7 +147,7 @@ def _typed(hint: object, name: str) -> dict[str, object]:
 
 
 def _either(hint: object, name: str) -> dict[str, object]:
-    """One of several types; all kinds of objects among them in one list."""
+    """Return the schema of a union; object types are merged into one list."""
     choices: list[dict[str, object]] = []
     for inner in typing.get_args(hint):
         choice = _typed(inner, name)
@@ -156,7 +156,7 @@ def _either(hint: object, name: str) -> dict[str, object]:
 
 
 def _row(items: tuple[object, ...], name: str) -> dict[str, object]:
-    """A tuple: of any length, or of these types in turn."""
+    """Return the schema of a tuple, of any length or of these types in turn."""
     if items[-1] is Ellipsis:
         return {"type": "array", "items": _typed(items[0], name)}
     size = {"minItems": len(items), "maxItems": len(items)}
@@ -166,12 +166,12 @@ def _row(items: tuple[object, ...], name: str) -> dict[str, object]:
 
 
 def _any_of(family: type) -> dict[str, object]:
-    """An object of one of the kinds of a family, or where one is written that is shared."""
+    """Return the schema of an object of a family, or of a reference to a shared object."""
     names = sorted(name for name, kind in KINDS.items() if issubclass(kind, family))
     return {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in (*names, "reference")]}
 
 
 def _strict(properties: dict[str, object], required: list[str] | None = None) -> dict[str, object]:
-    """An object of these fields and no others; all are required where it is not said which."""
+    """Return the schema of an object with exactly these fields; `required` None requires all."""
     required = list(properties) if required is None else required
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}

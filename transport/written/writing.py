@@ -1,4 +1,4 @@
-"""Objects of a scene as JSON data: {"type": "Disk", "radius": 0.5}, the fields that are not at their default."""
+"""Writer of scene objects as JSON data: {"type": "Disk", "radius": 0.5}, without fields at their default."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from transport.written.parsing import check_characters
 
 
 def written(part: object, shared: dict[object, str] | None = None, path: str = "") -> object:
-    """An object, tuple, array, number, text or None as JSON data, from which `reading.Reader` makes it again, bit by bit.
+    """Return a value as JSON data, from which `reading.Reader` makes it again bit for bit.
 
-    shared: heavy objects that are written elsewhere under these names.  Raises SceneError, with the path, for what is not
-    declarative.
+    `shared` maps heavy objects that are written elsewhere to their names.  Raises SceneError with the path
+    for a value that JSON cannot hold.
     """
     match part:
         case None | bool() | int():
@@ -41,16 +41,15 @@ def written(part: object, shared: dict[object, str] | None = None, path: str = "
 def fields_written(
     part: object, shared: dict[object, str] | None = None, path: str = ""
 ) -> dict[str, object]:
-    """An object as {"type": ..., fields that are not at their default}, though it be shared."""
+    """Return an object as {"type": ..., fields not at their default}, even if it is shared."""
     kind = type(part).__name__
     if KINDS.get(kind) is not type(part):
-        why = UNWRITTEN.get(
-            kind, "is no kind of object that a file holds; make it of the package's own kinds"
-        )
+        why = UNWRITTEN.get(kind, "cannot be stored in a file; use the package's own types")
         raise SceneError(f"{path or kind}: {kind} {why}, got {shown(part)}")
     data: dict[str, object] = {"type": kind}
     left_out = following(part)
-    for field in sorted(fields_of(type(part)), key=lambda field: field.name != "name"):  # a name comes first
+    # Write the name first.
+    for field in sorted(fields_of(type(part)), key=lambda field: field.name != "name"):
         value = stored(part, field.name)
         if field.name not in left_out and not are_alike(value, default_of(field)):
             data[field.name] = written(value, shared, f"{path}.{field.name}".lstrip("."))
@@ -58,13 +57,13 @@ def fields_written(
 
 
 def stored(part: object, name: str) -> object:
-    """A field as a file holds it: of a Tabulated the table, where the field has become a function."""
+    """Return a field as a file stores it: for a Tabulated the table instead of the function made from it."""
     value = getattr(part, name)
     return value.values if isinstance(value, PiecewiseLinear) else value
 
 
 def shared_parts(part: object) -> dict[object, str]:
-    """The heavy objects that are used more than once, with names to write them under, inner ones first."""
+    """Return the heavy objects that are used several times, with names for the file, inner ones first."""
     counts: Counter = Counter()
     _count(part, counts)
     numbers: Counter = Counter()

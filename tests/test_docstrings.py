@@ -1,0 +1,245 @@
+"""Docstrings of public names: Parameters match signatures, Examples run, no text is read as markup."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import functools
+import importlib
+import inspect
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import transport as tp
+from transport.command.reference import READ
+
+PACKAGE = Path(tp.__file__).parent
+RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters
+HEADER = re.compile(r"^-{3,}\s*$")  # the line below the title of a section
+CODE = re.compile(r"``.+?``|`[^`]+`")
+MARKUP = re.compile(r"(?:^|(?<=[\s(\[{<'\"/:-]))(?:\*+(?=[^\s*])|\|(?=\S)[^|\n]*\|)")
+
+
+def _public():
+    """Public classes and functions by name, without conversion factors, exceptions and warnings."""
+    named = {name: getattr(tp, name) for name in tp.__all__}
+    return {
+        name: value
+        for name, value in named.items()
+        if callable(value) and not (isinstance(value, type) and issubclass(value, BaseException))
+    }
+
+
+PUBLIC = _public()
+MODULES = {
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if ">>>" in path.read_text(encoding="utf-8")
+}
+
+
+def sections(value):
+    """The sections of a numpydoc docstring: title -> lines."""
+    lines = inspect.cleandoc(value.__doc__ or "").splitlines()
+    heads = [place - 1 for place, line in enumerate(lines) if place and HEADER.match(line)]
+    ends = [*heads[1:], len(lines)] if heads else []
+    return {lines[head]: lines[head + 2 : end] for head, end in zip(heads, ends, strict=True)}
+
+
+def parameters(value):
+    """The parameters of a function or class; of a dataclass its init fields."""
+    if isinstance(value, type) and dataclasses.is_dataclass(value):
+        return [field.name for field in dataclasses.fields(value) if field.init]
+    return [name for name in inspect.signature(value).parameters if not name.startswith("_")]
+
+
+def parameter_faults(value):
+    """What is wrong with the Parameters section of a docstring."""
+    entries = [line for line in sections(value).get("Parameters", ()) if line and not line[0].isspace()]
+    told = Counter(
+        name.strip().lstrip("*") for entry in entries for name in re.split(r"\s:", entry)[0].split(",")
+    )
+    known = parameters(value)
+    faults = [f"{name} is not documented" for name in known if name not in told]
+    faults += [f"{name} is not a parameter" for name in told if name not in known]
+    return faults + [f"{name} is documented twice" for name, count in told.items() if count > 1]
+
+
+def example_faults(value):
+    """What is wrong with the Examples section of a docstring."""
+    examples = sections(value).get("Examples")
+    if examples is None:
+        return ["no Examples section"]
+    return [] if any(line.lstrip().startswith(">>>") for line in examples) else ["Examples has no doctest"]
+
+
+def markup_faults(text):
+    """Stars and bars in a docstring that Sphinx would read as emphasis or as a substitution."""
+    faults = []
+    for line in inspect.cleandoc(text or "").splitlines():
+        if not line.lstrip().startswith((">>>", "...", "*args", "**", "* ")) and not re.match(
+            r"\*+\w+ :", line
+        ):
+            faults += [found.strip() for found in MARKUP.findall(CODE.sub("x", line))]
+    return faults
+
+
+def doctests_of(module):
+    """The doctests of a module, also those of cached properties; those of public names have empty globals."""
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    found = finder.find(module)
+    for kind in vars(module).values():
+        if isinstance(kind, type) and kind.__module__ == module.__name__:
+            for name, member in vars(kind).items():
+                if isinstance(member, functools.cached_property):
+                    title = f"{module.__name__}.{kind.__name__}.{name}"
+                    found += finder.find(member.func, title, module=False, globs=vars(module))
+    tests = [test for test in {test.name: test for test in found}.values() if test.examples]
+    for test in tests:
+        if test.name.removeprefix(f"{module.__name__}.").split(".")[0] in PUBLIC:
+            test.globs = {}
+    return tests
+
+
+def run_doctests(tests):
+    """Run doctests and return the reports of those that fail."""
+    reports = []
+    runner = doctest.DocTestRunner(verbose=False)
+    for test in tests:
+        runner.run(test, out=reports.append)
+    return reports
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_parameters_of_a_public_name_are_those_of_its_signature(name):
+    if name in RETURNED:
+        assert "Attributes" in sections(PUBLIC[name])
+    else:
+        assert parameter_faults(PUBLIC[name]) == []
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_public_name_has_an_example(name):
+    assert example_faults(PUBLIC[name]) == []
+    assert PUBLIC[name].__module__ in MODULES
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_give_what_they_show(name):
+    """Examples of public names import all that they use."""
+    tests = doctests_of(importlib.import_module(name))
+    assert tests
+    assert "".join(run_doctests(tests)) == ""
+
+
+def _documented():
+    """Docstrings of the reference by name: public names and what results return, with their members."""
+    found = {}
+    places = (f"transport.{name}".rpartition(".") for name in READ)
+    read = [getattr(importlib.import_module(module), name) for module, _, name in places]
+    for value in (*PUBLIC.values(), *read):
+        found[f"{value.__module__}.{value.__qualname__}"] = value.__doc__
+        members = inspect.getmembers_static(value) if isinstance(value, type) else ()
+        for name, member in members:
+            doc = getattr(getattr(member, "func", member), "__doc__", None)
+            is_own = not name.startswith("_") and callable(getattr(member, "__get__", None))
+            if is_own and doc is not None:
+                found[f"{value.__module__}.{value.__qualname__}.{name}"] = doc
+    return found
+
+
+def test_no_star_or_bar_of_a_docstring_is_read_as_markup():
+    """Sphinx reads |mu| as a substitution and *dims as emphasis; as code (``|mu|``) they are text."""
+    faults = {name: markup_faults(doc) for name, doc in _documented().items()}
+    assert {name: found for name, found in faults.items() if found} == {}
+
+
+# ---- the checks can fail ----
+
+
+@dataclasses.dataclass
+class Whole:
+    """A disk.
+
+    Parameters
+    ----------
+    radius, height : float
+        Size [m].
+    name : str, default ""
+        A name.
+
+    Examples
+    --------
+    >>> 1 + 1
+    2
+    """
+
+    radius: float
+    height: float
+    name: str = ""
+    area: float = dataclasses.field(init=False, default=0.0)
+
+
+def planted(doc, *, keep=("radius",)):
+    """A function of these parameters with this docstring."""
+
+    def made(*values):
+        """Replaced below."""
+
+    made.__doc__ = doc
+    made.__signature__ = inspect.Signature(
+        [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in keep]
+    )
+    return made
+
+
+def test_a_complete_docstring_has_no_faults():
+    assert parameter_faults(Whole) == example_faults(Whole) == markup_faults(Whole.__doc__) == []
+    starred = planted(
+        "Merge.\n\nParameters\n----------\n*radius : float\n    Radii [m].\n\nReturns\n-------\nint\n"
+    )
+    assert parameter_faults(starred) == []
+
+
+@pytest.mark.parametrize(
+    ("entries", "fault"),
+    [
+        ("", "radius is not documented"),
+        ("raduis : float\n    Radius [m].\n", "raduis is not a parameter"),
+        ("radius : float\n    Radius [m].\nradius : float\n    Again.\n", "radius is documented twice"),
+    ],
+)
+def test_a_planted_fault_of_parameters_is_reported(entries, fault):
+    assert fault in parameter_faults(planted(f"A disk.\n\nParameters\n----------\n{entries}"))
+
+
+def test_a_dataclass_that_lacks_a_parameter_is_reported():
+    more = dataclasses.make_dataclass("More", [("width", float)], bases=(Whole,), kw_only=True)
+    more.__doc__ = Whole.__doc__
+    assert parameter_faults(more) == ["width is not documented"]
+
+
+def test_a_planted_lack_of_examples_is_reported():
+    assert example_faults(planted("A disk.")) == ["no Examples section"]
+    assert example_faults(planted("A disk.\n\nExamples\n--------\nLook.\n")) == ["Examples has no doctest"]
+
+
+@pytest.mark.parametrize("example", [">>> 1 + 1\n3\n", ">>> math.pi\n3.14\n"])
+def test_a_planted_wrong_example_is_reported(example):
+    wrong = planted(f"A disk.\n\nExamples\n--------\n{example}")
+    tests = doctest.DocTestFinder().find(wrong, "wrong", module=False, globs={})
+    assert len(run_doctests(tests)) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "faults"),
+    [
+        ("Means, shape (B, *dims).", ["*"]), ("∫ |cosθ| dω", ["|cosθ|"]), ("``|mu|`` and `*dims`", []),
+        ("2 * 3 and a | b", []), (">>> f(*x) | y | z", []), ("*runs : Result", []),
+    ],
+)  # fmt: skip
+def test_planted_markup_is_reported(text, faults):
+    assert markup_faults(text) == faults
