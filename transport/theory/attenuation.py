@@ -382,8 +382,8 @@ def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) ->
 
     Notes
     -----
-    A chord at the cosine mu to the normal is mu diameters long. Over all cosines the mean is ``2 (1 -
-    (1 + x) exp(-x)) / x^2``.
+    A chord at the cosine mu to the normal is mu diameters long. Over all cosines the mean is
+    ``2 (1 - (1 + x) exp(-x)) / x^2``.
 
     Examples
     --------
