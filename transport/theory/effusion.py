@@ -330,7 +330,7 @@ def ball_survivors(flights: float, loss: float) -> float:
     ----------
     flights : float or ndarray
         Time over the mean time between wall hits [1].
-    loss : float or ndarray
+    loss : float
         Probability of absorption per hit, 0 to 1 [1].
 
     Returns

@@ -7,7 +7,7 @@ half plane x < 0 is opaque. Irradiance is computed in the plane z = distance. Th
 
     E(x, y) = L ∫ G dX dY over it,   G = cosθ cosθ' / r² = d² / ((x − X)² + (y − Y)² + d²)²,   d = distance.
 
-The penumbra is |x| < R (1 − s) / s. If the disk subtends a small angle, G is constant and E is
+The penumbra is ``|x| < R (1 − s) / s``. If the disk subtends a small angle, G is constant and E is
 proportional to the visible fraction of the disk.
 """
 
