@@ -1,5 +1,4 @@
-"""Throughput of rays through three coaxial disks: a retina cell, a pupil, and a wall that may be too
-small.
+"""Throughput of rays through three coaxial disks: a retina cell, a pupil and a wall.
 
 A ray from y on the cell meets the pupil at y + u and the wall at y + s u, with s = (f + d)/f, f the
 distance from the cell to the pupil and d from the pupil to the wall. With A(u) the area of the points y

@@ -280,15 +280,15 @@ def disk_radiance(
     ----------
     theta : float or ndarray
         Polar angles, from 0 to below pi/2 [rad].
-    radiance : float or ndarray
+    radiance : float
         Radiance of the disk [W m^-2 sr^-1].
-    radius : float or ndarray
+    radius : float
         Radius of the emitting disk [m].
-    distance : float or ndarray
+    distance : float
         Distance between the planes of disk and detector [m].
-    tau : float or ndarray
+    tau : float
         Optical depth of the layer along the normal [1].
-    meter : float or ndarray
+    meter : float
         Radius of the detector, above 0 [m].
 
     Returns
@@ -368,7 +368,7 @@ def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) ->
 
     Parameters
     ----------
-    diameters : float or ndarray
+    diameters : float
         Optical diameter x of the ball, diameter times extinction [1].
     low : float or ndarray, default 0.0
         Lower cosine of the bin to the wall's normal [1].
@@ -382,8 +382,8 @@ def ball_transmittance(diameters: float, low: float = 0.0, high: float = 1.0) ->
 
     Notes
     -----
-    A chord at the cosine mu to the normal is mu diameters long. Over all cosines the mean is ``2 (1 -
-    (1 + x) exp(-x)) / x^2``.
+    A chord at the cosine mu to the normal is mu diameters long. Over all cosines the mean is
+    ``2 (1 - (1 + x) exp(-x)) / x^2``.
 
     Examples
     --------

@@ -13,9 +13,9 @@ If the same flux enters at both ends, a wall of albedo 1 has uniform irradiance:
 that a particle hits such a wall l times on average, l = length over radius, and the reflected share is
 1 - W.
 
-Solution. K has a kink at y = x and is analytic on either side, with its nearest singularities at x ±
-2i, and H is smooth up to both ends. H is represented by Legendre nodes on panels no longer than PANEL
-(Nyström). A panel's integrals use Gauss's rule; the panel that holds x is split at x, with H
+Solution. K has a kink at y = x and is analytic on either side, with its nearest singularities at
+x ± 2i, and H is smooth up to both ends. H is represented by Legendre nodes on panels no longer than
+PANEL (Nyström). A panel's integrals use Gauss's rule; the panel that holds x is split at x, with H
 interpolated there. Both errors fall geometrically: from 10 nodes on W changes by rounding only.
 """
 
@@ -217,8 +217,8 @@ def ring_density(distance: float) -> float:
 
     Notes
     -----
-    ``K = (1/2) [1 - s (s^2 + 6) / (s^2 + 4)^(3/2)]``, computed as ``2 (3 s^2 + 16) / (r^3 (r^3 + s (s^2
-    + 6)))`` with ``r^2 = s^2 + 4``, which does not cancel.
+    ``K = (1/2) [1 - s (s^2 + 6) / (s^2 + 4)^(3/2)]``, computed as
+    ``2 (3 s^2 + 16) / (r^3 (r^3 + s (s^2 + 6)))`` with ``r^2 = s^2 + 4``, which does not cancel.
 
     Examples
     --------

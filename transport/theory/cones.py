@@ -102,8 +102,8 @@ def _cut(s, c, g, q, sin_psi, sin_chi):
 def _grazing(s, c, g, sin_chi):
     """Projected solid angle of a cone whose axis is below the horizon and of which a small part shows.
 
-    With seg(x) = (2/3) sin^3 x k(sin^2 x) and y = sin^2 chi it is (2/3) s^2 sin^3 chi [(s + g) k(s^2 y)
-    + g (k(y) - k(s^2 y))]. Both differences are formed first: s + g from the input, k(y) - k(s^2 y)
+    With seg(x) = (2/3) sin^3 x k(sin^2 x) and y = sin^2 chi it is (2/3) s^2 sin^3 chi [(s + g) k(s^2
+    y) + g (k(y) - k(s^2 y))]. Both differences are formed first: s + g from the input, k(y) - k(s^2 y)
     term by term with 1 - s^(2m) = -expm1(m log s^2).
     """
     y = np.minimum(sin_chi**2, 0.5)

@@ -115,9 +115,9 @@ def best_width(value: float, curvature: float, rate: float, histories: float) ->
 
     Notes
     -----
-    The bias is f'' h²/24 and the variance f / (rate N h). Their sum bias² + variance is least at ``h =
-    (144 f / (rate N f''²))^(1/5)``, where the variance is four times the squared bias (Rosenblatt 1956,
-    Ann. Math. Stat. 27, 832, for the same estimate of a density).
+    The bias is f'' h²/24 and the variance f / (rate N h). Their sum bias² + variance is least at
+    ``h = (144 f / (rate N f''²))^(1/5)``, where the variance is four times the squared bias (Rosenblatt
+    1956, Ann. Math. Stat. 27, 832, for the same estimate of a density).
 
     Examples
     --------

@@ -1,8 +1,8 @@
 """Adding and doubling: reflection and transmission of a plane layer, built up from a very thin one.
 
 Light is averaged over azimuth and given at ordinates of cosine mu with weights w; I is its mean
-radiance over azimuth. A layer is two symmetric kernels R and T, and the direct transmission e =
-exp(-tau/mu):
+radiance over azimuth. A layer is two symmetric kernels R and T, and the direct transmission
+e = exp(-tau/mu):
 
     reflected I_i = sum_j R_ij w_j mu_j I_j,    transmitted I_i = e_i I_i + sum_j T_ij w_j mu_j I_j.
 
@@ -13,9 +13,9 @@ the radiance R_ij E/2 pi. Two equal layers on top of each other are, with w for 
     R' = R + e U + T w U,    T' = e D + T e + T w D
 
 (van de Hulst 1963; Hansen and Travis 1974, Space Sci. Rev. 16, 527): sums of positive terms, so that
-nothing cancels at a depth of 1e-12 or of 1e4. The first layer, of depth `start`, obeys out - in =
-start/mu (a P - 1) (in + out)/2, P the mean over directions: it conserves energy exactly, is accurate to
-(start/mu)^2/12, and has the direct part (2 mu - start)/(2 mu + start).
+nothing cancels at a depth of 1e-12 or of 1e4. The first layer, of depth `start`, obeys
+out - in = start/mu (a P - 1) (in + out)/2, P the mean over directions: it conserves energy exactly, is
+accurate to (start/mu)^2/12, and has the direct part (2 mu - start)/(2 mu + start).
 """
 
 from __future__ import annotations
@@ -123,6 +123,14 @@ def layers(
     -------
     iterator of Layer
         Layers in increasing depth; the last has the depth `depth`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.doubling import layers
+    >>> one = np.ones((1, 1))
+    >>> len(list(layers(1.0, 1.0, one, one, np.array([0.5]), np.array([1.0]))))
+    6
     """
     times = max(0, math.ceil(math.log2(depth / _thin(mu, weight))))
     start = math.ldexp(depth, -times)
@@ -223,6 +231,14 @@ def doubled(one: Layer, flux: np.ndarray, straight: np.ndarray) -> Layer:
     -------
     Layer
         Kernels of the double layer.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.doubling import doubled, thin_layer
+    >>> one = thin_layer(0.01, 1.0, *[np.ones((1, 1))] * 2, np.array([0.5]), np.array([1.0]))
+    >>> print(doubled(one, np.array([0.5]), one.direct**2).direct.round(4))
+    [0.9608]
     """
     r, t, e = one
     between = (r * flux) @ r

@@ -1,5 +1,4 @@
-"""Effusion: particle flux of a Maxwellian gas through a plane, emptying of a vessel through a hole,
-time of flight.
+"""Effusion of a Maxwellian gas: flux through a plane, emptying of a vessel, time of flight.
 
 sigma = sqrt(kT/m) [m/s] is the standard deviation of each component of velocity, v = sqrt(8/pi) sigma
 the mean speed. Crossings are weighted by the normal velocity: fast particles are more frequent among
@@ -332,7 +331,7 @@ def ball_survivors(flights: float, loss: float) -> float:
     ----------
     flights : float or ndarray
         Time over the mean time between wall hits [1].
-    loss : float or ndarray
+    loss : float
         Probability of absorption per hit, 0 to 1 [1].
 
     Returns
@@ -344,11 +343,11 @@ def ball_survivors(flights: float, loss: float) -> float:
     -----
     Particles re-emitted by a sphere's wall with the cosine law hit the whole wall uniformly, so that
     successive flights are independent: chord over speed, with the chord c of density c/2R^2 and the
-    flux-weighted speed. The time x of a flight, in units of ``sqrt(2) R / sigma``, has the density ``f
-    = 4x P(3, 1/x^2)``, P the regularised lower incomplete gamma function. The first flight began before
-    time 0; its end has the density ``(1 - F)/m``. The hit rate a(t) of the remaining particles obeys
-    the renewal equation ``a = (1 - F)/m + (1 - loss) a*f`` (``*`` is convolution), and ``N = 1 - loss ∫
-    a`` (Feller 1971, XI).
+    flux-weighted speed. The time x of a flight, in units of ``sqrt(2) R / sigma``, has the density
+    ``f = 4x P(3, 1/x^2)``, P the regularised lower incomplete gamma function. The first flight began
+    before time 0; its end has the density ``(1 - F)/m``. The hit rate a(t) of the remaining particles
+    obeys the renewal equation ``a = (1 - F)/m + (1 - loss) a*f`` (``*`` is convolution), and
+    ``N = 1 - loss ∫ a`` (Feller 1971, XI).
 
     N is close to ``exp(-loss t/m)``, the law of the small hole, but its tail falls as t^-3 because slow
     particles survive longer. Solved by the trapezoidal rule with Romberg extrapolation.

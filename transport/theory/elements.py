@@ -1,11 +1,10 @@
-"""Two elements of area facing each other: the throughput between them, and the bias of a radiance due
-to their size.
+"""Throughput between two facing elements of area, and the bias of radiance due to their size.
 
 A ray that joins dA1 and dA2 at the distance r has the same measure at both ends: dω1 = dA2 cosθ2 / r²
 and dω2 = dA1 cosθ1 / r², so that dω1 dA1 cosθ1 = dω2 dA2 cosθ2 = d²T (Hanrahan 2001, Stanford CS 348B,
-lecture 4, "1st law" and "Throughput"). Elements of finite size have the throughput T = ∬ cosθ1 cosθ2 /
-r² dA1 dA2, and a radiance Φ / (dω1 dA1 cosθ1), computed with r and the cosines of their centers, is
-biased by the factor T / d²T.
+lecture 4, "1st law" and "Throughput"). Elements of finite size have the throughput T = ∬ cosθ1
+cosθ2 / r² dA1 dA2, and a radiance Φ / (dω1 dA1 cosθ1), computed with r and the cosines of their
+centers, is biased by the factor T / d²T.
 """
 
 from __future__ import annotations
@@ -101,8 +100,8 @@ def disks_bias(ratio_1: float, ratio_2: float) -> float:
 
     Notes
     -----
-    With ``s = (p + m) / 2r``, p and m the longest and the shortest line between the rims, it is ``-(s -
-    1)(s + 1) / s²``, which does not cancel.
+    With ``s = (p + m) / 2r``, p and m the longest and the shortest line between the rims, it is
+    ``-(s - 1)(s + 1) / s²``, which does not cancel.
 
     Examples
     --------

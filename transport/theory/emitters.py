@@ -63,10 +63,10 @@ def disk_irradiance(radiance: float, radius: float, distance: float, offset: flo
 
     Notes
     -----
-    ``E = (pi/2) L [1 - T/S]`` with ``T = x^2 + d^2 - R^2`` and ``S^2 = (x^2 + d^2 + R^2)^2 - 4 x^2
-    R^2`` (Foote 1915, Bull. Bur. Stand. 12, 583; Walsh 1958). S is the product of the distances to the
-    nearest and the farthest point of the rim, and ``S^2 - T^2 = 4 R^2 d^2``, so that nothing cancels,
-    neither far away nor near the rim.
+    ``E = (pi/2) L [1 - T/S]`` with ``T = x^2 + d^2 - R^2`` and
+    ``S^2 = (x^2 + d^2 + R^2)^2 - 4 x^2 R^2`` (Foote 1915, Bull. Bur. Stand. 12, 583; Walsh 1958). S is
+    the product of the distances to the nearest and the farthest point of the rim, and
+    ``S^2 - T^2 = 4 R^2 d^2``, so that nothing cancels, neither far away nor near the rim.
 
     Examples
     --------

@@ -1,5 +1,4 @@
-"""Closed enclosures with diffuse walls: relations that are exact without solving the radiosity
-equation.
+"""Closed enclosures with diffuse walls: relations that do not require the radiosity equation.
 
 Irradiance E falls on a wall; exitance M, emitted plus reflected, is its radiosity; rho is the albedo.
 All reflected light falls on a wall again, so that sums over all walls are exact for any shape.

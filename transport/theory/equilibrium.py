@@ -60,11 +60,11 @@ def chi_square_values(deviations: np.ndarray, weights: np.ndarray, sizes: np.nda
     Ann. Stat. 38, 808). So X^2 exceeds its expectation by U/V, with U the mean of G over such pairs and
     V = ``sum w variance of the means``, from the spread of the batches.
 
-    Without bias all G_ab are uncorrelated with one variance T. The variance of U is ``2 T/(B (B -
-    1))``, and the means S_b of G_ab over a have the variance ``T (B - 2)/(B - 1)^2``. The batch values
-    are 1 + U/V, with the spread ``sqrt(2 (B - 1)/(B - 2)) S_b/V``. If many bins contribute, X^2 is
-    normally distributed, and its excess over its error follows Student's t with B - 1 degrees of
-    freedom.
+    Without bias all G_ab are uncorrelated with one variance T. The variance of U is
+    ``2 T/(B (B - 1))``, and the means S_b of G_ab over a have the variance ``T (B - 2)/(B - 1)^2``. The
+    batch values are 1 + U/V, with the spread ``sqrt(2 (B - 1)/(B - 2)) S_b/V``. If many bins
+    contribute, X^2 is normally distributed, and its excess divided by its error follows Student's t
+    with B - 1 degrees of freedom.
 
     Examples
     --------

@@ -1,5 +1,4 @@
-"""An eye in front of a round wall: the reading R = L T of a retina cell, and the distance at which the
-wall is too small.
+"""An eye in front of a round wall: the reading R = L T of a cell of its retina, and its limits.
 
 The eye has its pupil 17 mm in front of the retina (the reduced eye: Listing 1853). T is the throughput
 between the pupil and the cell. R = L T requires that the ray from the cell through every point of the
@@ -51,12 +50,12 @@ class Eye:
 
     @property
     def focal_length(self) -> float:
-        """Focal length that focuses the wall on the retina, 1/f = 1/depth + 1/distance [m]; inf without."""
+        """Focal length of the lens [m], from 1/f = 1/depth + 1/distance; inf without a lens."""
         return 1 / (1 / DEPTH + 1 / self.distance) if self.has_lens else math.inf
 
     @property
     def furthest(self) -> float:
-        """Distance at which the wall just fills the view of the central cell [m]; with a lens, nearly."""
+        """Distance at which the wall just fills the central cell's view [m]; the lens's blur is neglected."""
         if self.has_lens:
             return self.wall * DEPTH / self.cell
         return (self.wall - self.pupil) * DEPTH / (self.pupil + self.cell)

@@ -47,6 +47,12 @@ def exp1(x: np.ndarray) -> np.ndarray:
     -------
     ndarray
         E₁(x) [1].
+
+    Examples
+    --------
+    >>> from transport.theory.fog_balls import exp1
+    >>> print(f"{exp1(1.0):.4g}")
+    0.2194
     """
     from scipy.special import exp1 as integral
 
@@ -151,6 +157,12 @@ def solved_ball(radius: float, albedo: float, lamp: float) -> FogBall:
     ValueError
         If the radius is not in (0, 50], the core does not lie within the ball, or the albedo is not in
         [0, 1].
+
+    Examples
+    --------
+    >>> from transport.theory.fog_balls import solved_ball
+    >>> print(f"{solved_ball(0.5, 0.5, 0.5).escaping:.4g}")
+    0.8275
     """
     if not (0 < lamp <= radius <= LARGEST and 0 <= albedo <= 1):
         given = f"{radius=}, {albedo=}, {lamp=}"
@@ -178,6 +190,12 @@ def operator_of(radius: float, lamp: float) -> tuple[np.ndarray, np.ndarray, np.
     -------
     tuple of ndarray
         Nodes (n,), weights (n,), matrix (n, n).
+
+    Examples
+    --------
+    >>> from transport.theory.fog_balls import operator_of
+    >>> operator_of(0.5, 0.5)[2].shape
+    (168, 168)
     """
     edges = _edges(radius, lamp)
     x, w = legendre_nodes(NODES)

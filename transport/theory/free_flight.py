@@ -1,12 +1,12 @@
-"""Free flight of a Gaussian cloud: positions and velocities start independent, N(0, sigma_x) and N(0,
-sigma_v).
+"""Free flight of a Gaussian cloud of independent positions and velocities.
 
-Without forces and collisions x = x0 + v t, a shear of phase space. Normal distributions remain normal:
-with s^2 = sigma_x^2 + sigma_v^2 t^2 the density is N(0, s), and the velocities at x are normal with the
-mean u = x sigma_v^2 t / s^2 and the variance sigma_v^2 sigma_x^2 / s^2: the cloud cools locally while
-it spreads. The shear has the determinant 1: areas of phase space, and the density along each
-trajectory, are constant (Liouville 1838; Goldstein 1980, 9-8). Each dimension is independent; three
-dimensions are a product.
+Positions and velocities start normal and independent, N(0, sigma_x) and N(0, sigma_v). Without forces
+and collisions x = x0 + v t, a shear of phase space. Normal distributions remain normal: with
+s^2 = sigma_x^2 + sigma_v^2 t^2 the density is N(0, s), and the velocities at x are normal with the mean
+u = x sigma_v^2 t / s^2 and the variance sigma_v^2 sigma_x^2 / s^2: the cloud cools locally while it
+spreads. The shear has the determinant 1: areas of phase space, and the density along each trajectory,
+are constant (Liouville 1838; Goldstein 1980, 9-8). Each dimension is independent; three dimensions are
+a product.
 
 Bins hold averages, integrated by Gauss-Legendre from positive terms, so that nothing cancels in a tail.
 """

@@ -1,10 +1,9 @@
-"""Smooth boundaries of clear media: Snell's law, Fresnel's formulas, and radiance over the squared
-index.
+"""Smooth boundaries of clear media: Snell's law, Fresnel's formulas, refracted radiance.
 
-`cosine` is the cosine of incidence, in [0, 1], and `index_ratio` n = (index beyond the boundary) /
-(index on the side of incidence): 1.5 for glass seen from air, 1/1.5 for air seen from glass. With c the
-cosine of incidence and q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's amplitudes (1823; Born
-and Wolf 1999, 1.5.2) are
+`cosine` is the cosine of incidence, in [0, 1], and `index_ratio` n = (index beyond the
+boundary) / (index on the side of incidence): 1.5 for glass seen from air, 1/1.5 for air seen from
+glass. With c the cosine of incidence and q = n cos(refraction) = sqrt(n^2 - 1 + c^2), Fresnel's
+amplitudes (1823; Born and Wolf 1999, 1.5.2) are
 
     r_s = -(n^2 - 1)/(c + q)^2,    r_p = (n^2 - 1) (c q - s^2)/((c + q)(n^2 c + q)),    s^2 = (1 - c)(1 + c)
 

@@ -1,5 +1,4 @@
-"""Light of a uniform sky that reaches a detector directly through a glass lens, with Fresnel losses at
-each surface.
+"""Light of a uniform sky that reaches a detector through a glass lens with Fresnel losses.
 
 A detector of radius a lies at the origin and faces +z, through a window (a coaxial disk), a lens with
 spherical surfaces. Traced back, each of its rays ends on the sky of radiance L. The forward ray has the
@@ -114,6 +113,15 @@ def steps(faces: tuple[Face, Face], index: float) -> tuple[Callable[[Rays], Rays
     -------
     tuple of 2 callable
         Functions from Rays to Rays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to
+    >>> from transport.theory.glass_lenses import ball, steps
+    >>> enter, leave = steps(ball(1.0, 0.5), 1.5)
+    >>> print(leave(enter(from_to(np.zeros(3), np.array([0.0, 0.0, 1.0])))).carried.round(4))
+    0.9216
     """
     into, out_of = faces
     return partial(refract, **into._asdict(), index=index), partial(
@@ -137,6 +145,15 @@ def trace(rays: Rays, faces: tuple[Face, Face], index: float) -> Rays:
     -------
     Rays
         Rays beyond the lens.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.optical_paths import from_to
+    >>> from transport.theory.glass_lenses import ball, trace
+    >>> rays = from_to(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    >>> print(trace(rays, ball(1.0, 0.5), 1.5).carried.round(4))
+    0.9216
     """
     enter, leave = steps(faces, index)
     return leave(enter(rays))

@@ -1,5 +1,4 @@
-"""Thermal emission of an absorbing medium of uniform temperature: along a ray, out of a ball or slab,
-and inside.
+"""Thermal emission of an absorbing medium of uniform temperature: rays, balls and slabs.
 
 A medium that absorbs σ_a per length and emits j = σ_a n² L (Kirchhoff 1860; L the radiance of a black
 body, n the medium's index) adds dI/ds = σ_a (n² L - I) to a ray. Without scattering and incident light,
@@ -7,8 +6,8 @@ body, n the medium's index) adds dI/ds = σ_a (n² L - I) to a ray. Without scat
     I = n² L (1 - e^(-σ_a s)),
 
 with s the length of the ray in the medium: a thin medium emits in proportion to its depth, a thick one
-like a black body. The emissivity ε of an isolated body, its exitance over π L, is the mean of 1 -
-e^(-σ_a s) over its chords. The share P = ε S/(4 σ_a V) of its emission 4 π j V escapes. Scattering
+like a black body. The emissivity ε of an isolated body, its exitance over π L, is the mean of
+1 - e^(-σ_a s) over its chords. The share P = ε S/(4 σ_a V) of its emission 4 π j V escapes. Scattering
 changes these results, but not equilibrium: between walls of the same temperature the radiance is n² L
 everywhere.
 

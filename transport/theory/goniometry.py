@@ -1,5 +1,4 @@
-"""Readings of a goniometer with bins and lamps of finite size: averages of a reflection law f over
-directions.
+"""Readings of a goniometer with bins and lamps of finite size: averages of a reflection law.
 
 f = dL_out/dE_in [sr^-1] is the radiance reflected per irradiance from one direction (Nicodemus et al.
 1977, NBS Monograph 160). A law is a vectorised function f(mu_in, mu_out, phi): the cosines of the

@@ -60,7 +60,7 @@ def h_function(mu: np.ndarray, albedo: float) -> np.ndarray:
     Notes
     -----
     Good to 1e-14: in log x the integrand is analytic within pi/2 of the real line and falls as
-    exp(-|log x|), so that the trapezoidal rule is exact up to rounding (Chandrasekhar 1960, ch. 5).
+    ``exp(-|log x|)``, so that the trapezoidal rule is exact up to rounding (Chandrasekhar 1960, ch. 5).
 
     Examples
     --------

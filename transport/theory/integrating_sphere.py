@@ -1,7 +1,7 @@
 """Integrating sphere: irradiance and radiosity of its diffuse wall for light sent in.
 
-The chord between two points of a sphere makes the same angle with both normals, so that cosθ cosθ'/π r²
-= 1/A: light that leaves any point of the inside with the cosine law irradiates all of it uniformly
+The chord between two points of a sphere makes the same angle with both normals, so that cosθ cosθ'/π
+r² = 1/A: light that leaves any point of the inside with the cosine law irradiates all of it uniformly
 (Ulbricht 1900; Sumpner 1892). Only the shares of the area matter, not the positions of the ports. With
 the albedos a_i on the shares f_i of the sphere's area A (an open port has albedo 0), reflected light is
 reflected again with the probability

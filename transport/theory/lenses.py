@@ -211,8 +211,8 @@ def ball_axis_crossing(height: float, radius: float, index: float) -> float:
 
     Notes
     -----
-    The ray meets the ball at the angle i, ``sin i = h/R``, is deflected by ``2 (i - r)``, ``sin r = sin
-    i/n``, and leaves at the same distance h from the center. Exact for any height.
+    The ray meets the ball at the angle i, ``sin i = h/R``, is deflected by ``2 (i - r)``,
+    ``sin r = sin i/n``, and leaves at the same distance h from the center. Exact for any height.
 
     Examples
     --------

@@ -26,7 +26,7 @@ def normal_density(mu: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     mu : float or ndarray
         Cosine between a microfacet's normal and the surface's [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -56,7 +56,7 @@ def shadowing(mu: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     mu : float or ndarray
         Cosine to the surface's normal [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -83,7 +83,7 @@ def joint_shadowing(mu_in: np.ndarray, mu_out: np.ndarray, roughness: float) -> 
         Cosine of the direction towards the light, in (0, 1] [1].
     mu_out : float or ndarray
         Cosine of the direction of reflection, in (0, 1] [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -118,7 +118,7 @@ def visible_density(
         Cosine of the microfacet's normal to the surface's normal [1].
     cosine : float or ndarray
         Cosine between the direction and the microfacet's normal [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -147,7 +147,7 @@ def single_reflection(mu_in, mu_out, phi, roughness: float) -> np.ndarray:
         Cosine of the direction of reflection, in (0, 1] [1].
     phi : float or ndarray
         Azimuth between the two directions, pi on the specular side [rad].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -187,7 +187,7 @@ def brdf(mu_in, mu_out, phi, roughness: float, albedo: float = 1.0) -> np.ndarra
         Cosine of the direction of reflection, in (0, 1] [1].
     phi : float or ndarray
         Azimuth between the two directions, pi on the specular side [rad].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
     albedo : float or ndarray, default 1.0
         Reflected share at every angle of incidence [1].
@@ -217,7 +217,7 @@ def single_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     mu : float or ndarray
         Cosine to the surface's normal [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -241,7 +241,7 @@ def lost_albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     mu : float or ndarray
         Cosine to the surface's normal [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -287,7 +287,7 @@ def lobe_density(mu: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     mu : float or ndarray
         Cosine to the surface's normal [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns
@@ -311,7 +311,7 @@ def lobe_quantile(u: np.ndarray, roughness: float) -> np.ndarray:
     ----------
     u : float or ndarray
         Share, in [0, 1] [1].
-    roughness : float or ndarray
+    roughness : float
         Roughness alpha, in (0, 1] [1].
 
     Returns

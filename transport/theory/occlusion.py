@@ -1,13 +1,12 @@
-"""View factors past an obstacle: coaxial disks and parallel rectangles with a third one between them
-[1].
+"""View factors between coaxial disks or parallel rectangles past an obstacle.
 
 A ray from 1 to 2 meets a plane between them either inside the third shape or outside. An opaque shape
 there passes the rays outside, a screen with a hole of this shape those inside, and the two factors add
 up to the unobstructed factor. Only the rays through a hole are computed; sizes in m.
 
-A ray that leaves 1 at x1 for x2, parallel planes h apart, crosses the plane z = t h at p = (1 - t) x1 +
-t x2; with s = x2 - x1, dx1 dx2 = dp ds, and A1 F12 = ∬ h^2 / (pi (h^2 + s^2)^2) dp ds over the points
-that lie in all three shapes:
+A ray that leaves 1 at x1 for x2, parallel planes h apart, crosses the plane z = t h at p = (1 - t)
+x1 + t x2; with s = x2 - x1, dx1 dx2 = dp ds, and A1 F12 = ∬ h^2 / (pi (h^2 + s^2)^2) dp ds over the
+points that lie in all three shapes:
 
     x1 = p - t s in shape 1,   x2 = p + (1 - t) s in shape 2,   p in shape 3.
 """

@@ -1,11 +1,11 @@
-"""Exact ray tracing through optics about the z axis, one element after the other, without small-angle
-approximation.
+"""Exact ray tracing through optics about the z axis, one element after the other.
 
-A ray is a point, a unit vector and the share of its power that remains. Elements: spheres that refract
-by Snell's law, with Fresnel losses for light that is unpolarised at every crossing; mirrors that are
-spheres or paraboloids; an ideal lens that maps direction cosines, p' = p - x/f; and a lens that maps
-tangents, t' = t - x/f, as textbooks draw it. Paths of light are reversible, so that a trace back from a
-detector gives the directions from which it receives light.
+No small-angle approximation is made. A ray is a point, a unit vector and the share of its power that
+remains. Elements: spheres that refract by Snell's law, with Fresnel losses for light that is
+unpolarised at every crossing; mirrors that are spheres or paraboloids; an ideal lens that maps
+direction cosines, p' = p - x/f; and a lens that maps tangents, t' = t - x/f, as textbooks draw it.
+Paths of light are reversible, so that a trace back from a detector gives the directions from which it
+receives light.
 """
 
 from __future__ import annotations

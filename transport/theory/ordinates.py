@@ -1,8 +1,8 @@
-"""Discrete ordinates: reflection and transmission of a plane layer of any depth, albedo, phase function
-and index.
+"""Discrete ordinates: reflection and transmission of a plane layer.
 
-The azimuthal mean of the radiance obeys, with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from
-the Legendre moments chi_l of the phase function,
+The layer has any depth, albedo, phase function and index. The azimuthal mean of the radiance obeys,
+with p(mu, mu') = sum_l (2 l + 1) chi_l P_l(mu) P_l(mu') from the Legendre moments chi_l of the phase
+function,
 
     mu dI/dtau = -I + (a/2) int_-1^1 p(mu, mu') I(mu') dmu'
 
@@ -415,7 +415,7 @@ def _check(depth, albedo, moments, mu0, index) -> None:
     if mu0 is not None and not 0 < mu0 <= 1:
         raise ValueError(f"slab: mu0 must be above 0 and at most 1, or None for Lambertian light, got {mu0}")
     if not 1 <= index < math.inf:
-        raise ValueError(f"slab: index relative to the surroundings must be 1 or more, got {index}")
+        raise ValueError(f"slab: index must be 1 or more, relative to the surroundings, got {index}")
 
 
 def _ordinates(moments: Sequence[float], mu0: float | None, index: float) -> tuple[np.ndarray, ...]:
@@ -509,6 +509,13 @@ def azimuthal_phase(moments: Sequence[float], mu: np.ndarray) -> tuple[np.ndarra
     -------
     tuple of ndarray
         Matrices p(mu_i, mu_j) and p(mu_i, -mu_j), shape (n, n) each [1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from transport.theory.ordinates import azimuthal_phase
+    >>> print(azimuthal_phase((1.0, 0.5), np.array([1.0]))[0].round(4))
+    [[2.5]]
     """
     degrees = np.arange(len(moments))
     terms = legendre.legvander(mu, len(moments) - 1)

@@ -1,5 +1,4 @@
-"""Penumbra of a straight edge in front of a diffuse disk: visible part of the disk, and means over bins
-across the edge.
+"""Penumbra of a straight edge in front of a diffuse disk, and means over bins across it.
 
 The disk, of radius R and radiance L, lies in the plane z = 0 about the origin. In the plane z = gap the
 half plane x < 0 is opaque. Irradiance is computed in the plane z = distance. The ray from (X, Y, 0) to
@@ -8,7 +7,7 @@ half plane x < 0 is opaque. Irradiance is computed in the plane z = distance. Th
 
     E(x, y) = L ∫ G dX dY over it,   G = cosθ cosθ' / r² = d² / ((x − X)² + (y − Y)² + d²)²,   d = distance.
 
-The penumbra is |x| < R (1 − s) / s. If the disk subtends a small angle, G is constant and E is
+The penumbra is ``|x| < R (1 − s) / s``. If the disk subtends a small angle, G is constant and E is
 proportional to the visible fraction of the disk.
 """
 

@@ -1,9 +1,8 @@
-"""Phase functions: densities over the cosine mu of the scattering angle, distribution functions,
-inverses and moments.
+"""Phase functions: densities, distribution functions, inverses and moments of the scattering cosine.
 
-Densities are per solid angle [sr^-1] and integrate to 1 over the sphere. A distribution function is the
-probability of a cosine below mu. Rational functions accept any number type: floats, arrays, fractions,
-mpmath numbers.
+mu is the cosine of the scattering angle. Densities are per solid angle [sr^-1] and integrate to 1 over
+the sphere. A distribution function is the probability of a cosine below mu. Rational functions accept
+any number type: floats, arrays, fractions, mpmath numbers.
 """
 
 from __future__ import annotations
@@ -170,8 +169,8 @@ def henyey_greenstein_ring(mu: np.ndarray, mu_before: np.ndarray, g: float) -> n
 
     Notes
     -----
-    A complete elliptic integral of the second kind: ``int_0^pi (a - b cos)^(-3/2)`` is ``2 E(2b/(a +
-    b)) / ((a - b) sqrt(a + b))`` (Gradshteyn and Ryzhik 2.57).
+    A complete elliptic integral of the second kind: ``int_0^pi (a - b cos)^(-3/2)`` is
+    ``2 E(2b/(a + b)) / ((a - b) sqrt(a + b))`` (Gradshteyn and Ryzhik 2.57).
 
     Examples
     --------

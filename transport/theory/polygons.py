@@ -101,8 +101,8 @@ def regular_polygon_solid_angle(sides: int, radius: float, distance: float) -> f
 
     Notes
     -----
-    Computed as ``2 n atan((1 - k) t / (1 + k t^2))``, t = tan(pi/n), k = d/h, with ``1 - k = R^2 / (h
-    (h + d))``. A sum of right-angled triangles (Van Oosterom and Strackee 1983).
+    Computed as ``2 n atan((1 - k) t / (1 + k t^2))``, t = tan(pi/n), k = d/h, with
+    ``1 - k = R^2 / (h (h + d))``. A sum of right-angled triangles (Van Oosterom and Strackee 1983).
 
     Examples
     --------

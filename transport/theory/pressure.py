@@ -135,8 +135,8 @@ def stream_pressure(momentum_flux: float, mu: float = 1.0, wall: str = "black") 
     Returns
     -------
     float
-        Pressure [Pa]: ``mu^2`` of the momentum flux on a black wall, twice that on a mirror, ``mu (mu +
-        2/3)`` of it on a diffuse wall.
+        Pressure [Pa]: ``mu^2`` of the momentum flux on a black wall, twice that on a mirror,
+        ``mu (mu + 2/3)`` of it on a diffuse wall.
 
     Examples
     --------

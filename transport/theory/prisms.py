@@ -1,5 +1,6 @@
-"""The oblique prism in front of a patch, which holds the particles that will cross it (Hanrahan 2001,
-CS 348B, lecture 4).
+"""The oblique prism in front of a patch, which holds the particles that will cross it.
+
+Source: Hanrahan 2001, Stanford CS 348B, lecture 4.
 """
 
 from __future__ import annotations

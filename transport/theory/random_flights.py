@@ -132,9 +132,9 @@ def plane_pulse(x: float, time: float, albedo: float = 1.0) -> float:
 
     Notes
     -----
-    ``exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)] du}``, u from
-    0 to pi, with w = x/t and ``y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2))`` (Ganapol 2001). The
-    first term is the uncollided part.
+    ``exp(-t)/(2 t) {1 + (c t/4 pi)(1 - w^2) ∫ sec^2(u/2) Re[y^2 exp((c t/2)(1 - w^2) y)]
+    du}``, u from 0 to pi, with w = x/t and ``y = (log((1 + w)/(1 - w)) + i u)/(w + i tan(u/2))``
+    (Ganapol 2001). The first term is the uncollided part.
 
     Examples
     --------

@@ -1,5 +1,4 @@
-"""Radiance at a smooth boundary and at a plate: means over direction bins, and escape from a point
-source in glass.
+"""Radiance at a smooth boundary and at a plate, and escape from a point source in glass.
 
 A ray from air at the angle theta continues at theta' in glass of index n, n sin theta' = sin theta
 (Snell), with the share 1 - R of its power. Since n^2 cos theta' dω' = cos theta dω, L' = (1 - R) n^2 L

@@ -33,8 +33,8 @@ def sphere_to_disk(radius: float, distance: float) -> float:
 
     Notes
     -----
-    Howell, C-136: a diffuse sphere has the same intensity in all directions. Computed as ``(R/h)^2 / (2
-    k (1 + k))`` with k = sqrt(1 + (R/h)^2).
+    Howell, C-136: a diffuse sphere has the same intensity in all directions. Computed as
+    ``(R/h)^2 / (2 k (1 + k))`` with k = sqrt(1 + (R/h)^2).
 
     Examples
     --------

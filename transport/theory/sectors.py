@@ -1,9 +1,9 @@
 """A diffuse disk seen from a point in sectors of azimuth: distribution of its light over directions.
 
-The disk, of radius R, is parallel to the receiver at the distance d; its center is at the distance s >
-R from the receiver's axis and at the azimuth 0. For |φ| < asin(R/s) the half plane of azimuth φ cuts it
-from ρ₁ to ρ₂ = s cosφ ± √(R² − s² sin²φ), and ∫ L cosθ dω = (L/2) ∫ (sin²θ₂ − sin²θ₁) dφ with sin²θ =
-ρ² / (ρ² + d²).
+The disk, of radius R, is parallel to the receiver at the distance d; its center is at the distance
+s > R from the receiver's axis and at the azimuth 0. For ``|φ| < asin(R/s)`` the half plane of azimuth φ
+cuts it from ρ₁ to ρ₂ = s cosφ ± √(R² − s² sin²φ), and ∫ L cosθ dω = (L/2) ∫ (sin²θ₂ − sin²θ₁) dφ with
+sin²θ = ρ² / (ρ² + d²).
 """
 
 from __future__ import annotations

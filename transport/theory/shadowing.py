@@ -1,8 +1,8 @@
 """Smith's shadowing of a rough surface of microfacets, and the light that single reflection loses.
 
 Normals follow Trowbridge and Reitz (1975, J. Opt. Soc. Am. 65, 531), "GGX", with the roughness alpha;
-heights are correlated (Heitz 2014, JCGT 3(2), 48, eq. 99). With m = mu and h = sqrt(mu^2 + alpha^2 (1 -
-mu^2)) of each direction
+heights are correlated (Heitz 2014, JCGT 3(2), 48, eq. 99). With m = mu and h = sqrt(mu^2 + alpha^2
+(1 - mu^2)) of each direction
 
     Lambda = (h - m)/(2 m),    G1 = 1/(1 + Lambda),    G2 = 1/(1 + Lambda_i + Lambda_o)
 
@@ -68,9 +68,9 @@ def turned_normals(elevation_in: np.ndarray, elevation_out: np.ndarray, roughnes
 
     Notes
     -----
-    ``D = alpha^2/pi (1 + K/(P + B cos phi))^2`` is integrated in closed form, with ``K = (1 -
-    alpha^2)(mu_i + mu_o)^2``. P^2 - B^2 is a product of two sums of squares in half the sum and half
-    the difference of the elevations, so that nothing cancels.
+    ``D = alpha^2/pi (1 + K/(P + B cos phi))^2`` is integrated in closed form, with
+    ``K = (1 - alpha^2)(mu_i + mu_o)^2``. P^2 - B^2 is a product of two sums of squares in half the sum
+    and half the difference of the elevations, so that nothing cancels.
 
     Examples
     --------

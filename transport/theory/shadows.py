@@ -1,12 +1,11 @@
-"""Shadows under a diffuse disk: irradiance behind a straight edge and behind a cylinder, and means over
-bins.
+"""Shadows under a diffuse disk: irradiance behind a straight edge and behind a cylinder.
 
-The disk, of radius R, lies in the plane z = 0 about the origin; irradiance is computed in the plane z =
-distance. The obstacle extends along y beyond all lines of sight, so that from (x, y, distance) a strip
-low < X < high of the disk is hidden, whatever y. For an edge, x < 0 opaque in the plane z = gap, the
-strip is all of X < -x s/(1 - s), with s = gap/distance; for a cylinder along y it lies between the two
-tangent planes through the point. The two segments X > high and X < low of the disk remain visible. The
-projected solid angle of a patch in a plane parallel to the receiver is a contour integral (Lambert
+The disk, of radius R, lies in the plane z = 0 about the origin; irradiance is computed in the plane
+z = distance. The obstacle extends along y beyond all lines of sight, so that from (x, y, distance) a
+strip low < X < high of the disk is hidden, whatever y. For an edge, x < 0 opaque in the plane z = gap,
+the strip is all of X < -x s/(1 - s), with s = gap/distance; for a cylinder along y it lies between the
+two tangent planes through the point. The two segments X > high and X < low of the disk remain visible.
+The projected solid angle of a patch in a plane parallel to the receiver is a contour integral (Lambert
 1760; Sparrow 1963, J. Heat Transfer 85, 81),
 
     P = ½ ∮ (ρ × dρ)_z / (ρ² + d²),   ρ: from the projection of the receiver's point to the contour,
@@ -155,8 +154,8 @@ def behind_cylinder(thickness: float, gap: float, distance: float) -> Strip:
 
     Notes
     -----
-    The tangent planes make the angle ``asin(thickness/D)`` with the plane through the axis, D =
-    hypot(x, distance - gap).
+    The tangent planes make the angle ``asin(thickness/D)`` with the plane through the axis,
+    D = hypot(x, distance - gap).
 
     Examples
     --------

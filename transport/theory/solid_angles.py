@@ -1,5 +1,4 @@
-"""Solid angles and projected solid angles: caps, shapes on the axis, bins of directions in a local
-frame.
+"""Solid angles and projected solid angles of caps, shapes on the axis and bins of directions.
 
 The projected solid angle is the integral of max(cos theta, 0) d omega [sr]; over a hemisphere it is pi.
 Cones about an oblique axis are in cones.py, bins of a world frame in world_bins.py.
@@ -168,8 +167,8 @@ def rectangle_projected_solid_angle(width: float, height: float, distance: float
     Returns
     -------
     float or ndarray
-        ``2 [a/p atan(b/p) + b/r atan(a/r)]`` [sr], a and b half the sides, ``p^2 = a^2 + d^2``, ``r^2 =
-        b^2 + d^2``.
+        ``2 [a/p atan(b/p) + b/r atan(a/r)]`` [sr], a and b half the sides, ``p^2 = a^2 + d^2``,
+        ``r^2 = b^2 + d^2``.
 
     Notes
     -----
@@ -224,8 +223,8 @@ def bin_projected_solid_angles(mu_edges, phi_edges) -> np.ndarray:
     Returns
     -------
     ndarray
-        ``(mu2^2 - mu1^2) / 2 * (phi2 - phi1)``, shape (mu bins, phi bins) [sr]; 0 below the horizon, mu
-        < 0.
+        ``(mu2^2 - mu1^2) / 2 * (phi2 - phi1)``, shape (mu bins, phi bins) [sr]; 0 below the horizon,
+        mu < 0.
 
     Examples
     --------

@@ -1,11 +1,10 @@
-"""Turbid half spaces and slabs behind Fresnel boundaries: reflectance and fluence with depth, accurate
-to 1e-9.
+"""Turbid half spaces and slabs behind Fresnel boundaries: reflectance and fluence with depth.
 
-A plane medium of albedo a with the Henyey-Greenstein phase function, index n over that of the clear
-media on both sides, is irradiated from above by 1 W m^-2 at one cosine. Depths z are optical here: mean
-free paths 1/σ_t. The unscattered light has the fluence rate T/μ₀ e^(-z/μ₀), μ₀ the refracted cosine.
-For the scattered light I(z, μ) is radiance times 2π, so that its fluence rate is ∫ I dμ (Chandrasekhar
-1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
+Accurate to 1e-9. A plane medium of albedo a with the Henyey-Greenstein phase function, index n over
+that of the clear media on both sides, is irradiated from above by 1 W m^-2 at one cosine. Depths z are
+optical here: mean free paths 1/σ_t. The unscattered light has the fluence rate T/μ₀ e^(-z/μ₀), μ₀ the
+refracted cosine. For the scattered light I(z, μ) is radiance times 2π, so that its fluence rate is ∫ I
+dμ (Chandrasekhar 1950, ch. 1; Stamnes et al. 1988, Appl. Opt. 27, 2502):
 
     μ I' = -I + (a/2) ∫ p(μ, μ') I(μ') dμ' + (a/2) p(μ, μ₀) T/μ₀ e^(-z/μ₀),
     p = Σ (2l + 1) g^l P_l(μ) P_l(μ').

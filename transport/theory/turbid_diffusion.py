@@ -1,10 +1,9 @@
-"""Diffusion approximation for a turbid half space, as a sum of two exponentials; the exact solution is
-turbid.py.
+"""Diffusion approximation for a turbid half space, as a sum of two exponentials.
 
-A photon loses its direction in 1/(1 - g) scatterings, so that they count as σ_s (1 - g) isotropic ones,
-and the unscattered beam as one that falls with σ_t' = σ_t (1 - a g) (similarity; van de Hulst 1980).
-Depths z are in mean free paths 1/σ_t, so that σ_t' = 1 - a g. With D = 1/(3 σ_t') and T the boundary's
-transmittance, the diffuse fluence rate φ obeys
+The exact solution is turbid.py. A photon loses its direction in 1/(1 - g) scatterings, so that they
+count as σ_s (1 - g) isotropic ones, and the unscattered beam as one that falls with σ_t' = σ_t (1 - a
+g) (similarity; van de Hulst 1980). Depths z are in mean free paths 1/σ_t, so that σ_t' = 1 - a g. With
+D = 1/(3 σ_t') and T the boundary's transmittance, the diffuse fluence rate φ obeys
 
     D φ'' = (1 - a) φ - a (1 - g) T e^(-σ_t' z),   φ(0) = 2 A D φ'(0),   A = (1 + R_j)/(1 - R_φ),
 

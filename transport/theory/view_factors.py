@@ -34,8 +34,9 @@ def coaxial_disks(radius_1: float, radius_2: float, distance: float) -> float:
 
     Notes
     -----
-    p and m are the longest and the shortest straight line between the rims, ``p^2 = h^2 + (r1 +
-    r2)^2``, ``m^2 = h^2 + (r1 - r2)^2``. Equal to Howell's C-41, without its difference.
+    p and m are the longest and the shortest straight line between the rims,
+    ``p^2 = h^2 + (r1 + r2)^2``, ``m^2 = h^2 + (r1 - r2)^2``. Equal to Howell's C-41, without its
+    difference.
 
     Examples
     --------

@@ -1,5 +1,4 @@
-"""Direct light through voxels: optical depths along lines, and exact means of exp(-τ) over bins in the
-shadow.
+"""Direct light through voxels: optical depths along lines, and exact means of exp(-τ) in the shadow.
 
 A line crosses the planes between voxels at known positions, and within a voxel τ grows linearly
 (Amanatides and Woo 1987, Eurographics 87, 3), so that τ is a finite sum. If parallel light is tilted

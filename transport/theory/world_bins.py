@@ -1,10 +1,10 @@
 """Exact projected solid angles of direction bins of a world frame, for a receiver of any orientation.
 
 The integral over azimuth has a closed form: with psi = phi - phi_n, cos theta to the normal is a + b
-cos psi, positive for |psi| < psi_0 (the horizon). The integral over the polar angle is Gauss-Legendre
-on panels between the angles where the horizon touches a parallel (psi_0 = 0 or pi, where the integrand
-has a 3/2 power) or crosses a phi edge. On a panel the variable t of theta = middle - half cos t makes
-such powers at its ends analytic, so that NODES nodes reach rounding error.
+cos psi, positive for ``|psi| < psi_0`` (the horizon). The integral over the polar angle is
+Gauss-Legendre on panels between the angles where the horizon touches a parallel (psi_0 = 0 or pi, where
+the integrand has a 3/2 power) or crosses a phi edge. On a panel the variable t of theta = middle - half
+cos t makes such powers at its ends analytic, so that NODES nodes reach rounding error.
 """
 
 from __future__ import annotations
