@@ -15,7 +15,7 @@ from transport.estimators.methods import ESTIMATORS, SAMPLINGS
 from transport.experiment import experiment
 from transport.hard.cases import families
 
-HELP = dict(command_pages())
+HELP = dict(command_pages(typer.main.get_command(app)))
 
 
 def examples():

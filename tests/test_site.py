@@ -6,10 +6,14 @@ import re
 from html import unescape
 
 import pytest
+import typer
 
 import transport as tp
+from transport.command.cli import app
 from transport.command.reference import pages
 from transport.command.site import ORDER, build_site, write_sources
+
+COMMANDS = typer.main.get_command(app)
 
 
 def test_every_public_name_is_on_one_page():
@@ -29,7 +33,7 @@ def test_a_name_of_a_module_without_a_page_is_seen(monkeypatch):
 
 def test_what_sphinx_reads_is_written(tmp_path):
     """README, guides, reference, help; every link of theirs leads to a page or a picture."""
-    write_sources(tmp_path)
+    write_sources(tmp_path, COMMANDS)
     first = (tmp_path / "index.md").read_text()
     files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.md")}
     assert files == {"index.md", "reference/commands.md"} | {f"guides/{name}.md" for name in ORDER} | {
@@ -51,14 +55,14 @@ def test_what_sphinx_reads_is_written(tmp_path):
 def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("transport.command.site.NEEDED", ("sphinx_that_is_not_there",))
     with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
-        build_site(tmp_path)
+        build_site(tmp_path, COMMANDS)
 
 
 @pytest.mark.bench
 def test_the_site_is_built_without_a_fault(tmp_path):
     """About 10 s, and needs the extra `docs`; .ci/run builds it with the installed command."""
     pytest.importorskip("sphinx")
-    site = build_site(tmp_path).parent
+    site = build_site(tmp_path, COMMANDS).parent
     for page in pages():
         html = unescape((site / "reference" / f"{page.file}.html").read_text())
         assert all(f'id="transport.{name}"' in html or f'id="{name}"' in html for name in page.names)

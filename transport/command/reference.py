@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import transport
 
@@ -84,13 +85,8 @@ def _entry(name: str) -> str:
     return f".. py:data:: {name}\n   :value: {value!r} {UNITS[name]}"
 
 
-def command_pages() -> Iterator[tuple[str, str]]:
-    """Yield the name of each command and the text of `transport NAME --help`."""
-    import typer
-
-    from transport.command.cli import app
-
-    group = typer.main.get_command(app)
+def command_pages(group: Any) -> Iterator[tuple[str, str]]:
+    """Yield the name of each command of a click group and the text of `transport NAME --help`."""
     for name, command in group.commands.items():
         context = command.make_context(name, [], parent=_root(group), resilient_parsing=True)
         yield name, command.get_help(context)

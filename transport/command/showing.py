@@ -129,6 +129,7 @@ def schema(
 
 
 def docs(
+    context: typer.Context,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of the pages")] = Path("out/docs"),
 ) -> None:
     """Build README, guides and reference as HTML pages.
@@ -140,4 +141,4 @@ def docs(
     """
     from transport.command.site import build_site
 
-    say(f"pages: {build_site(out)}")
+    say(f"pages: {build_site(out, context.find_root().command)}")

@@ -9,6 +9,7 @@ import re
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from transport.command.reference import command_pages, pages
 from transport.validation import SceneError
@@ -34,7 +35,7 @@ ORDER = (
 )
 
 
-def build_site(out: Path) -> Path:
+def build_site(out: Path, commands: Any) -> Path:
     """Build the pages into the folder; return the path of the first.  Raises SceneError without Sphinx."""
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
@@ -45,7 +46,7 @@ def build_site(out: Path) -> Path:
 
     with tempfile.TemporaryDirectory() as folder:
         sources = Path(folder)
-        write_sources(sources)
+        write_sources(sources, commands)
         said, warned = io.StringIO(), io.StringIO()
         site = Sphinx(sources, None, out, sources / "trees", "html", _settings(), status=said, warning=warned)
         site.build()
@@ -54,13 +55,15 @@ def build_site(out: Path) -> Path:
     return out / "index.html"
 
 
-def write_sources(folder: Path) -> None:
+def write_sources(folder: Path, commands: Any) -> None:
     """Write the sources of Sphinx: Markdown pages and their pictures."""
     (folder / "guides").mkdir(parents=True)
     (folder / "reference").mkdir()
     for page in pages():
         (folder / "reference" / f"{page.file}.md").write_text(page.text, encoding="utf-8")
-    help_texts = "\n".join(f"## transport {name}\n\n```text\n{text}\n```\n" for name, text in command_pages())
+    help_texts = "\n".join(
+        f"## transport {name}\n\n```text\n{text}\n```\n" for name, text in command_pages(commands)
+    )
     (folder / "reference" / "commands.md").write_text(f"# Commands\n\n{help_texts}", encoding="utf-8")
     for guide in sorted(GUIDES.glob("*.md")):
         text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
