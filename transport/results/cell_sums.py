@@ -1,4 +1,4 @@
-"""What the histories that began in a sensor's cells brought, batch by batch; of very many cells it is made part by part."""
+"""Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from transport.results.path_classes import Met, chances_of_sensor
 from transport.results.proofs import events_of
 from transport.results.stacked import Stacked, is_large, totals_of
 
-ALIKE = 1e-9  # weights of cells that differ by less are the same
+ALIKE = 1e-9  # relative difference below which weights of cells are equal
 
 
 class CellSums:
-    """What the histories of a sensor's cells brought, batch by batch; lamps: the numbers of those that count, None for all."""
+    """Scores of the histories of a sensor's cells, per batch.
+
+    lamps: indices of the sources that count, None for all.
+    """
 
     def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
         turned: Turned = result.plan.turned
@@ -29,31 +32,31 @@ class CellSums:
 
     @cached_property
     def means(self) -> list[np.ndarray | Stacked]:
-        """Of each part, the mean radiance [W m^-2 sr^-1], weights and all, of each cell, (B, cells)."""
+        """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
         return [
             sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
         ]
 
     @cached_property
     def counts(self) -> list[np.ndarray | Stacked]:
-        """Of each part, how often its cells' histories met sources, (B, cells)."""
+        """For each part, how often its cells' histories reached sources, (B, cells)."""
         return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
 
     @property
     def is_thin(self) -> bool:
-        """Whether any batch left cells without a history."""
+        """Whether any batch has cells without a history."""
         return not all(self._rows(part, "counts", 0).all() for part in self.parts)
 
     def _brought(self, part: Part, lamp: int) -> np.ndarray:
         return self._weights(part, lamp) * part.gains[lamp]
 
     def _weights(self, part: Part, lamp: int) -> np.ndarray:
-        """What flights and rays brought to a lamp [weight]."""
+        """Weights that flights and rays brought to a lamp, per cell."""
         weights, scale = self._rows(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
         return weights if scale is None else weights + self._rows(part, "weights", self._block(lamp)) / scale
 
     def _met(self, part: Part, lamp: int) -> np.ndarray:
-        """How often they did."""
+        """How often flights and rays reached a lamp, per cell."""
         counts = self._rows(part, "counts", 1 + lamp)
         return (
             counts + self._rows(part, "counts", self._block(lamp)) if lamp in self.turned.scales else counts
@@ -63,14 +66,17 @@ class CellSums:
         return 1 + len(self.turned.lamps) + lamp
 
     def _born(self, part: Part) -> np.ndarray:
-        """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
+        """Histories of each cell.
+
+        Their expectation if a batch has too few for all cells, which is unbiased too.
+        """
         born = self._rows(part, "counts", 0)
         if born.all():
             return born
         return (self.run.sizes * part.share / part.cells)[:, None]
 
     def _rows(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
-        """(B, cells); of a view of very many made part by part."""
+        """(B, cells); for a view with very many cells, computed in chunks."""
         begin, shape = (
             self.turned.first + block * self.turned.cells + part.first,
             (len(self.batches), part.cells),
@@ -84,7 +90,10 @@ class CellSums:
         return rows(0, part.cells)
 
     def _met_by(self, lamp: int, chosen: list[np.ndarray | None]) -> Met:
-        """How often flights and rays of chosen cells, None for all, came to a lamp; no ray where none is sent to it."""
+        """How often flights and rays of the chosen cells (None: all) reached a lamp.
+
+        Rays only if it has any.
+        """
 
         def number(kind: str, block: int) -> int:
             rows = (self._rows(part, kind, block) for part in self.parts)
@@ -101,7 +110,7 @@ class CellSums:
         return Met(flights, number("counts", block), number("slants", block))
 
     def _weights_of_cells(self, extents: list[np.ndarray]) -> list[np.ndarray]:
-        """Of each part's cells, what a score there adds to the mean over all, where it would add 1 if all cells were alike."""
+        """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
         shares, whole = sum(part.share for part in self.parts), sum(float(each.sum()) for each in extents)
         return [
             each / whole * part.cells * shares / part.share
@@ -109,16 +118,16 @@ class CellSums:
         ]
 
     def missing(self, sensor: object, title: str, extents: list[np.ndarray] | None = None) -> list[Finding]:
-        """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+        """Findings for a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
-        extents: of each part's cells, by which the mean weighs them; None where it weighs all alike.
+        extents: of each part's cells, as weights of the mean; None for equal weights.
         """
         histories = sum(part.share for part in self.parts) * self.run.sizes.sum()
         heaviest, chosen = 1.0, [None] * len(self.parts)
         if extents is not None:
             weights = self._weights_of_cells(extents)
             most = max(float(each.max()) for each in weights)
-            if most > 1 + ALIKE:  # a score in a small cell does not tell of what comes in a large one
+            if most > 1 + ALIKE:  # scores in small cells do not represent those in large ones
                 heaviest, chosen = most, [each >= LARGE * most for each in weights]
         met = {lamp: self._met_by(lamp, chosen) for lamp in self.lamps}
         error = 0.0
@@ -136,5 +145,5 @@ class CellSums:
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:
-    """Of all batches and cells."""
+    """Sum over all batches and cells."""
     return totals_of(values).sum() if isinstance(values, Stacked) else values.sum()
