@@ -657,7 +657,7 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
     assert any(
         "times the error asked for, and running on to its limits would not" in each for each in short.warnings
     )
-    assert "settle a doubt: light" in line and "by 'mirror'" in line
+    assert "settle a doubt: light" in line and "via 'mirror'" in line
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])

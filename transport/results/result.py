@@ -134,7 +134,7 @@ class Result:
     >>> disk = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
     >>> scene = tp.Scene(
     ...     sources=[tp.Source(tp.Point(), tp.Isotropic(power=1.0))],
-    ...     surfaces=[tp.Surface(disk, tp.Black(), name="disk")],
+    ...     surfaces=[tp.Surface(disk, tp.Black(), "disk")],
     ...     detectors=[tp.Detector("disk")],
     ... )
     >>> result = tp.simulate(scene, particles=10_000, seed=1, progress=False)
