@@ -291,9 +291,9 @@ class Result:
         """
         if self.plan.turned is not None and self.choice is not None and len(self.choice.pilots) > 1:
             raise SceneError(
-                "result.ledger: pilots chose backward histories, which start at the detectors, so the energy"
-                " balance of the sources is unknown; pass estimator='analog' for it, or estimator='backward'"
-                " for fractions of these histories"
+                "result.ledger: the pilots chose backward histories, which start at the detectors, so the"
+                " energy balance of the sources is unknown; pass estimator='analog' for it, or"
+                " estimator='backward' for fractions of these histories"
             )
         return self._own_ledger
 
