@@ -79,6 +79,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
 
     Raises LedgerError if the energy balance does not close.
     """
+    # Check that the energy balance closes exactly.
     ledger = raw.ledger.astype(object)
     whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
     born = raw.sent + whole[layout.BORN]
@@ -95,6 +96,7 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
         "roulette": layout.ROULETTE,
         "lost": layout.LOST,
     }
+    # Convert the sums of the detectors' rows to floats; pack them if they are long.
     meters, moments, most = raw.meters, raw.moments, (1 << layout.COUNT_BITS) - 1
     weights, counts, slants = columns(
         [

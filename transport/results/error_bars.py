@@ -46,6 +46,7 @@ def error_bars_of(
     ]
     if not replicates.is_in_parts:
         return _read_only(_of_bins(replicates, axes, periodic))
+    # Pool each chunk by itself; an axis that a chunk cuts is not periodic in it.
     kinds = (float, float, bool)
     rooms = Pooled(*(room_for(replicates.shape, kind) for kind in kinds))
     for box in replicates.boxes:

@@ -190,7 +190,7 @@ def of_even_scores(
         bound = np.where(is_blind, unseen_scores(0) / scores * np.abs(value), 0.0)
     if not is_blind.any():
         return ()
-    what = "all batches have as many scores, so their spread does not measure the error"
+    what = "all batches have equally many scores, so their spread does not measure the error"
     bound = bound.item() if bound.ndim == 0 else bound
     return tuple(
         Finding(DOUBTFUL, "", "", what, each, "use more particles", name=UNKNOWN) for each in (bound, -bound)

@@ -92,6 +92,7 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
     born = plan.unit / (math.pi * particles)  # added by one history straight above a spot 1 m away
     one = born / _importance(plan, point)
     reach = math.sqrt(4 * MIN_SCORES * one / fluence.value)  # from farther away enough are expected
+    # Diffuse walls.
     for title, piece, material in _walls(plan, point, reach):
         share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
         distance = _distance(piece, point, reach)
@@ -99,6 +100,7 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
             arrivals = distance**2 * fluence.value / 4 / one  # as in isotropic light
             added = one * share * _steepness(piece, point, distance)
             yield NearWall(title, distance, added, arrivals, piece.extent)
+    # Scattering media.
     for title, shape, medium in _scatterers(plan, point):
         path, share = _free_path(medium)
         distance = path if shape is None else _distance(shape, point, reach, path)
@@ -106,6 +108,7 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
             arrivals = distance**2 * fluence.value / 4 / one
             extent = math.inf if shape is None else shape.extent
             yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
+    # Emitters, small ones as a whole and large ones by the foot.
     for title, emitter in _even_emitters(plan):
         if (lamp := _small_lamp(plan, title, emitter, point, particles, born)) is not None:
             yield lamp

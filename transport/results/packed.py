@@ -137,6 +137,7 @@ def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = N
     among: ranges that may have scores; None for all.
     """
     pages, marks, fits, scored, kind = [], [], np.zeros(len(NARROW), np.int64), 0, rows(0, 0).dtype
+    # First pass: find the ranges with scores, and how many numbers fit each type.
     busy = []  # ranges with scores
     for first, past in _stretches(length) if among is None else among:
         stretch = rows(first, past)
@@ -151,6 +152,7 @@ def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = N
         scored += len(units)
         is_whole = (units == np.floor(units)) & (units >= 0)
         fits += [np.count_nonzero(is_whole & (units <= np.iinfo(narrow).max)) for narrow in NARROW]
+    # Second pass: write the numbers in the type that takes least memory.
     narrow = _narrowest(fits, scored, kind)
     beside = scored - int(fits[NARROW.index(narrow.type)]) if narrow.type in NARROW else 0
     parts = room_for(scored, narrow), room_for(beside, np.int64), room_for(beside, kind)

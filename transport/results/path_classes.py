@@ -205,6 +205,7 @@ def _classes_of_detector(
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     is_aimed = all(emitter.target is not None for emitter in plan.emitters)
     heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
+    # Without next-event estimation, all light arrives by chance.
     if expectation is None:
         if plan.scatters and (plan.lessens or plan.splits or plan.forces):
             # Scattering reduces weights along the path, down to the limits of roulette and splitting
@@ -230,6 +231,7 @@ def _classes_of_detector(
         number = large_scores(plan, batches, name, side, 1.0, scores)
         yield PathClass("light", number, 1.0, MORE, name=ALL_LIGHT)
         return
+    # Flights: light that no ray connects.
     mirrors, beams = mirrors_of(scene, shape, looks), list(beams_of(plan, shape, looks))
     unconnected = [*names_of(scene, mirrors), *beams]
     largest = heaviest if unconnected else expectation.nearest[face]
@@ -249,6 +251,7 @@ def _classes_of_detector(
         f"{flights} passed within {radius:.2g} m" if seen else "",
         () if beams else tuple(mirrors),
     )
+    # Rays from walls and sources so near that a few of them matter.
     strongest = expectation.strongest[face]
     rays = large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
     yield PathClass(
@@ -303,6 +306,7 @@ def _classes_of_lamps(
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
+        # Flights: direct light of the lamp, and light via specular surfaces.
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = mirrors_of(scene, shape, side)
         seen = not is_hidden(scene, sensor, parts, shape, side)
@@ -334,6 +338,7 @@ def _classes_of_lamps(
             )
         if number not in with_rays:
             continue
+        # Rays to the lamp: from collisions and from diffuse walls.
         each, rays, strong = with_rays[number], met[number].rays, met[number].strong_rays
         if each.collisions is not None:  # collisions may be so near that their rays have no other limit
             what = f"light from {lamp.name!r} via diffuse walls or scattering"

@@ -107,21 +107,26 @@ def pooled_errors(
     known = np.asarray(known, dtype=bool)
     if batches < MIN_BATCHES:
         return None
+    # Estimate the variance of each bin's mean, and its precision, for bins with a known error.
     bins = np.flatnonzero(known)
     flat = np.asarray(deviations).reshape(batches, -1)[:, bins]
     moments = _moments(flat, sizes)
+    # Limit the windows of many axes to MOST_IN_WINDOW bins.
     long = sum(known.shape[axis] > 1 for axis in axes)
     reaches = [reach for reach in REACHES if reach == 1 or (2 * reach + 1) ** long <= MOST_IN_WINDOW]
     sums = [
         np.zeros((len(reaches), 4, bins.size)),  # over the windows, of 1, variance, noise, square
         np.zeros(bins.size),  # the bin's own weight in these sums
     ]
+    # Add the sums over the windows, one level of inner spread at a time.
     for members, weights, rise in _levels(moments):
         _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
+    # Combine the windows; bins that differ from their neighbours keep their own variance.
     variance, dof, of_bin = _moderated(*sums, moments, batches)
     is_unlike = _chance_of(moments.variance / variance, of_bin) < UNLIKELY
     claims_own = is_unlike | moments.is_sparse
     variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
+    # Write the results to all bins, and mark the doubtful ones.
     error = np.full(known.size, np.nan)
     error[bins] = np.ldexp(np.sqrt(variance), moments.level)
     of_bins = np.full(known.size, batches - 1.0)

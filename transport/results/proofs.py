@@ -200,6 +200,7 @@ def _seen_by_lines(
     if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
         return math.inf, 0.0, True
     for part in parts:
+        # Draw the ends of the lines, and compute the score of each line.
         ends = [points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
         if any(end is None for end in ends):
             return math.inf, 0.0, True
@@ -213,6 +214,7 @@ def _seen_by_lines(
                 (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
             )
             kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
+        # Keep the lines that no opaque surface blocks.
         free = np.flatnonzero(kernel > 0)
         free = free[~_are_blocked(scene, start[free], ways[free], distances[free])]
         shown = kernel[free]
@@ -429,11 +431,13 @@ def _lengths(
     events: float,
 ) -> list[int]:
     """Numbers of histories of the probes for a run, to be tried one after the other."""
+    # Measure the events per history by pilots.
     most = max(EVENTS, SHARE * max(events, PLAIN * histories))
     each = 1.0
     for length in PILOTS:
         if each * length <= most:
             each = _events_each(scene, detector, surfaces, lamp, length)
+    # Choose the numbers of histories within the limits of histories and events.
     longest = min(max(FIRST, SHARE * histories), LAST, most / each)
     if longest < FIRST:  # take one that fits, out of a few lengths, so that similar runs share it
         lengths = [FIRST // FACTOR**k for k in range(1, 5)]
@@ -514,12 +518,14 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
 
     if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
         raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
+    # Aim one source at each surface, and brighten dark mirrors.
     born, there = [], list(scene.surfaces)
     for number in surfaces:
         surface = scene.surfaces[number]
         there[number], share = _brightened(surface)
         power = Lambertian(power=share * start.emission.power)
         born.append(replace(start, emission=power, aim=surface.shape))
+    # Use next-event estimation if the scene allows it.
     probe = type(scene)(born, there, detectors, scene.medium)
     how = {"seed": SEED, "threads": 1, "progress": False}
     if length < FIRST:

@@ -214,6 +214,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         value = np.asarray(function(*means))
         deviations = {}
+        # Propagate the deviations: directly if the function is linear in them, else by the jackknife.
         for run in dict.fromkeys(run for operand in operands for run in operand.deviations):
             of_run = [operand.deviations.get(run, 0.0) for operand in operands]
             if len(uncertain) == 1 and uncertain[0] in linear_in:

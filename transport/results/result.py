@@ -458,6 +458,7 @@ class Ledger(Mapping[str, Estimate]):
 
         emitted = math.fsum(emitter.amount for emitter in plan.emitters)
         share = emitted / plan.unit
+        # Collect the absorbed weight of each surface and of each absorbing medium.
         self.absorbed_by: dict[str, Estimate] = {}
         for index, surface in enumerate(scene.surfaces):
             rows = [row for row, owner in enumerate(plan.owners) if owner == index]
@@ -467,6 +468,7 @@ class Ledger(Mapping[str, Estimate]):
         for row, name in media_names(plan).items():
             column = len(plan.owners) + row
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
+        # Collect the entries; one is exact if nothing in the scene can change it.
         aimed = any(emitter.target is not None for emitter in plan.emitters)
         is_sure = not (plan.acts or aimed or plan.has_media)
         roulette = [b.ledger["roulette"] for b in batches]

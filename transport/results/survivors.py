@@ -63,11 +63,13 @@ def missing_survivors(
     born = sum(batch.born for batch in batches) / histories
     if born == 0:  # an aim behind its source: nothing can be missing
         return
+    # Bound the weight of missing survivors.
     heaviest = born * _heaviest_share(plan, place)
     is_by_share = plan.splits or plan.absorbs_by_share
     played = math.inf if is_by_share else _played(batches, histories, heaviest)
     bound = min(unseen_scores(0) * heaviest / histories, played) * most
     if bound > 0:
+        # Suggest a threshold at which one survivor adds less than the error.
         error = total.error if total.error > 0 else math.inf
         if bins is not None:
             errors = replicates_of(
