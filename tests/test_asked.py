@@ -18,7 +18,7 @@ from transport.validation import SIMULATE
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
 BOX = tp.Box(size=2)
 SPLIT = tp.Splitting(start=(0, 0, 0), end=(0, 0, 1), gain=3)
-IDLE = "tracking: nothing to do, though it was given: no medium here absorbs or scatters"
+IDLE = "tracking: without effect, because no medium here absorbs or scatters"
 
 
 def filled(medium=None, *more) -> tp.Scene:

@@ -137,7 +137,7 @@ def test_of_ways_that_agree_one_is_called_too_low_in_one_choice_of_ten_thousand(
 
 def test_a_doubtful_way_is_out_unless_the_run_settles_it():
     few = Finding("doubtful", "detector 'm'", "", "only 5 scores of light", 0.5, times=5.0)
-    unseen = Finding("doubtful", "detector 'm'", "", "light by 'mirror' not sampled", 1.0)
+    unseen = Finding("doubtful", "detector 'm'", "", "light via 'mirror' not sampled", 1.0)
     for finding, longer, taken in (
         (few, 4, AIMED),
         (few, 6, ANALOG),

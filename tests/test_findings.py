@@ -38,7 +38,7 @@ PANEL = tp.Rectangle(center=(-1, 0, 0), normal=(1, 0, 0), up=(0, 0, 1), width=3,
 
 
 def estimate(
-    value: float, error: float, bound: float | None = None, what: str = "light by 'mirror' not sampled"
+    value: float, error: float, bound: float | None = None, what: str = "light via 'mirror' not sampled"
 ):
     """An estimate of this value and standard error, of which so much may be missing."""
     signs = np.resize([1.0, -1.0], 32)
@@ -98,9 +98,9 @@ def test_what_is_printed():
     assert str(estimate(10.0, 0.01)) == "(10.000 ± 0.010) W"
     assert (
         str(estimate(10.0, 0.01, 0.05))
-        == "(10.000 ± 0.010) W, or up to 0.05 more: light by 'mirror' not sampled"
+        == "(10.000 ± 0.010) W, or up to 0.05 more: light via 'mirror' not sampled"
     )
-    assert str(estimate(10.0, 0.01, 3.0)) == "(10.000 ± 0.010) W, doubtful: light by 'mirror' not sampled"
+    assert str(estimate(10.0, 0.01, 3.0)) == "(10.000 ± 0.010) W, doubtful: light via 'mirror' not sampled"
 
 
 # ---- nothing loses them ----
@@ -119,7 +119,7 @@ def test_arithmetic_moves_bounds_as_it_moves_values():
     assert low < -7 + 0.0 and high == pytest.approx((b - estimate(10.0, 0.01)).interval()[1])
     assert (b + estimate(1.0, 0.01)).findings == ()
     both = a + estimate(1.0, 0.1, 1.0, "another")
-    assert sorted(finding.what for finding in both.findings) == ["another", "light by 'mirror' not sampled"]
+    assert sorted(finding.what for finding in both.findings) == ["another", "light via 'mirror' not sampled"]
 
 
 def test_slices_sums_means_and_pickles_keep_them():
@@ -148,7 +148,7 @@ def test_merged_resumed_and_saved_runs_keep_them(tmp_path):
     bound = whole["m"].irradiance.findings[0].bound
     for result in (tp.merge(*parts), tp.load(path), whole):
         (finding,) = result["m"].irradiance.findings
-        assert finding.what == "light by 'mirror' not sampled" and finding.bound == pytest.approx(bound)
+        assert finding.what == "light via 'mirror' not sampled" and finding.bound == pytest.approx(bound)
     assert (
         0.8 < longer["m"].irradiance.findings[0].bound <= bound
     )  # by a probe: more histories do not lessen it
@@ -156,7 +156,7 @@ def test_merged_resumed_and_saved_runs_keep_them(tmp_path):
     with h5netcdf.File(path) as stored:
         attributes = stored["m"].variables["irradiance"].attrs
         assert attributes["verdict"] == "doubtful"
-        assert json.loads(attributes["findings"])[0]["what"] == "light by 'mirror' not sampled"
+        assert json.loads(attributes["findings"])[0]["what"] == "light via 'mirror' not sampled"
 
 
 # ---- proofs of emptiness ----
@@ -187,7 +187,7 @@ def test_a_mirror_is_left_out_only_where_it_cannot_be_the_last_that_light_meets(
 )
 def test_every_material_that_no_ray_connects_is_named(material):
     result = tp.simulate(mirror(material), 20_000, seed=1, estimator="expected", threads=1, progress=False)
-    assert "light by 'mirror'" in str(result["m"].irradiance) and result["m"].irradiance.is_doubtful
+    assert "light via 'mirror'" in str(result["m"].irradiance) and result["m"].irradiance.is_doubtful
     (warning,) = [text for text in result.warnings if "flux_in" in text]
     assert "Use estimator='backward'" in warning
 
@@ -328,7 +328,7 @@ def test_a_finding_that_no_probe_bounds_gives_the_reason():
         for y in np.linspace(-1, 1, proofs.MOST + 1)
     ]
     plane = [tp.Surface(tp.Plane(center=(-1, 0, 0), normal=(1, 0, 0)), tp.Mirror(1.0), "sea")]
-    for surfaces, why in ((many, f"more than {proofs.MOST} surfaces"), (plane, "'sea' without end")):
+    for surfaces, why in ((many, f"more than {proofs.MOST} surfaces"), (plane, "'sea' is infinite")):
         finding = run(LAMP, surfaces, EYE, 500, seed=1).irradiance.findings[0]
         assert finding.seen.endswith(f"no probe bounds it: {why}")
         assert finding.cure.startswith("use estimator=")
@@ -451,7 +451,7 @@ def test_weak_rays_to_a_lamp_do_not_tell_of_a_reflector_before_it(others):
     there = tp.Detector(tp.Disk(center=(8e-4, 0, 3e-4), normal=(0, 0, -1), radius=1e-4), "there")
     found = run(*lamp_before_a_reflector(1e-3, *[there][:others]), 1e4, "backward").irradiance
     assert found.value < 0.2 and found.verdict == "doubtful"  # of 2.046 ± 0.002, by "expected"
-    assert any("by walls near it not sampled" in each.what for each in found.findings)
+    assert any("via walls near it not sampled" in each.what for each in found.findings)
 
 
 def test_a_reflector_that_enough_rays_come_from_is_no_doubt():
@@ -576,11 +576,11 @@ def test_a_report_without_warnings_names_the_bins_that_are_doubtful():
     many, of = np.count_nonzero(array.is_doubtful & known), np.count_nonzero(known)
     assert 0 < many < 0.05 * of and result.warnings == []
     told = f"those of the totals; {many} of {of} bins of 'm.irradiance' are doubtful"
-    assert result.report().endswith(f"error bars: nothing speaks against {told}")
+    assert result.report().endswith(f"error bars: no finding against {told}")
     assert told in page(result).text
     assert f"doubtful in {many} of {of} bins" in repr(array)
     clear = screen(3e5)
-    assert "nothing speaks against them" in clear.report().splitlines()[-1]
+    assert "no finding against them" in clear.report().splitlines()[-1]
 
 
 def test_a_bin_is_not_counted_as_unknown_and_as_doubtful():
@@ -622,7 +622,7 @@ def test_a_run_for_an_error_stops_where_running_on_would_not_settle_a_doubt():
     result = tp.simulate(mirror(), error={"m.irradiance": 1e-6}, seed=1, estimator="expected", progress=False)
     assert result.particles < 1e6 and result["m"].irradiance.is_doubtful  # the error would take six million
     assert any(
-        "times as many particles to resolve a finding: light by 'mirror' not sampled" in each
+        "times as many particles to resolve a finding: light via 'mirror' not sampled" in each
         for each in result.warnings
     )
     wide = tp.Detector(tp.Disk(center=(1.5, 0, -0.5), normal=(-1, 0, 0), radius=0.1), "m")
@@ -642,7 +642,7 @@ def test_a_run_for_the_error_of_bins_names_what_it_leaves_in_doubt_as_one_for_a_
     )
     assert np.any(result["m"].quantities[name].is_doubtful)
     (line,) = [each for each in result.warnings if each.startswith(f"m.{name}: stopped after")]
-    assert "times as many particles to resolve a finding: light by 'mirror' not sampled" in line
+    assert "times as many particles to resolve a finding: light via 'mirror' not sampled" in line
 
 
 def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
@@ -658,7 +658,7 @@ def test_pixels_are_followed_to_their_error_whatever_else_is_in_doubt():
     assert any(
         "times the requested error, and running on to its limits would not" in each for each in short.warnings
     )
-    assert "resolve a finding: light" in line and "by 'mirror'" in line
+    assert "resolve a finding: light" in line and "via 'mirror'" in line
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in ("ball", "ball, behind")])
@@ -724,7 +724,7 @@ def test_a_side_that_nothing_came_to_is_warned_of_though_light_crossed_the_other
     )
     assert result["up"].flux_in.reason == "no score" and result["up"].flux_in.verdict == "doubtful"
     (warning,) = result.warnings
-    assert warning.startswith("flux_in of detector 'up' is doubtful: light by 'mirror' not sampled")
+    assert warning.startswith("flux_in of detector 'up' is doubtful: light via 'mirror' not sampled")
 
 
 def test_what_lies_on_a_floor_leaves_it_again():

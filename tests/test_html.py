@@ -162,7 +162,7 @@ def test_a_reading_of_very_many_bins_works_out_one_of_its_quantities(monkeypatch
     result = tp.Result(foggy.plan, foggy.batches, 1, None, True, [])
     top = result[HOSTILE + "top"]
     monkeypatch.setattr(readings, "HEAVY", 100)
-    assert "not worked out unasked" in page(top).text
+    assert "not computed for so many bins" in page(top).text
     assert "intensity" in vars(top) and "intensity_out" not in vars(top)
 
 

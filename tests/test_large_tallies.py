@@ -275,7 +275,7 @@ def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(
 def test_the_report_says_why_there_are_fewer_batches(monkeypatch):
     monkeypatch.setattr(footprint, "KEPT", 6e6)
     result = tp.simulate(wall_of(100), 1000, seed=1, progress=False)
-    assert "batches: fewer than the usual 32, for the sums of one take up to 0.48 MB" in result.report()
+    assert "batches: fewer than the usual 32, because the sums of one take up to 0.48 MB" in result.report()
     assert len(result.run) == 12
 
 

@@ -244,7 +244,10 @@ def test_a_detector_between_two_opaque_balls_with_a_lamp_in_one_and_beyond_the_o
     lamps = [tp.Source(tp.Point(position=(x, 0, 0)), tp.Isotropic(power=1.0)) for x in (0.0, 5.0)]
     scene = tp.Scene(lamps, balls, tp.Detector(tp.Sphere(radius=2.0), "meter"))
     (warning,) = tp.simulate(scene, particles=400, seed=1, threads=1, progress=False).warnings
-    assert "'meter' counted nothing: Surface 'inner' and Surface 'outer' part it from every source" in warning
+    assert (
+        "'meter' counted nothing: Surface 'inner' and Surface 'outer' separate it from every source"
+        in warning
+    )
 
 
 def test_a_lamp_that_fills_a_room_and_more_is_neither_in_nor_out():

@@ -93,12 +93,12 @@ def test_a_thick_medium_is_as_a_diffuse_wall_as_rough_as_its_mean_free_path():
         LAMP, [(0.5, 0, -0.9999), (0.5, 0, -0.8), (0.5, 0, -1.001)], [milk], particles=40_000
     )
     assert near.value < 0.6 * far.value
-    assert "what scatters inside surfaces[0], 0.000333 m away" in told(result)[0]
-    assert "scattered close by in what scatters inside surfaces[0]" in told(result, "p2")[0]
+    assert "the scattering medium inside surfaces[0], 0.000333 m away" in told(result)[0]
+    assert "scattered nearby in the scattering medium inside surfaces[0]" in told(result, "p2")[0]
     assert not told(result, "p1")
     void = [filled(tp.Sphere(radius=1.0), tp.Vacuum())]
     *_, result = seen(LAMP, [(0, 0, 0.9999), (0, 0.2, 0)], void, particles=4000, medium=M(5.0, 300.0))
-    assert "what scatters beyond surfaces[0]" in told(result)[0] and not told(result, "p1")
+    assert "the scattering medium beyond surfaces[0]" in told(result)[0] and not told(result, "p1")
 
 
 def test_where_it_is_silent_it_is_right():

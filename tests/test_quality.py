@@ -250,7 +250,7 @@ def test_a_sound_result_says_that_nothing_speaks_against_it():
     result = run(aimed(1.0, 0.5), 20_000)
     quality = result.quality("meter.irradiance")
     assert quality.is_sound and "sound" in str(quality) and result.warnings == []
-    assert "error bars: nothing speaks against them" in result.report()
+    assert "error bars: no finding against them" in result.report()
     merit = 1 / (result["meter"].irradiance.relative_error ** 2 * result.cost.seconds)
     assert quality.figure_of_merit == pytest.approx(merit)
     assert quality.vov < 0.1 and quality.tail_slope > 3 and quality.carriers > FEW

@@ -260,7 +260,7 @@ def test_sobol_runs_for_an_error_reach_it_whatever_the_threads():
     assert len(one.run) == 16
     assert one.particles < one.cost.particles < 1.5 * one.particles
     earlier = one.cost.particles - one.particles
-    assert f"pilots: {earlier:.3g} of them, which the result leaves out" in one.report()
+    assert f"pilots: {earlier:.3g} of them, which are not part of the result" in one.report()
     assert -1.5 <= one.cost.slopes["meter.flux_in"] <= -0.5
 
 

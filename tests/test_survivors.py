@@ -127,7 +127,7 @@ def test_what_never_comes_is_doubted_too():
     """Through 60 mean free paths of albedo 0.9 (6e-15) nothing comes in a short run: its inverse is the gain that would do."""
     result = run(slab(60.0, 0.9), None, 20_000)
     assert result["bottom"].flux_out.reason == "no score"
-    assert "nothing has come to detector 'bottom': on the straight way" in doubt(result, "bottom")
+    assert "no particle has reached detector 'bottom': the straight path" in doubt(result, "bottom")
     assert "gain of about 1 / transmission: 2e+14" in doubt(result, "bottom")
     assert doubt(result, "top") is None
     assert "raise its gain, got 10" in doubt(
@@ -194,7 +194,7 @@ def voxels(tau, albedo):
 
 
 def test_in_voxels_what_flies_through_is_rare_and_said_to_be():
-    assert "unknown, not 0; what flies through voxels" in doubt(run(voxels(*DEEP)), "bottom")
+    assert "unknown, not 0; uncollided particles through voxels" in doubt(run(voxels(*DEEP)), "bottom")
     assert "only 6 scores" in doubt(run(voxels(10.0, 0.2), None, 20_000), "bottom")
     assert doubt(run(voxels(3.0, 0.8)), "bottom") is None
 

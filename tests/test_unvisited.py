@@ -65,4 +65,4 @@ def test_it_is_silent_once_histories_have_come(truth):
 def test_sound_scenes_do_not_raise_it(name):
     for seed in range(5):
         result = tp.simulate(SCENES[name](), 4096, seed=seed, estimator="expected")
-        assert not any("hardly any history has come" in warning for warning in result.warnings)
+        assert not any("hardly any history has reached" in warning for warning in result.warnings)

@@ -20,7 +20,7 @@ from transport.results.findings import Finding, of_even_scores, times_needed, un
 from transport.results.proofs import bound_by_probe
 from transport.results.trust import in_words
 
-UNSEEN = Finding("doubtful", "detector 'm'", "", "light by 'mirror' not sampled", 1.0)
+UNSEEN = Finding("doubtful", "detector 'm'", "", "light via 'mirror' not sampled", 1.0)
 
 
 def grazing(reading):

@@ -29,7 +29,7 @@ def said_of(result):
 
 
 def test_light_absorbed_before_a_detector_by_chance_is_told_by_weight():
-    assert "12 mean free paths of media; exp(-12) of it passes: use tracking='weighted'" in said_of(
+    assert "12 mean free paths of media; exp(-12) of it is transmitted: use tracking='weighted'" in said_of(
         behind_slab("analog", absorption=12.0)
     )
     result = behind_slab("weighted", absorption=12.0)
@@ -38,7 +38,7 @@ def test_light_absorbed_before_a_detector_by_chance_is_told_by_weight():
 
 @pytest.mark.parametrize("tracking", ["analog", "weighted"])
 def test_what_is_fainter_than_sums_can_tell_is_said_to_be(tracking):
-    assert "exp(-60) of it passes, and no run tells less than 1e-19" in said_of(
+    assert "exp(-60) of it is transmitted, and no run resolves less than 1e-19" in said_of(
         behind_slab(tracking, absorption=60.0)
     )
 
@@ -47,7 +47,9 @@ def test_what_is_fainter_than_sums_can_tell_is_said_to_be(tracking):
 def test_two_hundred_mean_free_paths_are_not_a_matter_of_roulette(roulette):
     said = said_of(behind_slab(tp.Tracking(roulette=roulette), absorption=20.0, scattering=180.0))
     assert "200 mean free paths" in said and "roulette" not in said
-    assert re.search(r"diffuses about exp\(-110\) passes, and no run tells less", said)
+    assert re.search(
+        r"about exp\(-110\) of the diffusing light is transmitted, and no run resolves less", said
+    )
 
 
 def test_the_splitting_that_is_advised_lets_diffuse_light_through():
@@ -72,7 +74,9 @@ def test_a_dense_glowing_ball_is_said_to_shine_from_its_skin():
     for look in ("ball", METER.shape):
         scene = tp.Scene([], ball, tp.Detector(look, "meter"))
         said = tp.simulate(scene, particles=1000, progress=False).warnings[0]
-        assert "only a skin" in said and "Lambertian(radiance=emission / absorption)" in said
+        assert (
+            "only the outer mean free path" in said and "Lambertian(radiance=emission / absorption)" in said
+        )
 
 
 def test_a_detector_in_the_dark_of_a_thin_fog_or_of_none_is_not_said_to_lie_deep():

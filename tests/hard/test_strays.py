@@ -205,7 +205,7 @@ def test_what_enters_by_a_gap_is_told_of_when_it_leaves():
     surfaces = [filled(lid) if surface.shape.center == (0, 0, 1) else surface for surface in can()]
     share, lost, warnings = followed(surfaces, (0, 0, 3), (0, 0, 0))
     assert (share, lost) == (0.0, 0.0)
-    assert any("was not seen to enter: its surfaces leave a gap" in warning for warning in warnings)
+    assert any("without having entered it: its surfaces leave a gap" in warning for warning in warnings)
     share, lost, warnings = followed(surfaces, (0, 0, -3), (0, 0, 0))
     assert lost == pytest.approx(1.0) and any("histories were lost" in warning for warning in warnings)
     assert followed(can(), (0, 0, 3), (0, 0, 0))[2] == []

@@ -1,1 +1,1 @@
-"""How objects look in a notebook: small HTML tables and pictures, strings made without any other package."""
+"""HTML of objects for notebooks: small tables and pictures, built as strings without other packages."""

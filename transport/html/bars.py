@@ -1,4 +1,4 @@
-"""Estimates along one axis as a small SVG: a bar for each bin, a whisker of two standard errors."""
+"""Estimates along one axis as a small SVG: a bar per bin, with a whisker of two standard errors."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from transport.html.scales import Scale, scale_of
 from transport.html.typesetting import plain_typeset
 from transport.html.words import axis_words, place_text
 
-FILL = "#3b8ec2"  # as far from white as from black
+FILL = "#3b8ec2"  # of equal contrast to white and to black
 PALE = ' opacity=".4"'
 MOST_BARS = 128
 WIDTH, HEIGHT, LEFT, TOP, BELOW = 400, 110, 8, 18, 18
 
 
 def bars(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, unit: str) -> str:
-    """The SVG; value, error: (n,);  edges: (n + 1,), or n instants.  A bar of an unknown error is pale and without whisker."""
+    """The bar chart as SVG; a bar with unknown error is pale and has no whisker.
+
+    value, error: (n,);  edges: (n + 1,), or n instants.
+    """
     means, (size,) = gathered(value, (MOST_BARS,))
     errors, _ = gathered(np.where(np.isfinite(value), error, np.nan), (MOST_BARS,))
     scale = scale_of(
@@ -34,9 +37,10 @@ def bars(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, uni
     middle = (LEFT + WIDTH / 2, "middle", axis_words(name))
     top = f"{plain_typeset(f'{scale.high:.4g}')}{f' {plain_typeset(unit)}' if unit != '1' else ''}"
     note = plain_typeset(f", by decades from {scale.low:.0e}") if scale.is_log else ""
-    blocks = f"; each bar is the mean of {size} bins, its whisker that of single ones" if size > 1 else ""
+    blocks = f"; each bar is the mean of {size} bins, its whisker that of single bins" if size > 1 else ""
     lines = [
-        f'<svg width="{WIDTH + 2 * LEFT}" height="{TOP + HEIGHT + BELOW}" role="img" fill="currentColor" font-size="11"'
+        f'<svg width="{WIDTH + 2 * LEFT}" height="{TOP + HEIGHT + BELOW}" role="img" fill="currentColor"'
+        ' font-size="11"'
         f' viewBox="0 0 {WIDTH + 2 * LEFT} {TOP + HEIGHT + BELOW}">',
         f"<title>bars: estimates; whiskers: ± 2 standard errors{blocks}</title>",
         _text(LEFT, 12, "start", f"{top}{note}"),
@@ -49,7 +53,7 @@ def bars(value: np.ndarray, error: np.ndarray, name: str, edges: np.ndarray, uni
 
 
 def thumbnail(value: np.ndarray, edges: np.ndarray) -> str:
-    """The bars alone, a line of text high."""
+    """The bars alone, as high as a line of text."""
     means, (size,) = gathered(value, (MOST_BARS,))
     scale = scale_of(means, means)
     places = _places(gathered_edges(edges, len(value), size), len(means)) / WIDTH
@@ -87,7 +91,10 @@ def _base(scale: Scale) -> str:
 
 
 def _places(edges: np.ndarray, bars: int) -> np.ndarray:
-    """Where bars begin and end: as the bins do, or evenly where those have no width or no end."""
+    """Left and right ends of the bars.
+
+    Those of the bins, or even ones if bins have no width or are infinite.
+    """
     edges = edges if len(edges) == bars + 1 and np.isfinite(edges).all() else np.arange(bars + 1.0)
     span = edges[-1] - edges[0]
     return LEFT + WIDTH * (edges - edges[0]) / (span if span > 0 and math.isfinite(span) else 1.0)

@@ -1,4 +1,4 @@
-"""A user object in few words: its kind and the parameters that are not as they are anyway."""
+"""A user's object in few words: its kind and the parameters that differ from their defaults."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from transport.units import speed_of_light
 from transport.validation import shown
 
-DEEPEST = 4  # objects within objects that are written out
+DEEPEST = 4  # levels of nested objects that are written out
 
 
 def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST) -> str:
-    """The object as code that would make it, such as "Sphere(radius=0.5)", cut where it is long.
+    """The object as code that would make it, such as "Sphere(radius=0.5)", shortened if it is long.
 
-    without: parameters that are told elsewhere.
+    without: parameters to leave out.
     """
     if isinstance(thing, Mapping):
         return (
@@ -40,16 +40,16 @@ def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST
 
 
 def _has_words_of_its_own(thing: object) -> bool:
-    """Whether it is made of arrays or of code, so that its class says itself how it is told: a mesh by its triangles."""
+    """Whether it holds arrays or code and its class defines its own text: a mesh, for example."""
     is_generated = hasattr(
         type(thing).__repr__, "__wrapped__"
-    )  # as that of a dataclass is, against endless loops
+    )  # a dataclass's generated __repr__ is wrapped, against infinite recursion
     parts = (getattr(thing, field.name) for field in dataclasses.fields(thing))
     return not is_generated and any(isinstance(part, np.ndarray) or callable(part) for part in parts)
 
 
 def _value(thing: object) -> str:
-    """A number or text; whole numbers without a point, long lists cut."""
+    """A number or text; whole numbers without a decimal point, long lists shortened."""
     if isinstance(thing, float) and thing.is_integer() and abs(thing) < 1e15:
         return str(int(thing))
     if isinstance(thing, tuple) and 0 < len(thing) <= 6:
@@ -60,7 +60,7 @@ def _value(thing: object) -> str:
 def _is_default(field: dataclasses.Field, value: object) -> bool:
     if isinstance(value, np.ndarray):
         return False
-    if field.name == "speed" and value == speed_of_light:  # of light, for which nobody said another
+    if field.name == "speed" and value == speed_of_light:  # the default speed of light sources
         return True
     if field.default is not dataclasses.MISSING:
         return value is field.default or value == field.default

@@ -1,6 +1,7 @@
-"""The few HTML elements of which all is made: a frame with its style, tables, warnings, what folds away.
+"""The HTML elements of all notebook output: a frame with its style, tables, warnings, folded sections.
 
-Colours are those of the page that the HTML stands in, or half transparent, so that light and dark themes are alike.
+Colours come from the page that contains the HTML, or are half transparent, so that light and dark themes both
+work.
 """
 
 from __future__ import annotations
@@ -12,18 +13,22 @@ from transport.html.typesetting import escaped
 STYLE = (
     "<style>"
     "div.tp{font-size:13px;line-height:1.45;color:inherit;max-width:72em;font-variant-numeric:tabular-nums}"
-    ".tp.tp.tp table{border-collapse:collapse;border:0;margin:.25em 0 .5em;color:inherit;font-size:inherit;width:auto}"
+    ".tp.tp.tp table{border-collapse:collapse;border:0;margin:.25em 0 .5em;color:inherit;font-size:inherit;"
+    "width:auto}"
     ".tp.tp.tp table tr:nth-child(n){background:none;border:0}"
-    ".tp.tp.tp table td,.tp.tp.tp table th{padding:.16em .9em .16em 0;border:0;border-bottom:1px solid rgba(128,128,128,.25);"
+    ".tp.tp.tp table td,.tp.tp.tp table th{padding:.16em .9em .16em 0;border:0;"
+    "border-bottom:1px solid rgba(128,128,128,.25);"
     "text-align:left;vertical-align:middle;white-space:normal;color:inherit;background:none}"
     ".tp.tp.tp table th{font-weight:600}"
     ".tp.tp.tp table td.tp-n,.tp.tp.tp table th.tp-n{text-align:right;white-space:nowrap}"
     ".tp.tp.tp table tr.tp-best td{font-weight:600}"
     "div.tp sup{font-size:.72em;line-height:0}"
     "div.tp .tp-m{opacity:.66;font-weight:400}"
-    "div.tp .tp-k{font-family:var(--jp-code-font-family,ui-monospace,Menlo,Consolas,monospace);font-size:.93em}"
+    "div.tp .tp-k{font-family:var(--jp-code-font-family,ui-monospace,Menlo,Consolas,monospace);"
+    "font-size:.93em}"
     "div.tp .tp-h{font-weight:600;margin:.1em 0}"
-    "div.tp .tp-w{border-left:3px solid #d08700;background:rgba(208,135,0,.13);padding:.3em .7em;margin:.3em 0}"
+    "div.tp .tp-w{border-left:3px solid #d08700;background:rgba(208,135,0,.13);padding:.3em .7em;"
+    "margin:.3em 0}"
     "div.tp .tp-r{display:flex;flex-wrap:wrap;gap:.4em 2.2em;align-items:flex-start}"
     "div.tp details{margin:.15em 0}div.tp summary{cursor:pointer}"
     "div.tp svg{display:inline-block;vertical-align:middle;overflow:visible;font-family:inherit}"
@@ -32,12 +37,12 @@ STYLE = (
 
 
 def framed(*parts: str) -> str:
-    """The whole that a notebook shows."""
+    """The complete HTML that a notebook shows."""
     return f'<div class="tp">{STYLE}{"".join(parts)}</div>'
 
 
 def heading(words: str, beside: str = "") -> str:
-    """A line in bold; beside: HTML in grey behind it."""
+    """A line in bold; beside: HTML in grey after it."""
     return f'<div class="tp-h">{words}{f" {muted(beside)}" if beside else ""}</div>'
 
 
@@ -47,17 +52,20 @@ def muted(inner: str) -> str:
 
 
 def code(text: object) -> str:
-    """A name as it is written in code."""
+    """A name in the font of code."""
     return f'<span class="tp-k">{escaped(text)}</span>'
 
 
 def warnings_of(told: Iterable[str]) -> str:
-    """Each warning in a box of its own."""
+    """Each warning in its own box."""
     return "".join(f'<div class="tp-w"><b>warning</b> {escaped(text)}</div>' for text in told)
 
 
 def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), best: int | None = None) -> str:
-    """Rows of cells of HTML; those that begin with ">" are numbers, set to the right.  best: the row in bold."""
+    """Rows of cells of HTML; a cell that begins with ">" is a number, right-aligned.
+
+    best: index of the bold row.
+    """
     head = f"<thead><tr>{_cells('th', heads)}</tr></thead>" if heads else ""
     body = "".join(
         f"<tr{_class('tp-best') if place == best else ''}>{_cells('td', row)}</tr>"
@@ -67,12 +75,12 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), best: int | 
 
 
 def folded(summary: str, inner: str, is_open: bool) -> str:
-    """What is seen at once only where it is open."""
+    """A folded section, open at first if `is_open`."""
     return f"<details{' open' if is_open else ''}><summary>{summary}</summary>{inner}</details>"
 
 
 def beside(*parts: str) -> str:
-    """Parts in a row, where there is room."""
+    """Parts side by side, if there is room."""
     return '<div class="tp-r">' + "".join(f"<div>{part}</div>" for part in parts if part) + "</div>"
 
 

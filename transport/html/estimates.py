@@ -1,4 +1,4 @@
-"""An estimate, and an array of them, for a notebook: what their text says, and for an array a picture and a few bins."""
+"""Estimates in a notebook: their text, and for an array a picture and some bins."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from transport.html.words import axis_words, bin_text
 if TYPE_CHECKING:
     from transport.results.estimates import Estimate, EstimateArray
 
-FEW = 8  # bins that are all told
+FEW = 8  # bins that are all listed
 
 
 def estimate_html(estimate: Estimate) -> str:
-    """The estimate in a line."""
+    """The estimate in one line."""
     batches = "" if estimate.exact else f" {muted(f'{estimate.batches} batches')}"
     return framed(f"<span>{typeset(estimate)}</span>{batches}")
 
 
 def array_html(array: EstimateArray) -> str:
-    """Its range, a picture of it, some of its bins."""
+    """The range of an array, a picture of it, and some of its bins."""
     cut, where = _plane(array)
-    seen = f"<div>{muted(f'drawn and told where {where}')}</div>" if where else ""
+    seen = f"<div>{muted(f'slice shown where {where}')}</div>" if where else ""
     return framed(heading(type(array).__name__, told_of(array)), seen, beside(_picture(cut), _some_bins(cut)))
 
 
 def told_of(array: EstimateArray) -> str:
-    """Its axes and its range, as its text has them."""
+    """The axes and the range of an array, as in its text."""
     return f"<span>{typeset(repr(array).strip('<>').partition(' ')[2])}</span>"
 
 
 def thumbnail_of(array: EstimateArray) -> str:
-    """A picture of a line's height; none where there is nothing but zero."""
+    """A picture as high as a line of text; "" if all values are zero."""
     cut, _ = _plane(array)
     if cut is None or not np.nan_to_num(cut.value).any():
         return ""
@@ -47,7 +47,7 @@ def thumbnail_of(array: EstimateArray) -> str:
 
 
 def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:
-    """Of more than two axes the two with most bins, through the bin of the largest value; and where that is, in HTML."""
+    """Slice of the two longest axes through the largest value, and its position in HTML."""
     if 0 in array.shape:
         return None, ""
     order = sorted(range(len(array.shape)), key=lambda axis: -array.shape[axis])
@@ -76,7 +76,7 @@ def _picture(cut: EstimateArray | None) -> str:
 
 
 def _some_bins(cut: EstimateArray | None) -> str:
-    """All bins where they are few; some along one axis; else those of the largest, the median and the smallest value."""
+    """All bins if they are few; some along one axis; else those of the largest, median and smallest value."""
     if cut is None:
         return ""
     is_long = cut.value.size > FEW and len(cut.dims) > 1
@@ -91,7 +91,7 @@ def _some_bins(cut: EstimateArray | None) -> str:
 
 
 def _spread(cut: EstimateArray) -> np.ndarray:
-    """Flat numbers of a few bins from first to last: of all, or where they are many of those with an error."""
+    """Flat indices of a few bins from first to last; of many bins those with a known error."""
     flat = np.arange(cut.value.size)
     known = flat[np.isfinite(cut.error.ravel())]
     flat = known if flat.size > FEW and known.size else flat
@@ -99,7 +99,7 @@ def _spread(cut: EstimateArray) -> np.ndarray:
 
 
 def _telling(cut: EstimateArray) -> list[tuple[str, int]]:
-    """The largest, the median and the smallest value, and the one of the largest relative error, by flat number."""
+    """Flat indices of the largest, median and smallest value, and of the largest relative error."""
     known = np.flatnonzero(np.isfinite(cut.value.ravel()))
     if not known.size:
         return []

@@ -1,4 +1,7 @@
-"""Tracks for a notebook: how many flights, and the ways of some particles as lines seen along one axis."""
+"""Tracks in a notebook.
+
+Numbers of flights, and the paths of some particles as lines projected along one axis.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +16,15 @@ from transport.html.typesetting import escaped, plain_typeset, typeset
 if TYPE_CHECKING:
     from transport.tracks import Tracks
 
-MOST_FLIGHTS = 400  # drawn
+MOST_FLIGHTS = 400  # in the picture
 SIZE, LEFT = 200, 6  # pixels
-FLAT = 0.02  # of the largest extent, below which an axis is not drawn
-FRINGE = 0.01  # of the points at either end that may lie outside of the picture
+FLAT = 0.02  # of the largest extent, below which an axis is not shown
+FRINGE = 0.01  # share of the points at either end that may lie outside the picture
 STEPS = 4  # of opacity, by weight
 
 
 def tracks_html(tracks: Tracks) -> str:
-    """Numbers of flights, and a picture of the first of them."""
+    """Numbers of flights, and a picture of the first ones."""
     if not len(tracks):
         return framed(heading("Tracks", "of no particle"))
     particles = len(np.unique(tracks.histories))
@@ -31,7 +34,7 @@ def tracks_html(tracks: Tracks) -> str:
         ["particles", f">{particles}"],
         ["flights", f">{len(tracks)}"],
         ["end at a surface", f">{int(np.count_nonzero(tracks.meets))}"],
-        ["fly off", f">{flies_off}"],
+        ["leave the scene", f">{flies_off}"],
         *([["median length", f">{typeset(f'{np.median(ways):.3g} m')}"]] if ways.size else []),
     ]
     return framed(
@@ -41,7 +44,7 @@ def tracks_html(tracks: Tracks) -> str:
 
 
 def _picture(tracks: Tracks) -> str:
-    """The first flights as seen along one axis."""
+    """The first flights, projected along one axis."""
     count = min(len(tracks), MOST_FLIGHTS)
     starts = tracks.starts[:count]
     finite = np.isfinite(tracks.lengths[:count])
@@ -55,7 +58,8 @@ def _picture(tracks: Tracks) -> str:
     shares = np.clip(tracks.weights[:count] / max(tracks.weights[:count].max(), 1e-300), 0, 1)
     steps = np.ceil(shares * STEPS).astype(int)
     paths = [
-        f'<path d="{_lines(here[steps == step], there[steps == step])}" opacity="{0.15 + 0.5 * step / STEPS:.2f}"/>'
+        f'<path d="{_lines(here[steps == step], there[steps == step])}"'
+        f' opacity="{0.15 + 0.5 * step / STEPS:.2f}"/>'
         for step in range(1, STEPS + 1)
         if (steps == step).any()
     ]
@@ -63,23 +67,25 @@ def _picture(tracks: Tracks) -> str:
     label = plain_typeset(f"{axes[0]} to the right, {axes[1]} up, {1.25 * span:.3g} m across")
     return (
         f'<svg width="{SIZE + 2 * LEFT}" height="{SIZE + 20}" role="img" fill="currentColor" font-size="11"'
-        f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler where they weigh less'
-        f'</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
-        f' style="overflow:hidden"><g fill="none" stroke="{FILL}" stroke-width="0.8">{"".join(paths)}</g></svg>'
-        f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor" opacity=".35"/>'
+        f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler for smaller'
+        f' weight</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
+        f' style="overflow:hidden"><g fill="none" stroke="{FILL}" stroke-width="0.8">{"".join(paths)}</g>'
+        "</svg>"
+        f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor"'
+        ' opacity=".35"/>'
         f'<text x="{LEFT}" y="{SIZE + 14}">{label}</text></svg>'
     )
 
 
 def _plane(extents: np.ndarray) -> tuple[int, int]:
-    """The two axes across and up: z upwards, unless next to nothing happens along it."""
+    """The two axes across and up: z is up, unless flights hardly extend along it."""
     if extents[2] < FLAT * extents.max():
         return 0, 1
     return (0 if extents[0] >= extents[1] else 1), 2
 
 
 def _place(points: np.ndarray, middle: np.ndarray, scale: float) -> np.ndarray:
-    """Pixels, the second axis upwards."""
+    """Positions in pixels, with the second axis upwards."""
     return SIZE / 2 + (points - middle) * scale * np.array([1.0, -1.0])
 
 

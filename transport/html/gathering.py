@@ -1,4 +1,4 @@
-"""Many bins as the few that a small picture has room for: blocks of whole bins, each the mean of its own."""
+"""Reduce many bins to the few that fit into a small picture: each block of whole bins is their mean."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 
 def gathered(numbers: np.ndarray, most: tuple[int, ...]) -> tuple[np.ndarray, tuple[int, ...]]:
-    """Means over blocks of bins, at most so many along each axis, and the bins that a block has along each.
+    """Means over blocks of bins, at most `most` blocks along each axis, and the bins per block along each.
 
-    What is not a number counts for nothing; a block of such alone is none either.  The last block may be smaller.
+    Values that are not finite are left out; a block of only such values is nan.  The last block may be
+    smaller.
     """
     sizes = tuple(math.ceil(n / m) for n, m in zip(numbers.shape, most, strict=True))
     if all(size == 1 for size in sizes):
@@ -25,5 +26,5 @@ def gathered(numbers: np.ndarray, most: tuple[int, ...]) -> tuple[np.ndarray, tu
 
 
 def gathered_edges(edges: np.ndarray, bins: int, size: int) -> np.ndarray:
-    """The edges of the blocks; instants, of which there are as many as bins, stay the first of each block."""
+    """Edges of the blocks; for instants, of which there are as many as bins, the first one of each block."""
     return np.append(edges[:bins:size], edges[bins:])

@@ -1,4 +1,7 @@
-"""Estimates over two axes as a small SVG: a map of the values beside a map of their relative standard errors."""
+"""Estimates over two axes as a small SVG.
+
+A map of the values beside a map of their relative standard errors.
+"""
 
 from __future__ import annotations
 
@@ -12,20 +15,20 @@ from transport.html.words import axis_words, place_text
 
 MOST_CELLS = 96
 WIDTH, TALL, LOW, GAP, LEFT, TOP, BELOW = 190, 190, 80, 24, 52, 18, 52
-UPWARDS = ("mu", "theta", "v")  # axes that go up the page if they come first; all others go across
-DOWNWARDS = ("theta",)  # axes of which the small end is on top: the zenith
-POLAR = (
+UPWARDS = ("mu", "theta", "v")  # vertical axes if they come first; all others are horizontal
+DOWNWARDS = ("theta",)  # axes with their small end on top: the zenith
+POLAR = (  # axes of a map of directions beside an azimuth, which grows to the left (seen from inside)
     "mu",
     "theta",
-)  # axes of a map of directions beside an azimuth, which grows to the left: seen from inside
-ALIKE_TO = 1e-6  # widths of bins, for them to be drawn as bins of one width
-ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # axes of one measure, drawn to scale
+)
+ALIKE_TO = 1e-6  # relative spread of bin widths that are drawn as equal
+ALIKE = ({"u", "v"}, {"x", "y"}, {"x", "z"}, {"y", "z"})  # pairs of axes drawn to scale
 
 
 def maps(
     value: np.ndarray, relative: np.ndarray, names: tuple[str, str], edges: list[np.ndarray], unit: str
 ) -> str:
-    """The SVG; value, relative: (*names), relative standard errors."""
+    """The maps as SVG; value, relative (relative standard errors): (*names)."""
     if names[0] not in UPWARDS:
         value, relative, names, edges = value.T, relative.T, names[::-1], edges[::-1]
     most = (MOST_CELLS, MOST_CELLS)
@@ -36,7 +39,7 @@ def maps(
     panels = [(means, VIRIDIS, f"value{unit}", 1.0)]
     if (
         np.isfinite(relative).any() and relative[np.isfinite(relative)].any()
-    ):  # else it is exact, or nothing is known
+    ):  # otherwise the values are exact, or no error is known
         panels.append((errors, MAGMA, "relative standard error [%]", 100.0))
     drawn = [
         _panel(LEFT + k * (WIDTH + GAP), tall, numbers * times, names, edges, colours, title)
@@ -45,14 +48,15 @@ def maps(
     width, height = LEFT + len(panels) * (WIDTH + GAP) + 12, TOP + tall + BELOW
     blocks = f"; each cell is the mean of {' × '.join(map(str, sizes))} bins" if max(sizes) > 1 else ""
     return (
-        f'<svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" fill="currentColor"'
-        f' font-size="11"><title>values and their relative standard errors; blank: not known{blocks}</title>'
+        f'<svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img"'
+        f' fill="currentColor" font-size="11"><title>values and their relative standard errors; blank:'
+        f" not known{blocks}</title>"
         f"{_upwards(names[0], edges[0], tall)}{''.join(drawn)}</svg>"
     )
 
 
 def map_thumbnail(value: np.ndarray, names: tuple[str, str], edges: list[np.ndarray]) -> str:
-    """The map of the values alone, a line of text high."""
+    """The map of the values alone, as high as a line of text."""
     if names[0] not in UPWARDS:
         value, names, edges = value.T, names[::-1], edges[::-1]
     means, sizes = gathered(value, (20, 110))
@@ -64,7 +68,10 @@ def map_thumbnail(value: np.ndarray, names: tuple[str, str], edges: list[np.ndar
 
 
 def _to_scale(numbers: np.ndarray, edges: list[np.ndarray], shape: tuple, sizes: tuple) -> np.ndarray:
-    """Blocks of unlike bins as wide as they are, on a raster of WIDTH cells; bins alike, instants and endless ones stay."""
+    """Resample blocks of unequal bins to a raster of WIDTH cells.
+
+    Equal bins, instants and infinite ones stay.
+    """
     share = (np.arange(WIDTH) + 0.5) / WIDTH
     for axis, (along, bins, size) in enumerate(zip(edges, shape, sizes, strict=True)):
         widths = np.diff(along)
@@ -81,7 +88,7 @@ def _are_alike(widths: np.ndarray) -> bool:
 
 
 def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, title: str) -> str:
-    """One map with its title, the ends of the axis below it, and the scale of its colours."""
+    """One map with its title, the ends of the axis below it, and its colour scale."""
     picture, low, high, is_log = _image(x, TOP, WIDTH, tall, _turned(numbers, names), colours)
     y, note = TOP + tall, ", log" if is_log else ""
     left, right, view = edges[1][0], edges[1][-1], ""
@@ -92,11 +99,13 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
         [
             _text(x, 12, "start", plain_typeset(title + note)),
             picture,
-            f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor" opacity=".35"/>',
+            f'<rect x="{x}" y="{TOP}" width="{WIDTH}" height="{tall}" fill="none" stroke="currentColor"'
+            ' opacity=".35"/>',
             _text(x, y + 13, "start", place_text(names[1], left)),
             _text(x + WIDTH / 2, y + 13, "middle", axis_words(names[1]) + view),
             _text(x + WIDTH, y + 13, "end", place_text(names[1], right)),
-            f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none" href="{ramp}"/>',
+            f'<image x="{x}" y="{y + 22}" width="{WIDTH}" height="8" preserveAspectRatio="none"'
+            f' href="{ramp}"/>',
             _text(x, y + 43, "start", plain_typeset(f"{low:.3g}")),
             _text(x + WIDTH, y + 43, "end", plain_typeset(f"{high:.3g}")),
         ]
@@ -104,7 +113,7 @@ def _panel(x: float, tall: float, numbers: np.ndarray, names, edges, colours, ti
 
 
 def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, float, float, bool]:
-    """The map itself, the ends of its scale, and whether that has decades."""
+    """The image itself, the ends of its scale, and whether the scale is logarithmic."""
     known = numbers[np.isfinite(numbers)]
     low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
     positive = known[known > 0]
@@ -126,7 +135,7 @@ def _image(x, y, width, height, numbers: np.ndarray, colours) -> tuple[str, floa
 
 
 def _turned(numbers: np.ndarray, names: tuple[str, str]) -> np.ndarray:
-    """Rows from the top, columns from the left."""
+    """Arrange rows from the top and columns from the left."""
     upright = numbers if names[0] in DOWNWARDS else numbers[::-1]
     return upright[:, ::-1] if _is_seen_from_inside(names) else upright
 
@@ -137,9 +146,12 @@ def _is_seen_from_inside(names: tuple[str, str]) -> bool:
 
 
 def _upwards(name: str, edges: np.ndarray, tall: float) -> str:
-    """The axis on the left: its ends, and its name between them."""
+    """The vertical axis on the left: its ends, and its name between them."""
     words = axis_words(name)
-    turned = f'<text transform="translate({LEFT - 34} {TOP + tall / 2:.1f}) rotate(-90)" text-anchor="middle">{words}</text>'
+    turned = (
+        f'<text transform="translate({LEFT - 34} {TOP + tall / 2:.1f}) rotate(-90)"'
+        f' text-anchor="middle">{words}</text>'
+    )
     top, bottom = (edges[0], edges[-1]) if name in DOWNWARDS else (edges[-1], edges[0])
     return "".join(
         [
@@ -151,7 +163,7 @@ def _upwards(name: str, edges: np.ndarray, tall: float) -> str:
 
 
 def _height(names: tuple[str, str], edges: list[np.ndarray], shape: tuple[int, int]) -> float:
-    """To scale where both axes are of one measure, else a comfortable one."""
+    """The height that draws both axes to scale if they have one unit, else a fixed one."""
     if set(names) not in ALIKE:
         return 110.0
     tall, wide = (float(abs(along[-1] - along[0])) for along in edges)

@@ -1,4 +1,4 @@
-"""What accuracy costs, for a notebook: a row a way, the cheapest in bold."""
+"""The cost of accuracy in a notebook: a row per estimator, the cheapest in bold."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def prices_html(cost: CostOfAccuracy) -> str:
-    """The same rows and notes as in its text."""
+    """The same rows and notes as in the object's text."""
     heads = [f">{typeset(h.rstrip('>'))}" if h.endswith(">") else escaped(h) for h in price_heads(cost)]
     rows = [[escaped(row[0]), *(f">{typeset(cell)}" for cell in row[1:])] for row in price_rows(cost)]
     names = [way.name for way in cost.ways]

@@ -1,4 +1,4 @@
-"""What a detector read, for a notebook: a row a quantity."""
+"""The reading of a detector in a notebook: a row per quantity."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from transport.validation import SceneError
 if TYPE_CHECKING:
     from transport.results.quantified import Quantified
 
-HEAVY = 1 << 22  # numbers (bins times batches) of one quantity, beyond which the others are only named
+HEAVY = 1 << 22  # numbers (bins times batches) of one quantity, above which other quantities are only named
 
 
 def reading_html(reading: Quantified) -> str:
-    """The reading, with why it counted nothing where that is known."""
+    """The reading, with the reason for a missing score if it is known."""
     warning = reading.note and reading.note[1]
     looking = reading.phase_space if isinstance(reading, PhaseReading) else reading.detector
     title = title_of(looking, reading)
@@ -30,7 +30,7 @@ def reading_html(reading: Quantified) -> str:
 
 
 def quantities_table(reading: Quantified) -> str:
-    """A row for each quantity that the reading was set up for; of very many bins only of those worked out already."""
+    """A row per available quantity; with very many bins only for those that are already computed."""
     rows, named, is_heavy = [], [], False
     for name in reading.known:
         if is_heavy and name not in vars(reading):
@@ -42,19 +42,19 @@ def quantities_table(reading: Quantified) -> str:
             continue
         rows.append([_explained(reading, name), *_cells(quantity)])
         is_heavy = is_heavy or _numbers(quantity) > HEAVY
-    more = f"with so many bins not worked out unasked: {', '.join(map(code, named))}" if named else ""
+    more = f"not computed for so many bins unless read: {', '.join(map(code, named))}" if named else ""
     return (table(rows) if rows else "") + (f"<div>{muted(more)}</div>" if more else "")
 
 
 def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
-    """Its text, and its picture where it is an array."""
+    """The text of a quantity, and its picture if it is an array."""
     if isinstance(quantity, EstimateArray):
         return told_of(quantity), thumbnail_of(quantity)
     return f"<span>{typeset(quantity)}</span>", ""
 
 
 def _explained(reading: Quantified, name: str) -> str:
-    """The name, which tells what it means to a pointer that rests on it."""
+    """The name, with its meaning as a tooltip."""
     meaning = inspect.getdoc(inspect.getattr_static(type(reading), name, None)) or ""
     line = meaning.partition("\n\n")[0].replace("\n", " ")
     return f'<span title="{escaped(line)}">{code(name)}</span>'
@@ -65,7 +65,7 @@ def _numbers(quantity: Estimate | EstimateArray) -> int:
 
 
 def sample_html(reading: SnapshotReading) -> str:
-    """A snapshot: how many particles, how they spread."""
+    """A snapshot: its number of particles, and the ranges of positions and velocities."""
     rows = [
         [code("positions"), _spread(reading.positions, "m")],
         [code("velocities"), _spread(reading.velocities, "m s^-1")],
@@ -75,6 +75,6 @@ def sample_html(reading: SnapshotReading) -> str:
 
 
 def _spread(vectors, unit: str) -> str:
-    """The least and the largest of each component."""
+    """The smallest and largest value of each component."""
     spans = zip("xyz", vectors.min(axis=0, initial=0), vectors.max(axis=0, initial=0), strict=True)
     return typeset(", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, low, high in spans) + f" {unit}")

@@ -1,4 +1,4 @@
-"""A finished run for a notebook: its warnings first, where the power went, what each detector read, what it cost."""
+"""The result of a run in a notebook: warnings first, then energy balance, detectors and cost."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from transport.results.report import (
 if TYPE_CHECKING:
     from transport.results.result import Ledger, Result
 
-OPEN = 2  # detectors that are shown unfolded
+OPEN = 2  # number of detectors up to which they are shown unfolded
 
 
 def result_html(result: Result) -> str:
-    """All that `result.report()` says."""
+    """The contents of `result.report()` as HTML."""
     warnings = result.warnings
     how = [*method_lines(result), *tracking_lines(result)]
     detectors = result.scene.detectors
@@ -45,12 +45,12 @@ def result_html(result: Result) -> str:
 
 
 def ledger_html(ledger: Ledger) -> str:
-    """The ledger alone."""
+    """The energy balance alone."""
     return framed(heading("Ledger"), ledger_table(ledger))
 
 
 def ledger_table(ledger: Ledger) -> str:
-    """A row an entry, with a bar of its share of all that was emitted."""
+    """A row per entry, with a bar for its share of the emitted power."""
     emitted = ledger["emitted"].value
     return table(
         [
@@ -72,7 +72,7 @@ def _detector(result: Result, detector: object, is_open: bool) -> str:
 
 
 def _share(share: float) -> str:
-    """A share of the whole as a bar of 100 pixels."""
+    """A bar of 100 pixels for a share of the whole."""
     if not 0 <= share <= 1:
         return ""
     return (

@@ -1,4 +1,4 @@
-"""From values to places in a small picture: in proportion from zero, or by decades where they differ by many."""
+"""From values to positions in a small picture: linear from zero, or logarithmic if they differ by decades."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-WIDE = 1e3  # times the smallest value that the largest may be in proportion
+WIDE = 1e3  # ratio of the largest to the smallest value, above which the scale is logarithmic
 DECADES = 15  # shown at most
 
 
 @dataclass(frozen=True)
 class Scale:
-    """low, high: the ends [unit].  is_log: whether decades are as long as one another; what is not positive is then at low."""
+    """A scale from `low` to `high` [unit]; if `is_log` it is logarithmic, and values up to 0 are at `low`."""
 
     low: float
     high: float
     is_log: bool
 
     def place(self, value: float) -> float:
-        """Where the value is, 0 to 1."""
+        """Position of the value, 0 to 1."""
         if not self.is_log:
             return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
         return min(max(math.log(max(value, self.low) / self.low) / math.log(self.high / self.low), 0.0), 1.0)
 
 
 def scale_of(reached: np.ndarray, values: np.ndarray) -> Scale:
-    """A scale that holds all that is reached and zero, or the decades of the values where none is negative."""
+    """A scale that covers `reached` and zero, or the decades of the values if none is negative."""
     known, values = reached[np.isfinite(reached)], values[np.isfinite(values)]
     low, high = (min(known.min(), 0.0), max(known.max(), 0.0)) if known.size else (0.0, 0.0)
     positive = values[values > 0]

@@ -1,4 +1,4 @@
-"""A scene for a notebook: its sources, surfaces and detectors, a row each."""
+"""A scene in a notebook: its sources, surfaces and detectors, one row each."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from transport.html.typesetting import escaped, typeset
 if TYPE_CHECKING:
     from transport.scene import Scene
 
-MOST_ROWS = 12  # of a kind; the rest is counted
+MOST_ROWS = 12  # per kind; the others are counted
 
 
 def scene_html(scene: Scene) -> str:
-    """The scene; only what differs from the defaults is told."""
+    """The scene; parameters are shown if they differ from the defaults."""
     facts = [f"in {scene.measured_in}", "lengths in m"]
     if scene.duration is not None:
         facts.append(f"clock from 0 to {scene.duration:g} s")
@@ -26,7 +26,7 @@ def scene_html(scene: Scene) -> str:
         _part("source", scene.sources, _source),
         _part("surface", scene.surfaces, _surface),
         _part("detector", scene.detectors, _detector),
-        f"<b>all else is filled with</b>{table(filled)}" if filled else "",
+        f"<b>surrounding medium</b>{table(filled)}" if filled else "",
     )
 
 
@@ -61,11 +61,11 @@ def _name(name: str | None) -> str:
 
 
 def _where(shape: object) -> str:
-    """A shape, or the surface that is named."""
+    """A shape, or the name of a surface."""
     return f"on <b>{escaped(shape)}</b>" if isinstance(shape, str) else code(described(shape))
 
 
 def _rest(thing: object, told: tuple[str, ...]) -> str:
-    """The other parameters, without the brackets."""
+    """The other parameters, without the parentheses."""
     _, _, inner = described(thing, told).partition("(")
     return code(inner.removesuffix(")"))

@@ -1,4 +1,4 @@
-"""The project's text as HTML: the same characters, with minus signs, powers of ten and exponents as in print."""
+"""The library's text as HTML, with typographic minus signs, powers of ten and exponents."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ SYMBOLS = {"mu": "μ", "theta": "θ", "phi": "φ"}
 
 
 def escaped(text: object) -> str:
-    """Any text as HTML, whatever signs it holds: a name may be "<b>"."""
+    """Any text as HTML with special characters escaped: a name may be "<b>"."""
     return html.escape(str(text), quote=True)
 
 
 def typeset(text: object) -> str:
-    """Text with numbers and units, such as "(2.0 ± 0.3)e-09 W m^-2", as HTML that says the same."""
+    """Text with numbers and units, such as "(2.0 ± 0.3)e-09 W m^-2", as HTML."""
     said = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010<sup>{_minus(int(hit[1]))}</sup>", escaped(text))
     said = _EXPONENT.sub(lambda hit: f"<sup>{_minus(hit[1] or hit[2])}</sup>", said)
     return _MINUS.sub("−", said)
 
 
 def plain_typeset(text: object) -> str:
-    """The same for places that know no elements, such as the text of an SVG: exponents as raised digits."""
+    """The same without HTML elements, for text in an SVG: exponents are superscript characters."""
     said = _POWER_OF_TEN.sub(lambda hit: f"\u00a0×\u00a010{_raised(int(hit[1]))}", escaped(text))
     said = _EXPONENT.sub(lambda hit: _raised(hit[1] or hit[2]), said)
     return _MINUS.sub("−", said)
 
 
 def symbol_of(axis: str) -> str:
-    """What an axis of bins is called in print."""
+    """The printed symbol of an axis."""
     return SYMBOLS.get(axis, axis)
 
 

@@ -1,4 +1,4 @@
-"""What axes of bins are called and where a bin lies, in a few words."""
+"""Labels of axes and positions of bins, in a few words."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ ANGLES = ("theta", "phi")
 
 
 def axis_words(name: str) -> str:
-    """The axis as a label, with its unit where it has one: "φ [°]", "time [s]"."""
+    """The label of an axis, with its unit if it has one: "φ [°]", "time [s]"."""
     unit = "°" if name in ANGLES else AXIS_UNITS.get(name, "1")
     return plain_typeset(symbol_of(name)) + (f" [{plain_typeset(unit)}]" if unit != "1" else "")
 
 
 def place_text(name: str, place: float) -> str:
-    """A place on the axis as a number, angles in degrees."""
+    """A position on the axis as a number; angles in degrees."""
     number = math.degrees(place) if name in ANGLES else float(place)
     return plain_typeset(f"{number + 0.0:.4g}")
 
 
 def bin_text(name: str, edges: np.ndarray, number: int, bins: int) -> str:
-    """Where a bin lies: "0.5 … 0.6", or its instant."""
+    """The range of a bin, "0.5 … 0.6", or its instant."""
     if len(edges) == bins:
         return place_text(name, edges[number])
     return f"{place_text(name, edges[number])} … {place_text(name, edges[number + 1])}"

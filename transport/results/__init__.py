@@ -1,4 +1,7 @@
-"""From integer sums to estimates: batches, replicates, quantities with errors and units, the result of a run."""
+"""From integer sums to estimates.
+
+Batches, replicates, quantities with errors and units, the result of a run.
+"""
 
 from transport.results.result import QUANTITIES, Cost, Ledger, Result
 

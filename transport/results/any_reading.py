@@ -1,4 +1,7 @@
-"""What `result["name"]` may be used as, for type checkers: the detector's kind decides, and the name does not tell it."""
+"""The type of `result["name"]` for type checkers.
+
+The kind of detector decides it, and a name does not show the kind.
+"""
 
 # mypy: disable-error-code="misc, override"
 
@@ -16,7 +19,7 @@ from transport.results.volume_readings import VolumeReading
 class AnyReading(
     BackwardReading, Reading, PhaseReading, VolumeReading, PointReading, ViewReading, SnapshotReading
 ):
-    """Has the quantities of all readings, and no others; never made."""
+    """Has the quantities of all readings and no others; never instantiated."""
 
     detector: Any
     by_source: dict[str, AnyReading]

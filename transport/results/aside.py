@@ -1,6 +1,7 @@
-"""Room for many numbers in a file without a name: they take memory only while they are looked at.
+"""Memory-mapped arrays: an anonymous temporary file holds the numbers, and only pages in use take memory.
 
-The file is gone with the array.  Where temporary files lie in memory, the disk is full or no file can be mapped, numbers stay in memory.
+The file disappears with the array.  Arrays stay in memory if temporary files lie in memory, the disk is full
+or no file can be mapped.
 """
 
 from __future__ import annotations
@@ -12,27 +13,28 @@ from pathlib import Path
 
 import numpy as np
 
-LARGE = 1 << 24  # bytes, from which on numbers are put aside
+LARGE = 1 << 24  # bytes, from which on arrays are memory-mapped
 MOUNTS = Path("/proc/mounts")
-IN_MEMORY = ("tmpfs", "ramfs")  # file systems
+IN_MEMORY = ("tmpfs", "ramfs")  # file systems in memory
 
 
 def room_for(shape: int | tuple[int, ...], kind: np.dtype | type) -> np.ndarray:
-    """An array whose numbers are not set, aside where they are many."""
+    """Allocate an uninitialised array, memory-mapped if it is large."""
     kind = np.dtype(kind)
     size = int(np.prod(shape)) * kind.itemsize
     if size >= LARGE and has_files():
-        import tempfile  # which imports `random`: a script's own file of that name would be taken for it
+        import tempfile  # not at the top: it imports `random`, which a user's file may shadow
 
         with contextlib.suppress(OSError), tempfile.TemporaryFile() as file:
-            # A disk that is full says so here: at a write to the memory the process would die.
+            # Allocate the disk space here, where a full disk raises an error; a later write would kill the
+            # process.
             os.posix_fallocate(file.fileno(), 0, size)
             return np.memmap(file, kind, "r+", shape=shape)
     return np.empty(shape, kind)
 
 
 def put_aside(numbers: np.ndarray) -> np.ndarray:
-    """The same numbers, aside where they are many."""
+    """Move an array to a memory-mapped file if it is large; otherwise return it unchanged."""
     if numbers.nbytes < LARGE or isinstance(numbers, np.memmap):
         return numbers
     room = room_for(numbers.shape, numbers.dtype)
@@ -44,13 +46,13 @@ def put_aside(numbers: np.ndarray) -> np.ndarray:
 
 
 def let_go(numbers: np.ndarray) -> None:
-    """Give back the memory that it took to look at them; they are in their file."""
+    """Release the resident pages of a memory-mapped array (madvise DONTNEED); its file keeps the numbers."""
     if isinstance(numbers, np.memmap) and numbers._mmap is not None:
         numbers._mmap.madvise(mmap.MADV_DONTNEED)
 
 
 def has_files() -> bool:
-    """Whether temporary files can be mapped, and do not lie in memory themselves."""
+    """Whether temporary files can be mapped and do not lie in memory themselves."""
     if not (hasattr(os, "posix_fallocate") and hasattr(mmap, "MADV_DONTNEED")):
         return False
     import tempfile
@@ -58,13 +60,13 @@ def has_files() -> bool:
     folder, kinds = Path(tempfile.gettempdir()).resolve(), {}
     with contextlib.suppress(OSError):
         lines = (line.split() for line in MOUNTS.read_text().splitlines())
-        kinds = {Path(line[1]): line[2] for line in lines}  # of the last that is mounted there
+        kinds = {Path(line[1]): line[2] for line in lines}  # the last file system mounted at each place
     on = next((place for place in (folder, *folder.parents) if place in kinds), None)
     return on is not None and kinds[on] not in IN_MEMORY
 
 
 def bytes_free() -> int:
-    """How much there is room for."""
+    """Free disk space for temporary files [bytes]; 0 if they cannot be used."""
     import shutil
     import tempfile
 

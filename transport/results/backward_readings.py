@@ -1,8 +1,8 @@
-"""What detectors read where histories run backwards: of each of their cells the mean of what its histories brought.
+"""Readings of detectors in backward runs: for each cell the mean score of the histories that start in it.
 
-A cell is a bin of position and direction.  What arrives in it is the mean over its histories of weight times the radiance of
-the sources that they came to, times area and projected solid angle of the bin: so it is divided by the number of its own
-histories, and a bin costs the same, however small it is.
+A cell is a bin of position and direction.  What arrives in it is the mean over its histories of weight times
+the radiance of the sources that they reach, times area and projected solid angle of the bin.  The sum is
+divided by the cell's own number of histories, so the cost of a bin does not depend on its size.
 """
 
 from __future__ import annotations
@@ -38,18 +38,33 @@ from transport.validation import SceneError, shown
 
 BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
 IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
-ALIKE = 1e-9  # weights of cells that differ by less are the same
+ALIKE = 1e-9  # relative difference below which weights of cells are equal
 PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
 
 
 def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Quantified:
-    """The reading of a detector at which histories began."""
+    """The reading of a detector at which histories start."""
     kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
     return kind(result, sensor)
 
 
 class BackwardReading(Reading):
-    """A Detector's quantities of what arrives; see BACKWARD_QUANTITIES.  Raises SceneError for all others."""
+    """The quantities of a Detector in a backward run: arrivals only (BACKWARD_QUANTITIES).
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    detector : Detector
+        The detector of the scene.
+    lamps : tuple of int, optional
+        Indices of the sources that count; None for all.
+
+    Raises
+    ------
+    SceneError
+        When another quantity is read, or a sum over directions or positions that the bins do not cover.
+    """
 
     known = BACKWARD_QUANTITIES
 
@@ -60,7 +75,13 @@ class BackwardReading(Reading):
 
     @cached_property
     def by_source(self) -> dict[str, BackwardReading]:
-        """The same of each source alone, by its surface's name, or "sources[k]" or "glow[k]"."""
+        """The same quantities from each source alone.
+
+        Returns
+        -------
+        dict of str to BackwardReading
+            By the name of the source's surface, or "sources[k]" or "glow[k]".
+        """
         return {
             lamp.name: BackwardReading(self._result, self.detector, (k,))
             for k, lamp in enumerate(self._plan.turned.lamps)
@@ -68,7 +89,7 @@ class BackwardReading(Reading):
 
     @cached_property
     def scores(self) -> Scores:
-        """How many scores of each size came; as if they were alike where that is not known."""
+        """The scores by size; counted as if they had one size if the sizes are not known."""
         number = int(sum(counts.sum() for counts in self._cell_sums.counts))
         is_whole = len(self._cell_sums.lamps) == len(self._plan.turned.lamps)
         found = scores_of_cell(self._plan, self._cell_sums.batches, number) if is_whole else None
@@ -80,7 +101,12 @@ class BackwardReading(Reading):
 
     @cached_property
     def cannot_arrive(self) -> bool:
-        """Whether geometry proves that no light arrives at this side."""
+        """Whether geometry proves that no light arrives at this side.
+
+        Returns
+        -------
+        bool
+        """
         scene, shape = self._result.scene, self.sums.shape
         return (
             self.is_blind and not self._why_dark and cannot_arrive(scene, shape, self.detector, is_blind=True)
@@ -88,13 +114,13 @@ class BackwardReading(Reading):
 
     @cached_property
     def note(self) -> Note | None:
-        """What to know of its histories, or why none met a source."""
+        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
             return thin_note(self._cell_sums, self.name)
         return note_of(self._why_dark)
 
     def _classes(self, side: int) -> Iterator[Finding]:
-        """Of lamps that are met by chance alone."""
+        """Findings about sources that histories reach only by chance."""
         if side != ARRIVALS or self.is_dark(side):
             return
         unit = self._extent / self._plan.unit
@@ -103,12 +129,12 @@ class BackwardReading(Reading):
 
     @cached_property
     def _extent(self) -> float:
-        """Area times projected solid angle that its cells cover [m^2 sr]."""
+        """Area times projected solid angle of all cells [m^2 sr]."""
         return sum(float(extents.sum()) for extents in self._extents)
 
     @cached_property
     def _extents(self) -> list[np.ndarray]:
-        """The same of each cell of each part."""
+        """Area times projected solid angle of each cell of each part [m^2 sr]."""
         return [self.sums._extents(part) for part in self._cell_sums.parts]
 
     def scores_on(self, side: int) -> Scores | None:
@@ -135,30 +161,32 @@ class BackwardReading(Reading):
     def _check(self, side: int, kind: str) -> None:
         if side != ARRIVALS or kind != "weights":
             self._refuse(
-                "this",
-                "histories that run forwards",
-                f"read one of {', '.join(self.known)}, or write estimator='analog'",
+                "this quantity",
+                "forward histories",
+                f"read one of {', '.join(self.known)}, or pass estimator='analog'",
             )
 
     def _need_all(self, whole: bool) -> None:
-        """Refuse sums over a hemisphere, or a shape, of which the bins are only a part."""
+        """Refuse sums over a hemisphere or a shape of which the bins cover only a part."""
         detector = self.detector
         if not _covers_directions(detector):
             got = shown(detector.directions)
             self._refuse(
                 "a sum over all directions",
-                f"bins of all of them, got {got}",
+                f"bins that cover all of them, got {got}",
                 "read radiance, or leave directions out",
             )
         if whole and detector.positions is not None:
             areas = float(np.sum(detector.positions.areas(self.sums.shape)))
             if not math.isclose(areas, self.sums.shape.area, rel_tol=1e-9):
                 got = shown(detector.positions)
-                self._refuse("a sum over the shape", f"bins of all of it, got {got}", "leave positions out")
+                self._refuse(
+                    "a sum over the shape", f"bins that cover all of it, got {got}", "leave positions out"
+                )
 
 
 def _covers_directions(detector: Detector) -> bool:
-    """Whether the bins hold all directions of the hemisphere."""
+    """Whether the bins cover all directions of the hemisphere."""
     directions = detector.directions
     if directions is None:
         return True
@@ -174,16 +202,16 @@ def _covers_directions(detector: Detector) -> bool:
 
 
 class ArrivedSums(MeterSums):
-    """The cells' means as if they were a detector's sums over the run: fluxes in bins [W]."""
+    """The cells' means in the form of a detector's sums over the run: fluxes in bins [W]."""
 
-    is_large = False  # they are made at once
+    is_large = False  # its sums are always made at once
 
     def __init__(self, result, detector: Detector, cells: CellSums) -> None:
         super().__init__(result.plan, result.batches, result.run, detector)
         self._cell_sums = cells
 
     def blocks(self, kind: str, side: int) -> np.ndarray:
-        """(B, 1, 1, 1 + cells): nothing is outside of all bins."""
+        """(B, 1, 1, 1 + cells); the part outside all bins is 0."""
         if kind == "counts":
             values = sum(self._cell_sums.counts)
         else:
@@ -193,13 +221,13 @@ class ArrivedSums(MeterSums):
         return np.concatenate([np.zeros_like(values[:, :1]), values], axis=1)[:, None, None, :]
 
     def _extents(self, part: Part) -> np.ndarray:
-        """Area times solid angle of each cell [m^2 sr], (cells,), of the measure that its directions are drawn by."""
+        """Area times solid angle of each cell [m^2 sr], (cells,), in the measure of its sampling."""
         positions = self.detector.positions
         areas = part.shape.area if positions is None else positions.areas(part.shape)
         return np.outer(np.ravel(areas), self._angles()).ravel()
 
     def _angles(self) -> np.ndarray:
-        """Projected solid angles of bins in the local frame, plain ones of others, in the order of the cells."""
+        """Solid angles in the order of the cells: projected ones for local bins, plain ones otherwise."""
         directions = self.detector.directions
         if directions is None:
             return np.array([math.pi])
@@ -210,7 +238,19 @@ class ArrivedSums(MeterSums):
 
 
 class ViewReading(Quantified):
-    """What arrives at a point: of a Camera or an EnvironmentMap its `radiance`, of those round about the `fluence_rate`."""
+    """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
+
+    A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    sensor : Camera, EnvironmentMap or PointDetector
+        The detector of the scene.
+    lamps : tuple of int, optional
+        Indices of the sources that count; None for all.
+    """
 
     known, title = IMAGE_QUANTITIES, "detector "
 
@@ -222,7 +262,18 @@ class ViewReading(Quantified):
 
     @cached_property
     def radiance(self) -> EstimateArray:
-        """Radiance that arrives, a mean over each pixel's or bin's solid angle, (v, u) or (theta, phi) [W m^-2 sr^-1]."""
+        """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            Axes (v, u) of a Camera, (theta, phi) of an EnvironmentMap [W m^-2 sr^-1].
+
+        Raises
+        ------
+        SceneError
+            For a PointDetector, which has no bins.
+        """
         if isinstance(self.detector, PointDetector):
             raise SceneError(f"PointDetector {self.name!r}: radiance needs bins; use an EnvironmentMap there")
         values, counts = self._arranged(self._sums.means[0]), self._arranged(self._sums.counts[0])
@@ -235,7 +286,18 @@ class ViewReading(Quantified):
 
     @cached_property
     def fluence_rate(self) -> Estimate:
-        """Fluence rate at the point, phi = ∫ L dω over all directions [W m^-2]."""
+        """Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].
+
+        Returns
+        -------
+        Estimate
+            [W m^-2]
+
+        Raises
+        ------
+        SceneError
+            If the sensor does not cover all directions.
+        """
         unit, run = Unit.parse("W m^-2"), self._sums.run
         counts = int(sum_of(self._sums.counts[0]))
         if isinstance(self.detector, PointDetector):
@@ -243,9 +305,9 @@ class ViewReading(Quantified):
             return self._with_findings(made, 4 * math.pi)
         angles = self.detector.solid_angles()
         if not math.isclose(float(angles.sum()), 4 * math.pi, rel_tol=1e-9):
-            cure = "use an EnvironmentMap of all directions"
+            cure = "use an EnvironmentMap that covers all of them"
             raise SceneError(
-                f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs them all; {cure}"
+                f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs all directions; {cure}"
             )
         values = self._arranged(self._sums.means[0]) * angles
         values = totals_of(values) if isinstance(values, Stacked) else values.sum(axis=(1, 2))
@@ -253,7 +315,13 @@ class ViewReading(Quantified):
 
     @cached_property
     def counts(self) -> EstimateOrArray:
-        """How often histories met sources in the whole run, by pixel or bin."""
+        """How often histories reached sources in the whole run, by pixel or bin.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1]
+        """
         run, counts = self._sums.run, self._sums.counts[0]
         values = counts * (run.sizes.sum() / run.sizes)[:, None]
         if isinstance(self.detector, PointDetector):
@@ -264,44 +332,61 @@ class ViewReading(Quantified):
         return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
 
     def image(self) -> np.ndarray:
-        """Return the radiance [W m^-2 sr^-1] as rows of an image, the upper one first.
+        """Return the radiance [W m^-2 sr^-1] as rows of an image, the top row first.
 
         Returns
         -------
         numpy.ndarray
-            (height, width) of a Camera; (theta, phi) of an EnvironmentMap.
+            Shape (height, width) for a Camera, (theta, phi) for an EnvironmentMap.
 
         Notes
         -----
-        Columns of an EnvironmentMap are in the order of `radiance`, by growing azimuth.  Seen from inside
-        azimuth grows to the left: draw the columns in reverse order, as `viz.seen` does.
+        Columns of an EnvironmentMap are in the order of `radiance`, by increasing azimuth.  Seen from inside,
+        azimuth increases to the left: draw the columns in reverse order, as `viz.seen` does.
         """
         return self._upright(self.radiance.value)
 
     def errors(self) -> np.ndarray:
-        """One standard error of each pixel [W m^-2 sr^-1], as `image`; nan where nothing came."""
+        """One standard error of each pixel [W m^-2 sr^-1], in the layout of `image`.
+
+        Returns
+        -------
+        numpy.ndarray
+            nan where there is no score.
+        """
         return self._upright(self.radiance.error)
 
     @cached_property
     def by_source(self) -> dict[str, ViewReading]:
-        """The same of each source alone, by its surface's name, or "sources[k]" or "glow[k]"."""
+        """The same quantities from each source alone.
+
+        Returns
+        -------
+        dict of str to ViewReading
+            By the name of the source's surface, or "sources[k]" or "glow[k]".
+        """
         lamps = self._sums.turned.lamps
         return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
 
     @property
     def is_blind(self) -> bool:
-        """Whether no history met a source."""
+        """Whether no history reached a source.
+
+        Returns
+        -------
+        bool
+        """
         return not self._sums.counts[0].any()
 
     @cached_property
     def note(self) -> Note | None:
-        """What to know of its histories, or why none met a source."""
+        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
         if not self.is_blind:
             return thin_note(self._sums, self.name)
         return note_of(why_dark(self._result.scene, self._title, self.detector.position))
 
     def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
-        """A quantity with what may be missing; factor: what a mean radiance of 1 is in it."""
+        """Attach findings to a quantity; factor: the quantity for a mean radiance of 1."""
 
         def findings() -> Iterator[Finding]:
             found = (
@@ -314,12 +399,12 @@ class ViewReading(Quantified):
         return made._with_findings(findings, self._result.allowed_of(self.name))
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
-        """The radiance by pixel or bin."""
+        """Yield the radiance by pixel or bin."""
         if self._sums.is_view:
             yield "radiance", self.radiance
 
     def totals(self) -> Iterator[tuple[str, Estimate]]:
-        """The mean over all its cells, with what may be missing of it."""
+        """Yield the mean over all its cells, with findings."""
         means = self._sums.means[0]
         mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
         name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
@@ -345,7 +430,10 @@ class ViewReading(Quantified):
         return float((v[1] - v[0]) * (u[1] - u[0]))
 
     def _arranged(self, cells: np.ndarray | Stacked) -> np.ndarray | Stacked:
-        """(B, cells), the first axis of the sensor's bins slowest: pixels as they are, cosines and turns as (theta, phi)."""
+        """Reshape (B, cells) with the first axis of the sensor's bins slowest.
+
+        Pixels keep their order; cosines and azimuths become (theta, phi).
+        """
         sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
         is_image = isinstance(self.detector, Camera)
         bins = tuple(sizes if is_image else sizes[::-1])
@@ -359,7 +447,7 @@ class ViewReading(Quantified):
 
 
 def thin_note(sums: CellSums, name: str) -> Note | None:
-    """What to know of a sensor that has too few histories for its cells."""
+    """A note about a sensor with too few histories for its cells."""
     if not sums.is_thin:
         return None
     return "thin batches", (
@@ -371,16 +459,16 @@ def thin_note(sums: CellSums, name: str) -> Note | None:
 def missing_of_cells(
     sums: CellSums, sensor: object, title: str, extents: list[np.ndarray] | None = None
 ) -> list[Finding]:
-    """What may be missing of a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+    """Findings for a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
 
-    extents: of each part's cells, by which the mean weighs them; None where it weighs all alike.
+    extents: of each part's cells, as weights of the mean; None for equal weights.
     """
     histories = sum(part.share for part in sums.parts) * sums.run.sizes.sum()
     heaviest, chosen = 1.0, [None] * len(sums.parts)
     if extents is not None:
         weights = _weights_of_cells(sums, extents)
         most = max(float(each.max()) for each in weights)
-        if most > 1 + ALIKE:  # a score in a small cell does not tell of what comes in a large one
+        if most > 1 + ALIKE:  # scores in small cells do not represent those in large ones
             heaviest, chosen = most, [each >= LARGE * most for each in weights]
     met = {lamp: _met_by(sums, lamp, chosen) for lamp in sums.lamps}
     error = 0.0
@@ -396,7 +484,10 @@ def missing_of_cells(
 
 
 def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
-    """How often flights and rays of chosen cells, None for all, came to a lamp; no ray where none is sent to it."""
+    """How often flights and rays of the chosen cells (None: all) reached a lamp.
+
+    Rays only if it has any.
+    """
 
     def number(kind: str, block: int) -> int:
         rows = (sums.rows_of(part, kind, block) for part in sums.parts)
@@ -414,7 +505,7 @@ def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
 
 
 def _weights_of_cells(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
-    """Of each part's cells, what a score there adds to the mean over all, where it would add 1 if all cells were alike."""
+    """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
     shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
     return [
         each / whole * part.cells * shares / part.share

@@ -1,4 +1,4 @@
-"""From a batch's integer sums to numbers: mean weights per history, with the ledger checked to the last bit."""
+"""From a batch's integer sums to numbers: mean weights per history; the energy balance is checked exactly."""
 
 from dataclasses import dataclass
 
@@ -15,40 +15,41 @@ LIMBS = np.array([HIGH, LOW, 2.0**-94, 2.0**-125])  # of a row of velocity sums
 
 
 class LedgerError(AssertionError):
-    """Weight appeared or vanished: a fault in the engine, never in a scene."""
+    """Weight appeared or vanished: an error of the engine, never of a scene."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """What one batch, or several merged, counted; weights in units of the largest birth weight.
+    """The sums of one batch, or of several merged ones; weights in units of the largest birth weight.
 
-    Of many rows weights, counts, slants and moments are packed: a slice of them is an array as well.
+    Long columns of weights, counts, slants and moments are packed; a slice of them is an array as well.
     """
 
     histories: int
     weights: np.ndarray | Packed  # (rows,) sums
     counts: np.ndarray | Packed  # (rows,) scores
     slants: np.ndarray | Packed  # (rows,) sums of weight/|mu|
-    # (meters,) crossings beyond the grazing cut: how many more in its inner half than in the outer
+    # (detectors,) crossings below the grazing cut: excess of those in its inner half over those in the outer
+    # half
     grazing: np.ndarray
     born: float
     heaviest: float  # of births towards an aim
     ledger: dict[str, float]
     absorbed: np.ndarray  # (rows of surfaces, then of media)
     lost: int  # histories
-    astray: int  # crossings of a boundary of media from another medium than the particle was in
-    unseen: int  # crossings out of a body by what was not seen to enter it
+    astray: int  # crossings of a boundary from another medium than the particle was in
+    unseen: int  # crossings out of a body by particles that were not recorded as entering it
     crossings: int
     collisions: int
     moments: np.ndarray | Packed  # (long rows,) sums of velocities
     records: np.ndarray  # the sample of its snapshots (records.py)
-    sizes: np.ndarray  # (cells,) how often scores of each size came (compile/sizes.py)
-    seed: int  # by which its random numbers are keyed, with those of the batch:
-    first: int  # its number in the run, or of merged ones the lowest
-    past: int  # the highest, plus 1
+    sizes: np.ndarray  # (cells,) number of scores of each size (compile/sizes.py)
+    seed: int  # key of its random numbers, together with the numbers of the batch:
+    first: int  # its number in the run; the lowest one of merged batches
+    past: int  # its number plus 1; the highest one plus 1 of merged batches
 
     def merged(self, other: "Batch", most_records: int) -> "Batch":
-        """Both as one batch; of more records than that every second history is kept."""
+        """Merge two batches; of more than `most_records` records, keep those of every second history."""
         return Batch(
             self.histories + other.histories,
             self.weights + other.weights,
@@ -74,22 +75,28 @@ class Batch:
 
 
 def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
-    """The numbers of the raw sums (engine.driver.RawSums) of the batch of this number.  Raises LedgerError where they do not close."""
+    """Convert the raw sums (engine.driver.RawSums) of the batch with this number.
+
+    Raises LedgerError if the energy balance does not close.
+    """
+    # Check that the energy balance closes exactly.
     ledger = raw.ledger.astype(object)
     whole = [(int(high) << 31) + int(low) for high, low in ledger[:, :2]]
     born = raw.sent + whole[layout.BORN]
     ended = sum(whole) - whole[layout.BORN]
     if born != ended:
         raise LedgerError(
-            f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r}, ended {ended / 2**63!r}"
+            f"the ledger of {raw.histories} histories does not close: born {born / 2**63!r},"
+            f" ended {ended / 2**63!r}"
         )
-    raw.meters[0] = 0  # nobody's row: where lanes without a meter score
+    raw.meters[0] = 0  # unused row: the target of lanes without a detector
     rows = {
         "escaped": layout.ESCAPED,
         "in_flight": layout.IN_FLIGHT,
         "roulette": layout.ROULETTE,
         "lost": layout.LOST,
     }
+    # Convert the sums of the detectors' rows to floats; pack them if they are long.
     meters, moments, most = raw.meters, raw.moments, (1 << layout.COUNT_BITS) - 1
     weights, counts, slants = columns(
         [
@@ -126,11 +133,11 @@ def batch_of(plan: Plan, raw, number: int = 0) -> Batch:
 
 
 def _grazing(plan: Plan, counts: np.ndarray) -> np.ndarray:
-    """What the upper bits of the numbers of scores tell of each meter, both sides together."""
+    """Grazing excess of each detector, both sides together, from the upper bits of the counts of scores."""
     firsts = [plan.bases[detector.name] for detector in plan.scene.meters]
     if not firsts:
         return np.zeros(0, np.int64)
-    if plan.half > MOST_PLAIN:  # rows that were never written to need no memory, their copy would
+    if plan.half > MOST_PLAIN:  # unwritten rows take no memory, but a copy of them would
         ends = [*firsts[1:], plan.half]
         return np.array([_excess(plan, counts, *rows) for rows in zip(firsts, ends, strict=True)])
     excess = counts[: 2 * plan.half] >> layout.COUNT_BITS
@@ -138,7 +145,7 @@ def _grazing(plan: Plan, counts: np.ndarray) -> np.ndarray:
 
 
 def _excess(plan: Plan, counts: np.ndarray, first: int, past: int) -> int:
-    """The same of one meter, its rows stretch by stretch."""
+    """The grazing excess of one detector, computed in stretches of rows."""
     sides = (counts[: plan.half], counts[plan.half : 2 * plan.half])
     return sum(
         int((side[a : min(a + STRETCH, past)] >> layout.COUNT_BITS).sum())

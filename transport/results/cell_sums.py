@@ -1,4 +1,4 @@
-"""What the histories that began in a sensor's cells brought, batch by batch; of very many cells it is made part by part."""
+"""Sums over the cells of a sensor in a backward run, per batch; very many cells are computed in chunks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from transport.results.stacked import Stacked, is_large, totals_of
 
 
 class CellSums:
-    """What the histories of a sensor's cells brought, batch by batch; lamps: the numbers of those that count, None for all."""
+    """Scores of the histories of a sensor's cells, per batch.
+
+    lamps: indices of the sources that count, None for all.
+    """
 
     def __init__(self, result, sensor, lamps: tuple[int, ...] | None = None) -> None:
         turned: Turned = result.plan.turned
@@ -23,33 +26,33 @@ class CellSums:
 
     @cached_property
     def means(self) -> list[np.ndarray | Stacked]:
-        """Of each part, the mean radiance [W m^-2 sr^-1], weights and all, of each cell, (B, cells)."""
+        """For each part, the mean radiance of each cell [W m^-2 sr^-1], weights included, (B, cells)."""
         return [
             sum(self._brought(part, lamp) for lamp in self.lamps) / self._born(part) for part in self.parts
         ]
 
     @cached_property
     def counts(self) -> list[np.ndarray | Stacked]:
-        """Of each part, how often its cells' histories met sources, (B, cells)."""
+        """For each part, how often its cells' histories reached sources, (B, cells)."""
         return [sum(self._met(part, lamp) for lamp in self.lamps) for part in self.parts]
 
     @property
     def is_thin(self) -> bool:
-        """Whether any batch left cells without a history."""
+        """Whether any batch has cells without a history."""
         return not all(self.rows_of(part, "counts", 0).all() for part in self.parts)
 
     def _brought(self, part: Part, lamp: int) -> np.ndarray:
         return self._weights(part, lamp) * part.gains[lamp]
 
     def _weights(self, part: Part, lamp: int) -> np.ndarray:
-        """What flights and rays brought to a lamp [weight]."""
+        """Weights that flights and rays brought to a lamp, per cell."""
         weights, scale = self.rows_of(part, "weights", 1 + lamp), self.turned.scales.get(lamp)
         return (
             weights if scale is None else weights + self.rows_of(part, "weights", self.block_of(lamp)) / scale
         )
 
     def _met(self, part: Part, lamp: int) -> np.ndarray:
-        """How often they did."""
+        """How often flights and rays reached a lamp, per cell."""
         counts = self.rows_of(part, "counts", 1 + lamp)
         return (
             counts + self.rows_of(part, "counts", self.block_of(lamp))
@@ -61,14 +64,17 @@ class CellSums:
         return 1 + len(self.turned.lamps) + lamp
 
     def _born(self, part: Part) -> np.ndarray:
-        """Histories of each cell; their expectation, where a batch has too few to go round: that is unbiased as well."""
+        """Histories of each cell.
+
+        Their expectation if a batch has too few for all cells, which is unbiased too.
+        """
         born = self.rows_of(part, "counts", 0)
         if born.all():
             return born
         return (self.run.sizes * part.share / part.cells)[:, None]
 
     def rows_of(self, part: Part, kind: str, block: int) -> np.ndarray | Stacked:
-        """(B, cells); of a view of very many made part by part."""
+        """(B, cells); for a view with very many cells, computed in chunks."""
         begin, shape = (
             self.turned.first + block * self.turned.cells + part.first,
             (len(self.batches), part.cells),
@@ -83,5 +89,5 @@ class CellSums:
 
 
 def sum_of(values: np.ndarray | Stacked) -> float | int:
-    """Of all batches and cells."""
+    """Sum over all batches and cells."""
     return totals_of(values).sum() if isinstance(values, Stacked) else values.sum()

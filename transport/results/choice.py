@@ -99,7 +99,7 @@ class Choice:
 
 
 def more_of(choice: Choice | None) -> str:
-    """What to do where a run knows too little: as MORE, but of a run whose estimator pilots chose what they have not done yet."""
+    """The cure of a run with too few scores: MORE, without estimators that its pilots already compared."""
     if choice is None:
         return MORE
     others = " or ".join(map(repr, choice.others))

@@ -1,9 +1,10 @@
-"""Why a detector may have counted nothing: the media on the straight way to it, told by geometry.
+"""Why a detector may have no score: the optical depth of the straight path to it, from geometry.
 
-A run of n histories sees what passes with a chance well above 1/n, or, where weights fall along the way, what weighs more
-than FAINTEST of its birth weight.  Beyond that a detector reads 0 whatever light there is, and nothing in the run tells: no
-score, no error.  How many mean free paths lie before it does; and what diffuses through them is at most about exp(-kappa z),
-kappa^2 = 3 sigma_a (sigma_a + (1 - g) sigma_s) (Ishimaru 1978, equation 9-19).
+A run of n histories resolves a transmission well above 1/n, or, if weights decrease along the path, a weight
+above FAINTEST of the birth weight.  Behind more optical depth a detector reads 0 whatever light there is, and
+no score or error of the run shows it.  This module computes the optical depth, and the diffusing light, which
+is at most about exp(-kappa z) with kappa^2 = 3 sigma_a (sigma_a + (1 - g) sigma_s) (Ishimaru 1978, equation
+9-19).
 """
 
 from __future__ import annotations
@@ -26,13 +27,16 @@ if TYPE_CHECKING:
     from transport.shapes import Shape
     from transport.vectors import Vector
 
-FAINTEST = 2.0**-63  # of the largest birth weight: the unit of sums, below which a score is counted by chance
+FAINTEST = 2.0**-63  # of the largest birth weight: the unit of sums; smaller scores are counted by chance
 DEEPEST = -math.log(FAINTEST)
 
 
 @dataclass(frozen=True)
 class Way:
-    """Mean free paths to absorption and to scattering on a straight way, and by which exponent what diffuses along it has fallen."""
+    """Mean free paths along a straight path, and the decay exponent of diffusing light along it.
+
+    absorbed, scattered: mean free paths to absorption and to scattering;  decay: the exponent.
+    """
 
     absorbed: float
     scattered: float
@@ -40,19 +44,19 @@ class Way:
 
     @property
     def depth(self) -> float:
-        """Mean free paths in all."""
+        """Total number of mean free paths."""
         return self.absorbed + self.scattered
 
     def is_too_deep(self, plan: Plan, particles: int) -> bool:
-        """Whether so many histories see next to nothing of what comes straight, by chance or for being too light."""
+        """Whether so many histories resolve next to no direct light, by chance or by too small weights."""
         chance = self.scattered if plan.tracking.absorption == "weighted" else self.depth
         return chance > math.log(particles) or self.depth > DEEPEST
 
 
 def why_so_deep(plan: Plan, title: str, place: Shape | Vector, particles: int) -> str | None:
-    """What to know of a detector that counted nothing, where all straight ways to it lead through thick media.
+    """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
 
-    title: what the message calls it;  place: its shape, or a point [m].
+    title: name of the detector in the message;  place: its shape, or a point [m].
     """
     if plan.turned is not None or not has_media(plan.scene):
         return None
@@ -61,34 +65,40 @@ def why_so_deep(plan: Plan, title: str, place: Shape | Vector, particles: int) -
     is_hopeless = max(way.absorbed, way.decay) > DEEPEST
     if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
         return None
-    where = f"on the straight way from {_titled(plan, emitter)} to it are {way.depth:.3g} mean free paths of media"
-    return f"nothing has come to {title}: {where}; {_cure(plan, emitter, way)}"
+    where = (
+        f"the straight path from {_titled(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
+        " media"
+    )
+    return f"no particle has reached {title}: {where}; {_cure(plan, emitter, way)}"
 
 
 def _cure(plan: Plan, emitter: Emitter, way: Way) -> str:
-    """What to do about light that is so faint, or comes from so thin a skin."""
+    """What to do about light that is so faint, or that comes from so thin an outer layer."""
     if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
         return (
-            "of what glows within so dense a body only a skin a mean free path thick is seen, in which hardly a history is"
-            " born; let its surface emit instead, Lambertian(radiance=emission / absorption)"
+            "only the outer mean free path of so dense a body is visible, and hardly any history is born"
+            " there; let its surface emit instead, Lambertian(radiance=emission / absorption)"
         )
     if max(way.absorbed, way.decay) > DEEPEST:
         passes = (
-            f"of what diffuses about exp(-{way.decay:.3g})"
+            f"about exp(-{way.decay:.3g}) of the diffusing light"
             if way.scattered
             else f"exp(-{way.depth:.3g}) of it"
         )
-        return f"{passes} passes, and no run tells less than {FAINTEST:.0e} of what a history is born with: look where it is less deep"
+        return (
+            f"{passes} is transmitted, and no run resolves less than {FAINTEST:.0e} of a birth weight:"
+            " place the detector at a smaller depth"
+        )
     if way.scattered == 0:
-        return f"exp(-{way.depth:.3g}) of it passes: use tracking='weighted'"
+        return f"exp(-{way.depth:.3g}) of it is transmitted: use tracking='weighted'"
     return (
-        "use Tracking(splitting=Splitting(start=..., end=..., gain=...)) along it, with a gain of about 1 / transmission:"
-        f" {math.exp(way.decay):.0e} if light diffuses"
+        "use Tracking(splitting=Splitting(start=..., end=..., gain=...)) along this path, with a gain of"
+        f" about 1 / transmission: {math.exp(way.decay):.0e} if light diffuses"
     )
 
 
 def way_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> Way:
-    """The straight way from the middle of where light is born to a detector: to its middle, or to its surface."""
+    """The straight path from the centre of an emitter to a detector: to its centre, or to its surface."""
     start = np.array(emitter.shape.middle, float)
     is_point = isinstance(place, tuple)
     ahead = np.array(place if is_point else place.middle, float) - start
@@ -101,7 +111,7 @@ def way_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> Way:
 
 
 def _through(scene: Scene, start: np.ndarray, direction: np.ndarray, distance: float) -> Way:
-    """Sums over the media that a straight line leads through; voxels count as if they were mixed."""
+    """Sum over the media along a straight line; a grid of voxels counts as its mean."""
     met = [crossings(surface.shape, start, direction).distances.ravel() for surface in scene.surfaces]
     ends = np.concatenate([[0.0], *met, [distance]])
     ends = np.unique(ends[(ends >= 0) & (ends <= distance)])
@@ -120,7 +130,7 @@ def _through(scene: Scene, start: np.ndarray, direction: np.ndarray, distance: f
 
 
 def _asymmetry(medium: Medium | Grid) -> float:
-    """The mean cosine of scattering; where it is not known as if all went forward, so that no way seems too deep."""
+    """Mean cosine of scattering; 1 if unknown, so that no path seems too deep."""
     match medium.phase:
         case HenyeyGreenstein(g=g):
             return g
@@ -131,4 +141,4 @@ def _asymmetry(medium: Medium | Grid) -> float:
 
 def _titled(plan: Plan, emitter: Emitter) -> str:
     numbers = [number for number, source in enumerate(plan.scene.sources) if source is emitter.source]
-    return f"sources[{numbers[0]}]" if numbers else "what glows"
+    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"

@@ -1,7 +1,8 @@
-"""Explain a detector that counted nothing, where geometry proves that no light can reach it.
+"""Explain a detector without a score if geometry proves that no light can reach it.
 
-The commonest slip is a normal the wrong way round.  Each proof below holds for every path of light, reflected and scattered
-paths included, so its warning names the cause for certain; a detector that was only missed by chance gets none of them.
+The most common mistake is a reversed normal.  Each proof holds for every path of light, reflected and
+scattered paths included, so the warning names the cause with certainty.  A detector that light missed by
+chance gets no such warning.
 """
 
 from __future__ import annotations
@@ -33,26 +34,30 @@ if TYPE_CHECKING:
     from transport.sources import Source
 
 Room = ClosedShape | Patches
-Sided = tuple[
-    Shape, str | None
-]  # a shape, and the side at which it counts or emits; None for a volume or a point
+# A shape, and the side at which it counts or emits; None for a volume or a point.
+Sided = tuple[Shape, str | None]
 
-ROOMS, BALLS = "opaque rooms", "balls about them"  # in scene.proofs
+ROOMS, BALLS = "opaque rooms", "balls about them"  # keys of scene.proofs
 
 
 def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector | None = None) -> str | None:
-    """Return why no light can reach a detector, and the cure; None where geometry does not prove it.
+    """Explain why no light can reach a detector; None if geometry does not prove it.
 
     Parameters
     ----------
     scene : Scene
-        The scene as the user wrote it, for forward and backward runs alike.
+        The scene as the user defined it, for forward and backward runs alike.
     title : str
-        What the warning calls the detector.
+        Name of the detector in the warning.
     place : Shape or (x, y, z)
         The surface of a Detector, the volume of a VolumeDetector, or a point [m].
     detector : Detector, optional
         The detector, if it counts at one side of a surface.
+
+    Returns
+    -------
+    str or None
+        The cause and what to do.
     """
     shape = place if isinstance(place, Shape) else Point(position=place)
     looks = (shape, None if detector is None else detector.side)
@@ -65,7 +70,7 @@ def why_dark(scene: Scene, title: str, place: Shape | Vector, detector: Detector
 def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool) -> bool:
     """Whether geometry proves that no light arrives at a detector, though light may depart from it.
 
-    False where departures are what one reads: of a surface by its name, and of a source.
+    False if the user reads departures: on a surface by its name, and on a source.
     """
     if not is_blind and is_on_surface(scene, shape, detector):
         return False
@@ -73,26 +78,29 @@ def cannot_arrive(scene: Scene, shape: Shape, detector: Detector, is_blind: bool
 
 
 def is_on_surface(scene: Scene, shape: Shape, detector: Detector) -> bool:
-    """Whether a detector is a surface, by its name, or lies on a source."""
+    """Whether a detector is on a named surface or on a source."""
     return isinstance(detector.shape, str) or _has_source_on(scene, shape)
 
 
 def none_crosses(scene: Scene, shape: Shape, detector: Detector) -> bool:
-    """Whether geometry proves that no light leaves from the side of a detector: none comes to its other side, and it is no surface."""
+    """Whether geometry proves that no light leaves the detector's side.
+
+    No light reaches its other side, and it is no surface.
+    """
     if is_on_surface(scene, shape, detector) or any(
         are_on_one_support(one, other)
         for surface in scene.surfaces
         for one, other in product(pieces(shape), pieces(surface.shape))
-    ):  # which sends back what arrives
+    ):  # such a surface reflects arrivals
         return False
     return _faces_away(scene, (shape, OTHER_SIDE[detector.side]))
 
 
 def none_can_arrive(detectors: list[Detector]) -> str:
-    """The warning of detectors at which no light can arrive."""
+    """The warning about detectors at which no light can arrive."""
     names = listed([repr(detector.name) for detector in detectors])
-    why = "every source, and nothing in front of {} reflects or scatters light. Reverse {}, write side={}, or read"
-    why += " flux_out and exitance, which count light from {}"
+    why = "every source, and nothing in front of {} reflects or scatters light. Reverse {}, write side={},"
+    why += " or read flux_out and exitance, which count light from {}"
     if len(detectors) > 1:
         why = why.format("them", "their normals", "'back' or 'front'", "behind")
         return f"no light can arrive at detectors {names}: they face away from {why}"
@@ -102,9 +110,10 @@ def none_can_arrive(detectors: list[Detector]) -> str:
 
 
 def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None) -> bool:
-    """Whether an opaque room encloses one of two shapes and not the other, so that no light passes between them.
+    """Whether an opaque room encloses one of two shapes and not the other, so that it blocks all light.
 
-    number: of the surface that the other one is, if it is any; a room of which it is a wall parts it from nothing.
+    number: index of the surface that the other shape is, if any; a room of which it is a wall separates it
+    from nothing.
     """
     return any(
         (_is_in(room, one) and _is_out(room, other)) or (_is_out(room, one) and _is_in(room, other))
@@ -114,12 +123,12 @@ def are_parted(scene: Scene, one: Sided, other: Sided, number: int | None = None
 
 
 def _is_opaque(scene: Scene, detector: Detector) -> bool:
-    """Whether a detector is a surface that lets nothing through, so that nothing departs where nothing arrives."""
+    """Whether a detector is an opaque surface, so that nothing departs where nothing arrives."""
     return any(s.name == detector.shape and not lets_through(s.material) for s in scene.surfaces)
 
 
 def _has_source_on(scene: Scene, shape: Shape) -> bool:
-    """Whether a source lies on a shape, so that particles depart from the shape as they are born."""
+    """Whether a source lies on a shape, so that particles depart from the shape at birth."""
     return any(
         source.emission.has_side and are_on_one_support(one, other)
         for source, origin in _sources(scene)
@@ -131,7 +140,7 @@ def _has_source_on(scene: Scene, shape: Shape) -> bool:
 
 
 def _walled_off(scene: Scene, looks: Sided) -> str | None:
-    """Opaque surfaces enclose the detector but not a source, or the source but not the detector, for every source."""
+    """Explain that opaque surfaces separate the detector from every source, by enclosing one of the two."""
     rooms = [room for room in _opaque_rooms(scene) if _is_in(room, looks) or _is_out(room, looks)]
     sources = list(_emitting(scene))
     for room in rooms:
@@ -141,7 +150,7 @@ def _walled_off(scene: Scene, looks: Sided) -> str | None:
     if None in parting:
         return None
     names = listed([_title(scene, room)[0] for room in dict.fromkeys(parting)])
-    return f"{names} part it from every source, and let no light through. Move the detector or a source"
+    return f"{names} separate it from every source, and let no light through. Move the detector or a source"
 
 
 def _parts(room: Room, looks: Sided, source: Sided) -> bool:
@@ -152,7 +161,10 @@ def _parts(room: Room, looks: Sided, source: Sided) -> bool:
 
 
 def _in_words(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> str:
-    """What encloses what, and the cure: the other side of the detector or of the sources, or another place."""
+    """Which walls enclose what, and what to do.
+
+    Change the side of the detector or the sources, or move one.
+    """
     (name, encloses), is_within = _title(scene, room), _is_in(room, looks)
     if is_within and all(
         side is not None and _is_in(room, (o, _other_side((o, side)))) for o, side in sources
@@ -173,13 +185,13 @@ def _in_words(scene: Scene, room: Room, looks: Sided, sources: list[Sided]) -> s
 
 
 def _title(scene: Scene, room: Room) -> tuple[str, str]:
-    """The names of a room's walls, and their verb."""
+    """The names of a room's walls, and the verb that follows them."""
     names = [titled(scene.surfaces[number], number) for number in room.numbers]
     return listed(names), "encloses" if len(names) == 1 else "together encloses"
 
 
 def _is_in(room: Room, sided: Sided) -> bool:
-    """Whether a shape surely lies in a room, and its side, if it has one, faces the inside."""
+    """Whether a shape is certainly in a room, and its side, if it has one, faces the inside."""
     shape, side = sided
     if side is None:
         return room.holds(shape)
@@ -192,7 +204,7 @@ def _is_in(room: Room, sided: Sided) -> bool:
 
 
 def _is_out(room: Room, sided: Sided) -> bool:
-    """Whether a shape surely lies outside of a room, or its side, if it has one, faces away from the room."""
+    """Whether a shape is certainly outside a room, or its side, if it has one, faces away from the room."""
     shape, side = sided
     if side is None:
         return room.clears(shape)
@@ -207,12 +219,12 @@ def _is_out(room: Room, sided: Sided) -> bool:
     is_round = shape.is_closed and not shape.is_infinite
     if is_round and all(least_distance(shape, wall.middle) > wall.extent for wall in room.shapes):
         place = _place_on(shape)
-        return place is not None and not room.holds(place)  # a surface about the room, or beside it
+        return place is not None and not room.holds(place)  # a surface around the room, or beside it
     return room.clears(shape)
 
 
 def _place_on(shape: Shape) -> Vector | None:
-    """A point of a closed surface; None of those that are not asked here."""
+    """A point on a closed surface; None for kinds of shapes that need none here."""
     x, y, z = shape.middle
     if isinstance(shape, Sphere):
         return x + shape.radius, y, z
@@ -222,7 +234,7 @@ def _place_on(shape: Shape) -> Vector | None:
 
 
 def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
-    """The opaque rooms that any of the shapes may lie in, for balls about both meet."""
+    """The opaque rooms whose bounding balls meet those of any of the shapes."""
     rooms = _opaque_rooms(scene)
     if BALLS not in scene.proofs:
         balls = [_ball_about(room.shapes) for room in rooms]
@@ -238,7 +250,7 @@ def _rooms_about(scene: Scene, *shapes: Shape) -> list[Room]:
 
 
 def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
-    """Middle and radius of a ball that holds all of them."""
+    """Centre and radius of a ball that contains all of the shapes."""
     if any(shape.is_infinite for shape in shapes):
         return (0.0, 0.0, 0.0), math.inf
     bounds = np.array([shape.bounds for shape in shapes])
@@ -248,7 +260,7 @@ def _ball_about(shapes: Sequence[Shape]) -> tuple[Vector, float]:
 
 
 def _opaque_rooms(scene: Scene) -> list[Room]:
-    """The rooms that opaque surfaces enclose; found once for a scene."""
+    """The rooms that opaque surfaces enclose; computed once per scene."""
     if ROOMS not in scene.proofs:
         opaque = {number: s for number, s in enumerate(scene.surfaces) if not lets_through(s.material)}
         scene.proofs[ROOMS] = rooms_of(opaque)
@@ -259,7 +271,7 @@ def _opaque_rooms(scene: Scene) -> list[Room]:
 
 
 def _behind_sources(scene: Scene, shape: Shape) -> str | None:
-    """The detector lies behind every source, all of them flat, and nothing redirects light."""
+    """Explain that the detector lies behind every source, all of them flat, and nothing redirects light."""
     emitting = list(_emitting(scene))
     if not emitting or any(True for _ in _redirecting(scene)):
         return None
@@ -269,8 +281,8 @@ def _behind_sources(scene: Scene, shape: Shape) -> str | None:
         if not is_flat or is_on_it or not is_behind(shape, origin, side):
             return None
     return (
-        "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources, or write"
-        " side='back' in them"
+        "it lies behind every source, and nothing reflects light to it. Reverse the normals of the sources,"
+        " or write side='back' in them"
     )
 
 
@@ -290,26 +302,26 @@ def _facing_away(looks: Sided) -> str:
 
 
 def _other_side(sided: Sided) -> str:
-    """The other side, "inside" or "outside" of a closed shape."""
+    """The other side; "inside" or "outside" for a closed shape."""
     shape, side = sided
     return OTHER_SIDE[side] if not shape.is_closed else "outside" if IS_BACK[side] else "inside"
 
 
-# ---- what emits light, and what redirects it ----
+# ---- emitting and redirecting shapes ----
 
 
 def _sources(scene: Scene) -> Iterator[tuple[Source, Shape]]:
-    """Every source, emitting media included, with its shape."""
+    """Every source with its shape, emitting media included."""
     return ((source, scene.shape_of(source)) for source in (*scene.sources, *glowing_sources(scene)))
 
 
 def _emitting(scene: Scene) -> Iterator[Sided]:
-    """The shape of every source, and the side that emits; None where all of a volume does."""
+    """The shape of every source, and its emitting side; None if a whole volume emits."""
     return ((origin, source.side if source.emission.has_side else None) for source, origin in _sources(scene))
 
 
 def _redirecting(scene: Scene) -> Iterator[Shape | None]:
-    """Shapes at or in which light may take another direction; None for a medium without known bounds."""
+    """Shapes at or in which light may change direction; None for a medium without known bounds."""
     if np.max(surrounding_of(scene).scattering) > 0:
         yield None
     for surface in scene.surfaces:
@@ -319,7 +331,7 @@ def _redirecting(scene: Scene) -> Iterator[Shape | None]:
 
 
 def _scattering(surface: Surface) -> Iterator[Shape | None]:
-    """The region beside a surface in which a medium scatters; None where the surface alone does not bound it."""
+    """The region beside a surface in which a medium scatters; None if the surface alone does not bound it."""
     for medium, is_bounded in ((surface.front, False), (surface.back, surface.shape.is_closed)):
         if medium is not None and np.max(medium.scattering) > 0:
             yield surface.shape if is_bounded else None

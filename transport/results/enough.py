@@ -1,5 +1,6 @@
-"""How many scores are enough to know an error bar: the one number for it."""
+"""The number of scores that is enough to know an error bar, defined once."""
 
-# Fewer scores than this are too few, wherever the question arises: the mean of 25 scores of one size has a skewness of
-# 25^-1/2 = 0.2, by which a 95 % interval covers 1 % less than it claims (Hall 1988, equation 2.5).
+# Fewer scores are too few everywhere: the mean of 25 scores of one size has a skewness of 25^-1/2 = 0.2, with
+# which a
+# 95 % interval covers 1 % less than it claims (Hall 1988, equation 2.5).
 MIN_SCORES = 25

@@ -1,6 +1,6 @@
-"""Error bars that are printed: of a single number from its own batches, of bins with the help of their neighbours.
+"""Error bars as printed: a single number's from its own batches, a bin's with the help of neighbouring bins.
 
-Batches, their correlations and sums over bins are not touched by it: see pooling.py.
+Batches, their correlations and sums over bins stay unchanged; see pooling.py.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from transport.results.pooling import Pooled, covers_circle, pooled_errors
 from transport.results.replicates import Replicates
 from transport.results.statistics import standard_error, welch_dof
 
-POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # axes of place and direction
+POOLED = ("u", "v", "x", "y", "z", "r", "mu", "theta", "phi", "vx", "vy", "vz")  # position, direction
 
 
 def error_bars_of(
@@ -27,11 +27,11 @@ def error_bars_of(
     Parameters
     ----------
     replicates : Replicates
-        Of bins (*dims).  Of very many bins, made part by part, each part is pooled by itself.
+        Of bins (*dims).  Chunked replicates are pooled within each chunk.
     coords : mapping of str to ndarray
         Edges of the bins along each axis, in the order of `dims`.
     units : mapping of str to str
-        Units of the axes; those in rad that go round are periodic.
+        Units of the axes; an axis in rad that covers the circle is periodic.
 
     Returns
     -------
@@ -46,6 +46,7 @@ def error_bars_of(
     ]
     if not replicates.is_in_parts:
         return _read_only(_of_bins(replicates, axes, periodic))
+    # Pool each chunk by itself; an axis that a chunk cuts is not periodic in it.
     kinds = (float, float, bool)
     rooms = Pooled(*(room_for(replicates.shape, kind) for kind in kinds))
     for box in replicates.boxes:
@@ -57,14 +58,14 @@ def error_bars_of(
 
 
 def _of_bins(replicates: Replicates, axes: list[int], periodic: list[int]) -> Pooled:
-    """Error bars of bins that are made at once."""
+    """Error bars of bins that are computed at once."""
     is_known, scores = np.equal(replicates.reason, None), replicates.scores
     has_few = (scores > 0) & (scores < MIN_SCORES) if replicates.shape else np.zeros((), dtype=bool)
     found = []
     for run, deviations in replicates.deviations.items() if axes else ():
         spread = np.abs(deviations).max(axis=0)
         pooled = pooled_errors(deviations, run.sizes, is_known & (spread > 0), axes, periodic)
-        if pooled is None:  # too few batches: the run's own errors, beside those of other runs
+        if pooled is None:  # too few batches: use the run's own errors beside those of other runs
             own = np.where(is_known, standard_error(deviations, run.sizes), np.nan)
             pooled = Pooled(own, np.full(own.shape, len(run) - 1.0), has_few)
         found.append(pooled)

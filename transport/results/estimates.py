@@ -1,4 +1,4 @@
-"""What a run found out: an estimate, or an array of them over bins, with standard errors and unit."""
+"""Estimates with standard error and unit: one number (Estimate) or an array over bins (EstimateArray)."""
 
 from __future__ import annotations
 
@@ -33,11 +33,49 @@ Index = int | np.integer | slice | EllipsisType
 
 
 class Estimate(Quantity[float, str | None]):
-    """One estimated number: `.value` ± `.error` (one standard error) in `.unit`, from `.batches` batches.
+    """One estimated number with its standard error and unit.
 
-    values: means of the batches, (B,);  exact: whether it is the same for every history by construction;
-    counts: number of scores, where it is known.  Estimates are of one run if their `run` is the same object;
-    arithmetic then keeps their correlations, batch by batch.  float(estimate) is the bare value.
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Means of the batches [unit], shape (B,).
+    run : Batches
+        The batches of the run.  Two estimates belong to one run if their `run` is the same object; arithmetic
+        then keeps their correlations, batch by batch.
+    unit : Unit or str
+        Unit of the values, such as "W m^-2".
+    exact : bool, default False
+        Whether the value is the same for every history by construction; its error is then 0.
+    counts : int, optional
+        Number of scores; None if it is not known.
+
+    Raises
+    ------
+    ValueError
+        If `values` has another shape than (B,).
+
+    Notes
+    -----
+    The value is the mean over all histories, and the error is one standard error of that mean from the spread
+    of the batches.  Arithmetic (+, -, *, /, ** and mixed with numbers) propagates errors with the
+    correlations of the run; nonlinear operations use the jackknife (Quenouille 1956; Tukey 1958).
+    `float(estimate)` is the bare value.  Estimates have no order: `<` and `>` raise TypeError.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import transport as tp
+    >>> from transport.results.estimates import Batches
+    >>> run = Batches(np.full(8, 100))
+    >>> flux = tp.Estimate(np.array([1.0, 1.1, 0.9, 1.05, 0.95, 1.0, 1.02, 0.98]), run, "W")
+    >>> print(flux)
+    (1.000 ± 0.021) W
+    >>> print(2 * flux)
+    (2.00 ± 0.04) W
+    >>> print(flux / flux)
+    1 (exact)
+    >>> print(f"{flux:.2f}")
+    (1.00 ± 0.02) W
     """
 
     def __init__(
@@ -57,7 +95,7 @@ class Estimate(Quantity[float, str | None]):
         self.unit = as_unit(unit)
         self.coords = {}
 
-    if TYPE_CHECKING:  # with an EstimateArray it gives one
+    if TYPE_CHECKING:  # the result with an EstimateArray is an EstimateArray
 
         @overload
         def __add__(self, other: Other) -> Other: ...
@@ -75,7 +113,7 @@ class Estimate(Quantity[float, str | None]):
         return self._in_words()
 
     def __format__(self, spec: str) -> str:
-        """Numbers as ".3f" says, the whole text as ">40" says; both may be given."""
+        """Format the numbers by a specification such as ".3f", the text by one such as ">40", or both."""
         text, number, sign = split_format(spec)
         return format(self._in_words(number, sign), text)
 
@@ -99,10 +137,10 @@ class Estimate(Quantity[float, str | None]):
         return words + self._doubt_in_words()
 
     def _doubt_in_words(self) -> str:
-        """What the error leaves out, after a number whose error is known; "" where nothing matters."""
-        if self.reason not in (None, CONSTANT):  # which says more
+        """Text after a known error: the worst finding; "" if none matters."""
+        if self.reason not in (None, CONSTANT):  # the reason says more
             return ""
-        told = UNKNOWN if self.reason == CONSTANT else None  # that they are all the same is said
+        told = UNKNOWN if self.reason == CONSTANT else None  # the text already names this finding
         worst = next((finding for finding in self.findings if finding.name != told), None)
         if worst is None:
             return ""
@@ -121,12 +159,53 @@ class Estimate(Quantity[float, str | None]):
 
 
 class EstimateArray(Quantity[np.ndarray, np.ndarray]):
-    """Estimates over bins: `.value` and `.error` are arrays with the axes `.dims` and bin edges `.coords`.
+    """Estimates over bins, with named axes, bin edges and a unit.
 
-    values: means of the batches, (B, *dims);  coords: for each name in dims the edges of its n bins; "time" may be n instants;
-    counts: number of scores in each bin, (*dims), where it is known;  exact: as for Estimate;  axis_units: those of u and v.
-    An element is an Estimate; arithmetic matches axes by name, and plain arrays by NumPy's broadcasting.
-    NumPy's functions take the bare values, but those that would lose errors for which there is a method.
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Means of the batches [unit], shape (B, *dims).
+    run : Batches
+        The batches of the run, as for Estimate.
+    unit : Unit or str
+        Unit of the values.
+    dims : sequence of str
+        Names of the axes, such as ("mu", "phi").
+    coords : dict of str to numpy.ndarray
+        For each name in `dims` the n + 1 edges of its n bins; "time" may have n instants instead.
+    counts : numpy.ndarray, optional
+        Number of scores in each bin, shape (*dims); None if it is not known.
+    exact : bool, default False
+        As for Estimate.
+    axis_units : mapping of str to str, optional
+        Units of the axes "u" and "v", which depend on the shape of the detector.
+
+    Raises
+    ------
+    ValueError
+        If `dims`, `coords` and the shape of `values` do not match.
+
+    Notes
+    -----
+    An element is an Estimate, a slice an EstimateArray.  Arithmetic matches axes by name, and matches plain
+    arrays by NumPy's broadcasting.  NumPy functions receive the bare values, except those that would lose
+    errors and for which there is a method (`numpy.sum`, `numpy.mean`, ...): they raise TypeError.  The error
+    of a bin also uses neighbouring bins; the error of a sum comes from the batches alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import transport as tp
+    >>> from transport.results.estimates import Batches
+    >>> run = Batches(np.full(4, 10))
+    >>> values = np.array([[1.0, 2.0], [1.1, 2.1], [0.9, 1.9], [1.05, 1.95]])
+    >>> flux = tp.EstimateArray(values, run, "W", ("x",), {"x": np.array([0.0, 1.0, 2.0])})
+    >>> flux
+    <EstimateArray (x: 2) 1.012 to 1.988 W, median relative error 3.2e-02>
+    >>> print(flux[0])
+    (1.01 ± 0.04) W
+    >>> print(flux.sum("x"))
+    (3.00 ± 0.08) W
     """
 
     def __init__(
@@ -149,12 +228,22 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Names of the axes."""
+        """Names of the axes, in order.
+
+        Returns
+        -------
+        tuple of str
+        """
         return tuple(self.coords)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers of bins along the axes."""
+        """Numbers of bins along the axes.
+
+        Returns
+        -------
+        tuple of int
+        """
         return self._replicates.shape
 
     def __len__(self) -> int:
@@ -187,7 +276,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         if function in _KEEPS_ERRORS:
             method = _KEEPS_ERRORS[function]
             raise TypeError(
-                f"numpy.{function.__name__} would lose the errors; write .{method}() or .{method}(dim),"
+                f"numpy.{function.__name__} would lose the errors; use .{method}() or .{method}(dim),"
                 f" or numpy.{function.__name__}(estimates.value)"
             )
         return function(*_bare(args), **_bare(kwargs))
@@ -195,12 +284,41 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     def __float__(self) -> float:
         if self._replicates.value.size != 1:
             raise TypeError(
-                f"Only an array of one bin is a number, this has the bins {self.shape}; index it or take .value"
+                f"Only an array of one bin converts to float; this one has bins {self.shape}:"
+                " index it or use .value"
             )
         return self._replicates.value.item()
 
     def sum(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
-        """Sum over the axis or axes of this name, or over all; bins without a score add nothing."""
+        """Sum over bins.
+
+        Parameters
+        ----------
+        dim : str or tuple of str, optional
+            Axis or axes to sum over; None for all.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            The sum [unit]; an Estimate if no axis is left.  Bins without a score add 0.  Its error comes from
+            the batches, with the correlations between bins.
+
+        Raises
+        ------
+        ValueError
+            If the array has no axis of that name.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.results.estimates import Batches
+        >>> counts = np.array([[1.0, 2.0], [3.0, 4.0]])
+        >>> edges = {"x": np.array([0.0, 1.0, 3.0])}
+        >>> array = tp.EstimateArray(counts, Batches(np.full(2, 5)), "1", ("x",), edges)
+        >>> print(array.sum())
+        (5.0 ± 2.0)
+        """
         replicates, left, shape = self._replicates, list(self.dims), self.shape
         axes = tuple(left.index(name) for name in self._axes(dim, "sum"))
         for name in self._axes(dim, "sum"):
@@ -217,7 +335,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         )
 
     def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
-        """Its findings, with bounds changed so."""
+        """Yield the findings with their bounds transformed by `change`."""
         return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
 
     @property
@@ -225,14 +343,35 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return self.sum()
 
     def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
-        """Mean of the bins along the axis or axes of this name, or of all; wide bins weigh no more than others."""
+        """Mean over bins, unweighted: a wide bin has the same weight as a narrow one.
+
+        Parameters
+        ----------
+        dim : str or tuple of str, optional
+            Axis or axes to average over; None for all.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            The mean [unit]; an Estimate if no axis is left.
+
+        Raises
+        ------
+        ValueError
+            If the array has no axis of that name.
+        """
         bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
         return self.sum(dim) / math.prod(bins)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Dataset with `value`, `error` and `doubtful`; coordinates are the bins' centres, and <name>_low and <name>_high.
+        """Convert to an xarray Dataset (needs xarray).
 
-        Instants of time have neither.
+        Returns
+        -------
+        xarray.Dataset
+            Variables `value` and `error` [unit] and `doubtful` (bool) with the axes as dimensions.
+            Coordinates are the centres of the bins, with <name>_low and <name>_high for their edges; instants
+            of time have no edges.
         """
         import xarray
 
@@ -279,7 +418,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
         return made
 
     def _axes(self, dim: str | tuple[str, ...] | None, method: str) -> tuple[str, ...]:
-        """Names of the axes meant, each once.  Raises ValueError for one that there is not."""
+        """Names of the selected axes, each once.  Raises ValueError for an unknown name."""
         names = self.dims if dim is None else (dim,) if isinstance(dim, str) else tuple(dim)
         for name in names:
             if name not in self.dims:
@@ -290,7 +429,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
 if TYPE_CHECKING:
 
     class EstimateAndArray(EstimateArray, Estimate):
-        """What both can: the bins decide which of them a quantity is, and no type checker knows the bins."""
+        """The members of both classes, for type checkers: the bins decide which class a quantity is."""
 
         value: Any
         error: Any
@@ -305,25 +444,29 @@ if TYPE_CHECKING:
 
         __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __add__
 
-    EstimateOrArray = EstimateAndArray | Any  # goes where either goes; a name that neither has is an error
+    EstimateOrArray = EstimateAndArray | Any  # accepted where either class is; an unknown name is an error
 else:
     EstimateOrArray = Estimate | EstimateArray
 
 
 def as_unit(unit: Unit | str) -> Unit:
-    """The unit, read from its text where it is one."""
+    """Parse a unit from text; return a Unit unchanged."""
     return Unit.parse(unit) if isinstance(unit, str) else unit
 
 
 def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> EstimateOrArray:
-    """An Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
+    """Make an Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
     made = object.__new__(EstimateArray if coords else Estimate)
     made._replicates, made.unit, made.coords = replicates, unit, coords
     return made
 
 
 def _together(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
-    """The bound of a sum over bins: of all their parts, or where what has not scored may fall into one of them only, the largest."""
+    """Bound of a sum over bins (*dims).
+
+    With `adds` the bounds of the bins add; otherwise the missing score falls into any one bin, and the
+    largest counts.
+    """
     if adds or not bound.size:
         return bound.sum(axis=axes)
     low, high = np.nanmin(bound, axis=axes, initial=0.0), np.nanmax(bound, axis=axes, initial=0.0)
@@ -346,7 +489,7 @@ def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, n
 
 
 def _bare(argument: object) -> object:
-    """The argument of a function with the values of each EstimateArray in its place."""
+    """Replace each EstimateArray in a function's argument by its values."""
     if isinstance(argument, EstimateArray):
         return argument.value
     if isinstance(argument, dict):
@@ -355,7 +498,7 @@ def _bare(argument: object) -> object:
 
 
 def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
-    """The index as one whole number or slice for every axis.  Raises IndexError for any other kind."""
+    """Complete an index to one whole number or slice per axis.  Raises IndexError for any other kind."""
     index = index if isinstance(index, tuple) else (index,)
     if Ellipsis not in index:
         index += (Ellipsis,)
@@ -364,7 +507,7 @@ def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | sli
     index = index[:place] + (slice(None),) * missing + index[place + 1 :]
     if missing < 0 or not all(_is_index(along) for along in index):
         raise IndexError(
-            "Index with whole numbers, slices of step 1 and one ellipsis; for others take .value"
+            "Index with whole numbers, slices of step 1 and one ellipsis; for other indices use .value"
         )
     for axis, (along, length) in enumerate(zip(index, shape, strict=True)):
         if not isinstance(along, slice) and not -length <= along < length:

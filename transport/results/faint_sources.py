@@ -1,4 +1,7 @@
-"""Sources so faint beside the others that hardly a history is born on them: what they alone light is not told."""
+"""Diagnostic "faint source".
+
+Sources with so small a share of the power that hardly any history is born on them.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def faint_sources(plan: Plan, particles: int) -> list[str]:
-    """A warning for each source of which a run of so many histories has next to none; sources are drawn by their power."""
+    """A warning for each source with fewer than MIN_SCORES expected histories; births are drawn by power."""
     if plan.turned is not None:
         return []
     total = math.fsum(emitter.bound for emitter in plan.emitters)
@@ -24,7 +27,8 @@ def faint_sources(plan: Plan, particles: int) -> list[str]:
                 f"the source on {source.shape!r}" if isinstance(source.shape, str) else f"sources[{number}]"
             )
             found.append(
-                f"{title} has {share:.2g} of all power and so about {particles * share:.2g} of {particles} histories: what"
-                " it alone lights is not told; run it in a scene of its own and add the results"
+                f"{title} has {share:.2g} of the total power and so about {particles * share:.2g} of"
+                f" {particles} histories: light that only it provides is not resolved; simulate it in a"
+                " separate scene and add the results"
             )
     return found

@@ -1,6 +1,6 @@
-"""Replicates of so many bins that they are made part by part: their values and errors are kept, aside, deviations are not.
+"""Chunked replicates of very many bins: values and errors are memory-mapped, deviations are recomputed.
 
-Arithmetic with them is done part by part as well, when its values are asked for, with the functions for single ones.
+Arithmetic is also done by chunk, when its values are read, with the functions for plain replicates.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from transport.results.stacked import MOST_OF_A_PART, Box, Stacked, boxes_of, cu
 
 
 class InParts(Replicates):
-    """Replicates of `bins` in boxes.
+    """Replicates of `bins`, computed in boxes.
 
-    part: makes those of a box;  order: axes, those first along which boxes are cut.  What needs the deviations of all bins at
-    once gets them, and takes their memory.
+    part: function that computes those of a box;  order: axes, in the order in which boxes are cut.  An
+    operation on the deviations of all bins at once gets them, and takes their memory.
     """
 
     is_in_parts = True
@@ -35,11 +35,11 @@ class InParts(Replicates):
         batches = max(len(run) for run in runs)
         boxes = boxes_of(bins, order, max(1, MOST_OF_A_PART // batches))
         known = {"bins": bins, "order": order, "runs": runs, "part": part, "boxes": boxes, "exact": is_exact}
-        vars(self).update(known)  # the dataclass is frozen, and what it holds is made below
+        vars(self).update(known)  # the dataclass is frozen, and its other fields are computed below
 
     @classmethod
     def of_batches(cls, values: Stacked, run: Batches, exact: bool, counts: Stacked | None) -> InParts:
-        """As of Replicates; counts: numbers of scores by batch."""
+        """As Replicates.of_batches; counts: numbers of scores by batch."""
 
         def part(box: Box) -> Replicates:
             scores = None if counts is None else counts.part(box).sum(axis=0)
@@ -65,7 +65,7 @@ class InParts(Replicates):
 
     @cached_property
     def _known(self) -> tuple[np.ndarray, np.ndarray]:
-        """Values and errors, which take one look at the batches."""
+        """Values and errors, from one pass over the batches."""
         known = room_for(self.bins, float), room_for(self.bins, float)
         for box in self.boxes:
             part = self.part(box)
@@ -133,7 +133,7 @@ class InParts(Replicates):
         return Replicates(value, deviations, scores, self.runs, scale)
 
     def mapped(self, function: Callable[..., Replicates], operands: tuple[Replicates, ...]) -> InParts:
-        """A function of replicates with these bins, or one along an axis; of which this is one."""
+        """A function of replicates with these bins, or one along an axis; this object is one of them."""
         uncertain = [run for each in operands if not each.is_exact for run in each.runs]
         runs = tuple(dict.fromkeys(uncertain or [run for each in operands for run in each.runs]))
 
@@ -155,7 +155,7 @@ class InParts(Replicates):
 def replicates_of(
     values: np.ndarray | Stacked, run: Batches, exact: bool, counts: np.ndarray | Stacked | None
 ) -> Replicates:
-    """Replicates from the means of the batches, (B, *dims); counts: scores, (*dims), or by batch where they are stacked."""
+    """Make replicates from the means of the batches, (B, *dims); counts: (*dims), or by batch if chunked."""
     kind = InParts if isinstance(values, Stacked) else Replicates
     return kind.of_batches(values, run, exact, counts)
 

@@ -1,4 +1,4 @@
-"""A detector's integer sums as arrays over its bins, and as estimates: what all its quantities are made of."""
+"""A detector's integer sums as arrays over its bins and as estimates, the basis of all its quantities."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from transport.results.stacked import Box, Stacked, counts_told, in_box, is_larg
 from transport.units import Unit
 
 ARRIVALS, DEPARTURES = 0, 1
-STORED = (
+STORED = (  # axes of the rows, in the order of the distance between their bins in memory, largest first
     "time",
     "speed",
     "u",
     "v",
     "turn",
     "mu",
-)  # axes of the rows, those first whose bins lie farthest apart
-MOMENTS = ("momentum", "speeds", "squares")  # of the three rows of velocity sums behind each row of scores
+)
+MOMENTS = ("momentum", "speeds", "squares")  # the three rows of velocity sums behind each row of scores
 
 
 class MeterSums:
     """Sums of one detector in the batches of a run.
 
-    kind: "weights" (in the unit of the run), "counts", "slants", or one of MOMENTS;  side: ARRIVALS or DEPARTURES.
-    Arrays have the axes (batches, time, speed, ...), the latter two of length 1 where they are not binned; of very many
-    bins they are Stacked, made part by part.
+    kind: "weights" (in the unit of the run), "counts", "slants", or one of MOMENTS;  side: ARRIVALS or
+    DEPARTURES.  Arrays have the axes (batches, time, speed, ...), the latter two of length 1 if they are not
+    binned; with very many bins they are Stacked (computed in chunks).
     """
 
     def __init__(self, plan, batches, run, detector: Detector) -> None:
@@ -43,7 +43,7 @@ class MeterSums:
 
     @cached_property
     def outer_axes(self) -> dict[str, np.ndarray]:
-        """Edges of the bins of time [s] and speed [m/s], of those that there are."""
+        """Edges of the bins of time [s] and speed [m/s], if any."""
         axes = {"time": self.detector.time_edges(self.scene.duration), "speed": self.detector.speed_edges()}
         return {name: edges for name, edges in axes.items() if edges is not None}
 
@@ -61,7 +61,10 @@ class MeterSums:
 
     @cached_property
     def seconds(self) -> np.ndarray:
-        """How long each bin of time is [s], (time, speed); the duration where time is not binned, 1 without a clock."""
+        """Length of each time bin [s], (time, speed).
+
+        The duration if time is not binned, 1 without a clock.
+        """
         edges = self.outer_axes.get("time", np.array([0.0, self.plan.tempo]))
         return np.repeat(np.diff(edges)[:, None], self.cells["speed"], axis=1)
 
@@ -72,7 +75,7 @@ class MeterSums:
         return self.blocks(kind, side).sum(axis=-1)
 
     def by_place(self, kind: str, side: int) -> np.ndarray | Stacked:
-        """Sums over all directions, (B, time, speed, u, v) without axes that are not binned."""
+        """Sums over all directions, (B, time, speed, u, v), without axes that are not binned."""
         if not self.place_axes:
             return self.whole(kind, side)
         inner = 3 + len(self.place_axes)
@@ -83,9 +86,9 @@ class MeterSums:
         return bins.sum(axis=tuple(range(inner, bins.ndim)))
 
     def by_direction(self, kind: str, side: int) -> np.ndarray | Stacked:
-        """Sums in all bins, (B, time, speed, u, v, mu or theta, phi) without axes that are not binned."""
+        """Sums in all bins, (B, time, speed, u, v, mu or theta, phi), without axes that are not binned."""
         if self.is_large:
-            # Azimuths lie farther apart than cosines.
+            # In memory azimuths lie farther apart than cosines.
             order = sorted(range(len(self._lengths)), key=lambda axis: STORED.index(self._stored[axis]))
             shape = (len(self.batches), *self._lengths)
             return Stacked(shape, tuple(order), lambda box: self._in_box(kind, side, box))
@@ -94,7 +97,7 @@ class MeterSums:
         return self._arranged(blocks.reshape(*blocks.shape[:3], *inner))
 
     def _arranged(self, values: np.ndarray) -> np.ndarray:
-        """Sums (B, time, speed, u, v, azimuth, cosine), as they are stored, in the order of quantities."""
+        """Put stored sums (B, time, speed, u, v, azimuth, cosine) into the order of the quantities."""
         values = values.swapaxes(5, 6)
         if "theta" in self.direction_axes:
             values = values[..., ::-1, :]  # stored by rising cosine
@@ -109,7 +112,10 @@ class MeterSums:
         counts: np.ndarray,
         exact: bool = False,
     ) -> EstimateOrArray:
-        """Sums (B, time, speed, *axes), in units of a run's whole, as means over histories; counts: as the sums."""
+        """Turn sums (B, time, speed, *axes), in units of a whole run, into means over histories.
+
+        Counts alike.
+        """
         axes = self.outer_axes | axes
         shape = [len(edges) - 1 for edges in axes.values()]
         sizes = self.run.sizes.reshape(-1, *(1,) * len(shape))
@@ -122,23 +128,26 @@ class MeterSums:
         return EstimateArray(values, self.run, unit, tuple(axes), axes, counts, exact, units)
 
     def blocks(self, kind: str, side: int) -> np.ndarray:
-        """The detector's rows, (B, time, speed, block): the first row of a block fell outside its other bins."""
+        """The detector's rows, (B, time, speed, block).
+
+        The first row of a block is outside its other bins.
+        """
         outer, block = (self.cells["time"], self.cells["speed"]), block_rows(self.cells)
         return self._rows(kind, side, 0, math.prod(outer) * block).reshape(-1, *outer, block)
 
     @property
     def is_large(self) -> bool:
-        """Whether its rows of all batches are too many to be made at once; those of one are not."""
+        """Whether the rows of all batches are too many for one array; those of one batch are not."""
         return is_large((len(self.batches), *self._lengths))
 
     @property
     def _one_by_one(self) -> Iterator[MeterSums]:
-        """The same of each batch alone."""
+        """The sums of each batch alone."""
         return (MeterSums(self.plan, [batch], self.run, self.detector) for batch in self.batches)
 
     @cached_property
     def _stored(self) -> list[str]:
-        """What the axes of `by_direction` are called where rows are stored."""
+        """Names of the axes of `by_direction` in the order of storage."""
         named = {"theta": "mu", "phi": "turn"}
         return ["time", "speed", *(named.get(name, name) for name in self.place_axes | self.direction_axes)]
 
@@ -148,7 +157,7 @@ class MeterSums:
         return tuple(self.cells[name] for name in self._stored)
 
     def _in_box(self, kind: str, side: int, box: Box) -> np.ndarray:
-        """Sums by direction in a box of the bins: of each time and speed one stretch of rows, and of these what is asked for."""
+        """Sums by direction in a box of bins, cut out of one stretch of rows per time and speed."""
         spans = {name: slice(0, count) for name, count in self.cells.items()}
         spans |= dict(zip(self._stored, box, strict=True))
         if "theta" in self.direction_axes:
@@ -165,7 +174,7 @@ class MeterSums:
         return self._arranged(values.reshape(len(values), len(times), len(speeds), *values.shape[2:]))
 
     def _rows(self, kind: str, side: int, start: int, many: int) -> np.ndarray:
-        """So many of the detector's rows, (B, many), with what events told it."""
+        """`many` of the detector's rows, (B, many), with the scores of next-event estimation."""
         first = (
             self.plan.bases[self.detector.name] + is_blocked(self.detector) + side * self.plan.half + start
         )
@@ -180,7 +189,7 @@ class MeterSums:
 
     @cached_property
     def _scale(self) -> float | None:
-        """By how much the sums of what events told it are too large; None where none did."""
+        """Factor by which next-event sums are too large; None without next-event estimation."""
         name = self.detector.name
         return next((each.scale for each in self.plan.expectations if each.detector.name == name), None)
 

@@ -1,10 +1,11 @@
-"""Whether a point lies so near to what sends diffusely that a run misses what that sends: walls, emitters, thick media.
+"""Diagnostic "near emitter": whether a run misses light of a wall, emitter or thick medium near a point.
 
-Half of what reaches a point at the small distance d from a diffuse wall leaves it within about d of the foot.  Where
-hardly any history does so, all that it brings is missing, and so is its variance: neither scores nor errors tell.
-Geometry does: what a single history at the foot would add, w cos / (pi d^2), is known, and must not matter.
-With n of them a pi d^2 it is sqrt(2 / n) errors of what the wall sends, whose scores s then have
-(sum of s^2)^2 / (sum of s^4) = 5 n / 4.  A medium that scatters is such a wall, as rough as its mean free path is long.
+Half of the light that reaches a point at the small distance d from a diffuse wall leaves the wall within
+about d of the nearest spot (the foot).  If hardly any history leaves there, all of its light is missing, and
+so is its variance: neither scores nor errors show it.  Geometry shows it: a single history at the foot would
+add w cos / (pi d^2), which must not matter.  With n histories per area pi d^2 it is sqrt(2 / n) errors of the
+wall's light, whose scores s then have (sum of s^2)^2 / (sum of s^4) = 5 n / 4.  A scattering medium counts as
+such a wall, as rough as its mean free path is long.
 """
 
 from __future__ import annotations
@@ -32,28 +33,27 @@ if TYPE_CHECKING:
     from transport.media import Grid, Medium
     from transport.results.estimates import Estimate
 
-NEAR = 0.25  # of a wall's extent: from farther away a run without its light is one without light
+NEAR = 0.25  # of a wall's extent: from farther away the wall cannot matter unless the run has no light at all
 
 
 @dataclass(frozen=True)
 class NearWall:
-    """A wall or an emitter near a point, and what a run knows of what it sends from about the foot."""
+    """A wall or an emitter near a point, and what a run knows of the light from about the foot."""
 
     title: str
     distance: float  # [m]
-    added: float  # by one history of the largest weight that leaves it nearest to the point [W m^-2]
-    expected: float  # about how many full histories leave it within d of the foot
+    added: float  # by one history of the largest weight that leaves nearest to the point [W m^-2]
+    expected: float  # about how many full histories leave within d of the foot
     extent: float  # [m]
-    is_about: bool = False  # a medium that the point is in; then d is its mean free path
-    is_small: bool = (
-        False  # a lamp farther away than it is large; then histories are counted wherever they leave it
-    )
+    is_about: bool = False  # a medium around the point; then d is its mean free path
+    # A lamp farther away than it is large: births count wherever they are on it.
+    is_small: bool = False
 
 
 def near_walls_of_point(
     plan: Plan, name: str, point: Vector, fluence: Estimate, particles: int
 ) -> Iterator[Finding]:
-    """The wall that may add most to a point detector, with the bound as a fluence rate [W m^-2]; nothing where none may."""
+    """The wall that may add most to a point detector, if any; the bound is a fluence rate [W m^-2]."""
     if not fluence.value > 0:
         return
     found = [
@@ -65,33 +65,41 @@ def near_walls_of_point(
         return
     expected = f"only about {wall.expected:.2g} histories are expected"
     if wall.is_about:
-        what = f"light scattered close by in {wall.title} not sampled: {expected} within a mean free path, {wall.distance:.3g} m"
+        what = (
+            f"light scattered nearby in {wall.title} not sampled: {expected} within a mean free path,"
+            f" {wall.distance:.3g} m"
+        )
         cure = ""
     elif wall.is_small:
         what = (
             f"light of {wall.title}, {wall.distance:.3g} m away, hardly sampled: {expected} to be born there"
         )
-        cure = "run it in a scene of its own and add the results, "
+        cure = "simulate it in a separate scene and add the results, "
     else:
-        what = f"light of {wall.title}, {wall.distance:.3g} m away, not sampled: {expected} to leave so close to it"
+        what = (
+            f"light of {wall.title}, {wall.distance:.3g} m away, not sampled: {expected}"
+            " to leave so close to it"
+        )
         clear = min(wall.distance * math.sqrt(2 * MIN_SCORES / max(wall.expected, 1e-99)), NEAR * wall.extent)
-        cure = f"move the point to at least {clear:.2g} m off it, "
-    cure += "use more particles, or count by a small VolumeDetector"
+        cure = f"move the point to at least {clear:.2g} m from it, "
+    cure += "use more particles, or use a small VolumeDetector"
     yield Finding(DOUBTFUL, f"point detector {name!r}", "", what, bound, cure, name="near emitter")
 
 
 def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> Iterator[NearWall]:
-    """Diffuse walls, media and emitters of which fewer than MIN_SCORES histories are expected from about the foot."""
-    born = plan.unit / (math.pi * particles)  # added by one history straight above a place 1 m away
+    """Diffuse walls, media and emitters with fewer than MIN_SCORES expected histories at the foot."""
+    born = plan.unit / (math.pi * particles)  # added by one history straight above a spot 1 m away
     one = born / _importance(plan, point)
-    reach = math.sqrt(4 * MIN_SCORES * one / fluence.value)  # from farther away so many are expected
+    reach = math.sqrt(4 * MIN_SCORES * one / fluence.value)  # from farther away enough are expected
+    # Diffuse walls.
     for title, piece, material in _walls(plan, point, reach):
         share = _sent(material, _side(piece, point) if isinstance(material, TwoSided) else 0.0)
         distance = _distance(piece, point, reach)
         if distance is not None and not _is_dark(plan, share, fluence):
-            arrivals = distance**2 * fluence.value / 4 / one  # as in light from everywhere
+            arrivals = distance**2 * fluence.value / 4 / one  # as in isotropic light
             added = one * share * _steepness(piece, point, distance)
             yield NearWall(title, distance, added, arrivals, piece.extent)
+    # Scattering media.
     for title, shape, medium in _scatterers(plan, point):
         path, share = _free_path(medium)
         distance = path if shape is None else _distance(shape, point, reach, path)
@@ -99,6 +107,7 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
             arrivals = distance**2 * fluence.value / 4 / one
             extent = math.inf if shape is None else shape.extent
             yield NearWall(title, distance, one * share / distance**2, arrivals, extent, shape is None)
+    # Emitters, small ones as a whole and large ones by the foot.
     for title, emitter in _even_emitters(plan):
         if (lamp := _small_lamp(plan, title, emitter, point, particles, born)) is not None:
             yield lamp
@@ -117,9 +126,9 @@ def _senders(plan: Plan, point: Vector, fluence: Estimate, particles: int) -> It
 def _small_lamp(
     plan: Plan, title: str, emitter: Emitter, point: Vector, particles: int, born: float
 ) -> NearWall | None:
-    """A lamp that is small as seen from the point, all of whose births count much alike; None where it is large or looks away.
+    """A lamp that is small as seen from the point, so that births score alike; None if large or facing away.
 
-    born: what a birth straight below a place 1 m away adds there [W m^-2].
+    born: score of a birth straight below a spot 1 m away [W m^-2].
     """
     distance = 0.0 if emitter.shape.is_infinite else least_distance(emitter.shape, point)
     looks = emitter.source.emission.has_side
@@ -133,12 +142,12 @@ def _small_lamp(
 
 
 def _importance(plan: Plan, point: Vector) -> float:
-    """By how much histories there have been split: what one weighs is as much less."""
+    """Factor by which histories at the point are split; their weight is smaller by it."""
     return math.exp(plan.tracking.splitting.rise_at(point)) if plan.splits else 1.0
 
 
 def _walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape, Material]]:
-    """All within reach that reflects or lets through diffusely, piece by piece."""
+    """Walls within reach that reflect or transmit diffusely, piece by piece."""
     for number, surface in enumerate(plan.scene.surfaces):
         if not _is_beyond(surface.shape, point, reach) and any(
             isinstance(part, Diffuse) for part in simple_parts(surface.material)
@@ -148,29 +157,34 @@ def _walls(plan: Plan, point: Vector, reach: float) -> Iterator[tuple[str, Shape
 
 
 def _scatterers(plan: Plan, point: Vector) -> Iterator[tuple[str, Shape | None, Medium | Grid]]:
-    """The media that scatter: of those elsewhere their boundaries, piece by piece; of the one about the point None."""
+    """The scattering media: boundaries of media elsewhere, piece by piece.
+
+    None for the medium around the point.
+    """
     if not plan.scatters:
         return
     bodies, holders = nested(plan.scene)
     bits = int(body_bits_around(plan.scene, np.array([point]))[0])
     about = (bits & -bits).bit_length() - 1
     if about < 0 and np.any(surrounding_of(plan.scene).scattering):
-        yield "a medium that scatters", None, surrounding_of(plan.scene)
+        yield "a scattering medium", None, surrounding_of(plan.scene)
     for number, body in enumerate(bodies):
         faces = [(plan.scene.surfaces[k].shape, titled(plan.scene.surfaces[k], k)) for k in body.surfaces]
         extent = max(shape.extent for shape, _ in faces)
         if number == about and _free_path(body.medium)[0] < NEAR * extent:
-            yield f"what scatters inside {faces[0][1]}", None, body.medium
-        beyond = min(holders[number], default=-1)  # each comes before those that hold it
+            yield f"the scattering medium inside {faces[0][1]}", None, body.medium
+        beyond = min(holders[number], default=-1)  # each body comes before those that contain it
         for side, where in ((number, "inside"), (beyond, "beyond")):
             medium = bodies[side].medium if side >= 0 else surrounding_of(plan.scene)
             if side != about and np.any(medium.scattering):
                 for shape, title in faces:
-                    yield from ((f"what scatters {where} {title}", piece, medium) for piece in pieces(shape))
+                    yield from (
+                        (f"the scattering medium {where} {title}", piece, medium) for piece in pieces(shape)
+                    )
 
 
 def _free_path(medium: Medium | Grid) -> tuple[float, float]:
-    """The mean free path [m] in a medium, and its albedo; in one of voxels as if they were mixed."""
+    """Mean free path [m] in a medium and its albedo; a grid of voxels counts as its mean."""
     scattering = float(np.mean(medium.scattering))
     extinction = scattering + float(np.mean(medium.absorption))
     return (1 / extinction, scattering / extinction) if scattering else (math.inf, 0.0)
@@ -187,7 +201,7 @@ def _even_emitters(plan: Plan) -> Iterator[tuple[str, Emitter]]:
 
 
 def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> float | None:
-    """The distance [m], or `least` where it is nearer; None unless that is within reach and small against the shape."""
+    """The distance [m], at least `least`; None unless it is within reach and small against the shape."""
     reach = min(reach, NEAR * shape.extent)
     if _is_beyond(shape, point, reach):
         return None
@@ -196,12 +210,12 @@ def _distance(shape: Shape, point: Vector, reach: float, least: float = 0.0) -> 
 
 
 def _is_beyond(shape: Shape, point: Vector, reach: float) -> bool:
-    """Whether a shape is surely farther away than that [m]."""
+    """Whether a shape is certainly farther away than `reach` [m]."""
     return not shape.is_infinite and math.dist(point, shape.middle) - shape.extent > reach
 
 
 def _steepness(shape: Shape, point: Vector, distance: float) -> float:
-    """cos / d^2 [m^-2] as seen from the nearest place; beside a flat shape it is low."""
+    """cos / d^2 [m^-2] from the nearest spot; it is small beside a flat shape."""
     cosine = abs(_height(shape, point)) / distance if isinstance(shape, FlatShape) else 1.0
     return min(cosine, 1.0) / distance**2
 
@@ -211,7 +225,7 @@ def _height(shape: FlatShape, point: Vector) -> float:
 
 
 def _side(shape: Shape, point: Vector) -> float:
-    """+1 in front of a shape, -1 behind or within it, 0 where neither is known."""
+    """+1 in front of a shape, -1 behind or inside it, 0 if neither is known."""
     match shape:
         case FlatShape():
             return math.copysign(1.0, _height(shape, point))
@@ -223,7 +237,7 @@ def _side(shape: Shape, point: Vector) -> float:
 
 
 def _sent(material: Material, side: float) -> float:
-    """The largest share of a history's weight that leaves a wall diffusely on a side; 0.0: on any."""
+    """Largest share of a history's weight that leaves a wall diffusely on a side; side 0.0: on any."""
     sides = (material, material)
     if isinstance(material, TwoSided):
         sides = (material.front, material.back) if side >= 0 else (material.back, material.front)
@@ -234,6 +248,9 @@ def _sent(material: Material, side: float) -> float:
 
 
 def _is_dark(plan: Plan, share: float, fluence: Estimate) -> bool:
-    """Whether a wall could send next to nothing: no more than falls on it, and the point sees that but for beams."""
+    """Whether a wall sends next to no light.
+
+    At most its irradiance, which the point sees, unless there are beams.
+    """
     has_beams = any(isinstance(source.emission, Beam) for source in plan.scene.sources)
     return not has_beams and 2 * share * fluence.value < fluence.error / 2

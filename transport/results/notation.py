@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-_PLAIN = range(-4, 6)  # powers of ten that are written out
+_PLAIN = range(-4, 6)  # powers of ten that are written without an exponent
 _UNITS = (
     (365.25 * 86400, "years"),
     (86400, "days"),
@@ -15,7 +15,7 @@ _UNITS = (
     (1e-3, "ms"),
     (0, "µs"),
 )
-TOO_MANY_TIMES = 10_000  # a larger ratio is of no use to a reader, nor known to two digits
+TOO_MANY_TIMES = 10_000  # a larger ratio is of no use to a reader, and not known to two digits
 _FORMAT = re.compile(
     r"((?:.?[<>^])?)([-+ ]?)(\d*)(?:s|([,_]?(?:\.\d+)?[eEfFgGn%]?))"
 )  # fill, sign, width, number
@@ -40,7 +40,7 @@ def plus_minus(value: float, error: float) -> str:
 
 
 def times_text(factor: float) -> str:
-    """How many times something is, in a sentence: two digits, such as "2.5" or "3 800", and "over 10 000" from there on.
+    """A ratio for a sentence: two digits, such as "2.5" or "3 800", and "over 10 000" from there on.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def duration(seconds: float) -> str:
 
 
 def _spaced(number: float) -> str:
-    """A whole number with a space between thousands."""
+    """A whole number with spaces between groups of three digits."""
     return f"{number:,.0f}".replace(",", " ")
 
 
@@ -81,10 +81,10 @@ def measured(
     sign: str = "",
     limit: str | None = None,
 ) -> str:
-    """An estimate in words: with its error, or that it is exact, or why the error is unknown.
+    """An estimate as text: with its error, or "(exact)", or the reason for an unknown error.
 
-    number: how value and error are written, such as ".3f"; by itself the error decides.  sign: "+", "-" or " ".  limit: what is
-    known instead of an error, in words.
+    number: format of value and error, such as ".3f"; by default the error determines it;  sign: "+", "-" or "
+    ";  limit: text in place of an unknown error.
     """
     unit = "" if unit == "1" else f" {unit}"
     if reason is not None:
@@ -98,7 +98,7 @@ def measured(
 
 
 def split_format(spec: str) -> tuple[str, str, str]:
-    """Of ">40.3f" what holds for the whole text, ">40", and for its numbers, ".3f"; and the value's sign.
+    """Split ">40.3f" into the format of the text, ">40", that of its numbers, ".3f", and the value's sign.
 
     Raises ValueError for a specification of another form.
     """

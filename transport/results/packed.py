@@ -1,8 +1,8 @@
-"""A long column of sums, of which many rows are zero and most others small, kept without loss in a few bytes a row.
+"""A long column of sums, mostly zero or small, compressed without loss to a few bytes per row.
 
-Pages of rows without a score are left out.  In the others a bit a row tells whether it has scored, and of those that have
-the numbers are kept in the narrowest kind that nearly all of them fit, in units of the column's; the few others beside.
-Very many numbers lie aside, in a file.
+Pages of rows without a score are omitted.  In other pages a bit per row marks scored rows; their numbers have
+the narrowest integer type that nearly all of them fit, in units of the column, and the few others are kept
+beside.  Very many numbers are memory-mapped.
 """
 
 from __future__ import annotations
@@ -16,19 +16,20 @@ import numpy as np
 from transport.results.aside import let_go, put_aside, room_for
 
 PAGE = 1 << 12  # rows
-STRETCH = 1 << 17  # rows that are looked at together, whole pages
-MOST_PLAIN = 1 << 18  # rows of a column that is kept as it is
+STRETCH = 1 << 17  # rows that are processed together, whole pages
+MOST_PLAIN = 1 << 18  # rows of a column that stays uncompressed
 NARROW = (np.uint8, np.uint16, np.uint32)
-BYTES_BESIDE = 16  # of a number that is kept beside, with its place
-ASIDE = ("numbers", "places", "values")  # what may lie aside
+BYTES_BESIDE = 16  # of a number kept beside, with its index
+ASIDE = ("numbers", "places", "values")  # arrays that may be memory-mapped
 
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """A column of `length` rows, of which slices, sums and the like are those of the array that it stands for.
+    """A compressed column of `length` rows; its slices, sums and so on are those of the plain array.
 
-    pages: numbers of those with scores, rising, (P,);  marks: (P, PAGE / 8), a bit a row;  numbers: of the rows that have
-    scored, of `unit` where they are whole, else the values;  places, values: in `numbers` of those that are too large for it.
+    pages: numbers of the pages with scores, ascending, (P,);  marks: (P, PAGE / 8), a bit per row;  numbers:
+    of the scored rows, in units of `unit` if they are integers, else the values;  places, values: indices in
+    `numbers`, and values, of those that do not fit.
     """
 
     length: int
@@ -44,7 +45,7 @@ class Packed:
             object.__setattr__(self, name, put_aside(getattr(self, name)))
 
     def __reduce__(self) -> tuple:
-        """As it is sent to another process, where its file is not."""
+        """Pickle with plain arrays: another process cannot open the file."""
         parts = (np.asarray(getattr(self, name)) for name in ASIDE)
         return Packed, (self.length, self.unit, self.pages, self.marks, *parts)
 
@@ -58,12 +59,12 @@ class Packed:
 
     @property
     def nbytes(self) -> int:
-        """What it takes, in memory and aside."""
+        """Size in memory and in files [bytes]."""
         return sum(part.nbytes for part in (self.pages, self.marks, self.numbers, self.places, self.values))
 
     @cached_property
     def firsts(self) -> np.ndarray:
-        """Where in `numbers` those of each page begin, and at last how many there are, (P + 1,)."""
+        """Index in `numbers` of each page's first number, and their count at the end, (P + 1,)."""
         return np.append(0, np.cumsum(np.unpackbits(self.marks, axis=1).sum(axis=1, dtype=np.int64)))
 
     def __len__(self) -> int:
@@ -82,7 +83,7 @@ class Packed:
         return found.ravel()[first - low * PAGE : max(first, past) - low * PAGE]
 
     def _scored(self, one: int, other: int) -> np.ndarray:
-        """The values of the rows that have scored in pages from one to another."""
+        """Values of the scored rows in a range of pages."""
         first, past = self.firsts[[one, other]]
         values = np.array(self.numbers[first:past], self.dtype)
         if self.numbers.dtype != self.dtype:
@@ -104,25 +105,25 @@ class Packed:
         return packed(lambda first, past: self[first:past] + other[first:past], self.length, self.unit, among)
 
     def sum(self) -> float | int:
-        """Of all rows."""
+        """Sum of all rows."""
         return sum(stretch.sum() for stretch in self._stretches())
 
     def max(self) -> float | int:
-        """The largest."""
+        """Largest row."""
         return max(stretch.max() for stretch in self._stretches())
 
     def _stretches(self) -> Iterator[np.ndarray]:
         return (self[first:past] for first, past in _stretches(self.length))
 
 
-Rows = Callable[[int, int], np.ndarray]  # of a column, from one to another
-Stretches = list[tuple[int, int]]  # of rows, of whole pages but for the last
+Rows = Callable[[int, int], np.ndarray]  # the rows of a column in a range
+Stretches = list[tuple[int, int]]  # ranges of rows, of whole pages except the last
 
 
 def columns(all_rows: list[Rows], units: list[float], raw: np.ndarray) -> list[np.ndarray | Packed]:
-    """The columns that are made of raw rows: arrays, or packed where they are long.
+    """Make columns from raw rows: plain arrays, or packed if they are long.
 
-    units: powers of two, of which most numbers are a whole number of times;  raw: all zero where nothing has scored.
+    units: powers of two, of which most numbers are integer multiples;  raw: all zero where there is no score.
     """
     if len(raw) <= MOST_PLAIN:
         return [rows(0, len(raw)) for rows in all_rows]
@@ -131,12 +132,13 @@ def columns(all_rows: list[Rows], units: list[float], raw: np.ndarray) -> list[n
 
 
 def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = None) -> Packed:
-    """A column, packed: what kind of numbers it holds is looked at first, then they are written down.
+    """Pack a column in two passes: the first finds the type of its numbers, the second writes them.
 
-    among: the stretches in which there may be scores; None for all.
+    among: ranges that may have scores; None for all.
     """
     pages, marks, fits, scored, kind = [], [], np.zeros(len(NARROW), np.int64), 0, rows(0, 0).dtype
-    busy = []  # stretches
+    # First pass: find the ranges with scores, and how many numbers fit each type.
+    busy = []  # ranges with scores
     for first, past in _stretches(length) if among is None else among:
         stretch = rows(first, past)
         if not stretch.any():
@@ -150,6 +152,7 @@ def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = N
         scored += len(units)
         is_whole = (units == np.floor(units)) & (units >= 0)
         fits += [np.count_nonzero(is_whole & (units <= np.iinfo(narrow).max)) for narrow in NARROW]
+    # Second pass: write the numbers in the type that takes least memory.
     narrow = _narrowest(fits, scored, kind)
     beside = scored - int(fits[NARROW.index(narrow.type)]) if narrow.type in NARROW else 0
     parts = room_for(scored, narrow), room_for(beside, np.int64), room_for(beside, kind)
@@ -166,7 +169,7 @@ def packed(rows: Rows, length: int, unit: float = 1, among: Stretches | None = N
 def _write(
     rows: Rows, among: Stretches, unit: float, numbers: np.ndarray, places: np.ndarray, values: np.ndarray
 ) -> None:
-    """Fill in the numbers of rows that have scored; places and values of those that do not fit."""
+    """Fill in the numbers of the scored rows; places and values of those that do not fit."""
     done, put = 0, 0
     for first, past in among:
         stretch = rows(first, past)
@@ -188,14 +191,14 @@ def _write(
 
 
 def _narrowest(fits: np.ndarray, scored: int, kind: np.dtype) -> np.dtype:
-    """In which kind of number so many, of which so many fit each of the narrow ones, take the least memory."""
+    """The type that takes least memory for `scored` numbers, of which `fits` fit each of the narrow types."""
     widths = np.array([np.dtype(narrow).itemsize for narrow in NARROW])
     sizes = scored * widths + (scored - fits) * BYTES_BESIDE
     return kind if sizes.min() >= scored * kind.itemsize else np.dtype(NARROW[int(sizes.argmin())])
 
 
 def _paged(has_scored: np.ndarray) -> np.ndarray:
-    """(pages, PAGE), the last page filled up."""
+    """(pages, PAGE); the last page is padded."""
     missing = -len(has_scored) % PAGE
     return np.pad(has_scored, (0, missing)).reshape(-1, PAGE)
 

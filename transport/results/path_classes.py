@@ -1,12 +1,13 @@
-"""Classes of paths that an estimator finds by chance alone, and what a run may have missed of them.
+"""Classes of paths that an estimator finds only by chance, and what a run may have missed of them.
 
-"expected" and "backward" connect diffuse walls, collisions and births to a detector, or a lamp, by rays.  What no ray can
-connect is counted only where a flight happens to come: light whose last vertex is specular, beams, what is very near, and,
-of a run backwards, the direct view of a lamp.  These flights have sums of their own, apart from those of rays, so a run knows how
-often each class has scored.  A class that scored fewer than MIN_SCORES times may be worth (U(n) - n) S / N more, where S
-is the most that one score can bring (findings.unseen_scores); a class that geometry proves to be empty is left out.
+The estimators "expected" and "backward" connect diffuse walls, collisions and births to a detector, or a
+lamp, by rays.  Paths that no ray can connect score only if a flight happens to arrive: light whose last
+vertex is specular, beams, light from very near, and, in a backward run, the direct view of a lamp.  These
+flights have sums of their own, apart from those of rays, so a run knows how often each class scored.  A class
+with fewer than MIN_SCORES scores may contribute (U(n) - n) S / N more, with S the largest possible score
+(findings.unseen_scores); a class that geometry proves to be empty is left out.
 
-Every other estimator counts all light by chance, which is one class.
+Every other estimator finds all light by chance, which is one class.
 """
 
 from __future__ import annotations
@@ -47,24 +48,27 @@ if TYPE_CHECKING:
     from transport.scene import Scene
     from transport.sources import Source
 
-ALL_LIGHT = "all light"  # the class of all that comes to a detector, where only chance brings it
+ALL_LIGHT = "all light"  # the class of all light of a detector, if it arrives only by chance
 
 
 @dataclass(frozen=True)
 class PathClass:
-    """Paths that are found by chance: what they are, how often they scored, and the most that one score adds to the sum."""
+    """Paths found by chance.
+
+    Their description, their number of scores, and the largest contribution of one score.
+    """
 
     what: str
     scores: int
     largest: float
     cure: str
-    seen: str = ""  # by a guard about the detector
-    surfaces: tuple[int, ...] = ()  # those that all of it comes from, but what comes straight from a lamp
-    straight: float = 0.0  # at most so much of the sum is that, by lines; infinite where that is not known
+    seen: str = ""  # evidence from a guard around the detector
+    surfaces: tuple[int, ...] = ()  # where all of it comes from, besides direct light of a lamp
+    straight: float = 0.0  # bound of the direct light in the sum, from lines of sight; infinite if unknown
     name: str = "path class"  # of its entry in the table of diagnostics
 
     def finding(self, title: str, histories: float) -> Finding | None:
-        """What of it a run of so many histories may have missed; None where nothing that its error does not tell."""
+        """The finding for a run of so many histories; None if its error already includes the class."""
         if self.scores >= MIN_SCORES or self.largest == 0:
             return None
         few = (
@@ -81,7 +85,7 @@ class PathClass:
 
 @dataclass(frozen=True)
 class Met:
-    """How often a lamp was met by flights and by rays, and by rays of at least LARGE of the strongest that there can be."""
+    """How often flights and rays reached a lamp, and how many rays had a score near the largest (LARGE)."""
 
     flights: int
     rays: int
@@ -91,12 +95,12 @@ class Met:
 def chances_of_detector(
     plan: Plan, batches: list[Batch], title: str, name: str, side: int, scores: int, mean: float, error: float
 ) -> Iterator[Finding]:
-    """What a detector that histories come to may have missed, with bounds as mean weights of a history.
+    """Findings for a detector that histories arrive at, with bounds as mean weights of a history.
 
-    side: 0 for arrivals;  scores: how many there are in all;  mean, error: the mean weight of a history that came.
+    side: 0 for arrivals;  scores: total number;  mean, error: of the mean weight of arrivals per history.
     """
     histories = sum(batch.histories for batch in batches)
-    is_probed = all(emitter.target is None for emitter in plan.emitters)  # probes know of no aims
+    is_probed = all(emitter.target is None for emitter in plan.emitters)  # probes cannot use aims
     detector = _detector(plan, name)
     sided = Detector(detector.shape, name, side=OTHER_SIDE[detector.side] if side else detector.side)
     for each in _classes_of_detector(plan, batches, name, side, scores, mean):
@@ -124,7 +128,10 @@ def _probed(
     lamp: Source | None = None,
     events: float = 0.0,
 ) -> Finding:
-    """The finding with the bound that lines and a probe give, where that is less and matters; unit: of its bound [W];  gain: of a score."""
+    """The finding with the bound from lines of sight and a probe, if that is smaller and matters.
+
+    unit: of the bound [W];  gain: of a score.
+    """
     straight = light.straight * gain
     if not (light.surfaces or straight) or finding.bound <= error or straight >= finding.bound:
         return finding
@@ -154,11 +161,12 @@ def _near_collisions(
     mean: float,
     share: Callable[[float], float],
 ) -> Finding:
-    """Collisions near a detector in a medium, whose flights count up to all of their weight.
+    """The finding about collisions near a detector in a medium, whose flights score up to their full weight.
 
-    Those nearer than a distance e bring at most about sigma_s e of the mean: that is how much of the light there is scattered on
-    such a length.  A beam that passes nearer than e brings at most what it scatters on its way 2 e there, and of that what one score
-    from so near may count.  From farther away a score has a limit.  The distance taken is that of the least bound.
+    Collisions nearer than a distance e contribute at most about sigma_s e of the mean, the light scattered on
+    such a length.  A beam that passes nearer than e contributes at most its scattered part on the path 2 e,
+    times the score from so near.  From farther away a score has a limit.  The chosen distance gives the
+    smallest bound.
     """
     scattering = max(float(np.max(getattr(medium, "scattering", 0.0))) for medium in plan.distinct_media)
     shape, histories = plan.scene.shape_of(_detector(plan, name)), sum(batch.histories for batch in batches)
@@ -193,13 +201,15 @@ def _detector(plan: Plan, name: str) -> Detector:
 def _classes_of_detector(
     plan: Plan, batches: list[Batch], name: str, side: int, scores: int, mean: float
 ) -> Iterator[PathClass]:
-    """Those of a detector; largest: in units of the largest weight at birth."""
+    """The classes of a detector; `largest` in units of the largest birth weight."""
     expectation = next((each for each in plan.expectations if each.detector.name == name), None)
     is_aimed = all(emitter.target is not None for emitter in plan.emitters)
     heaviest = max(batch.heaviest for batch in batches) if is_aimed else 1.0
+    # Without next-event estimation, all light arrives by chance.
     if expectation is None:
         if plan.scatters and (plan.lessens or plan.splits or plan.forces):
-            # Scattering wears weights down on the way, to what roulette and splitting keep (results/survivors.py).
+            # Scattering reduces weights along the path, down to the limits of roulette and splitting
+            # (survivors.py).
             yield PathClass("light", scores, heaviest, MORE, name=ALL_LIGHT)
             if not is_aimed:
                 return
@@ -208,27 +218,28 @@ def _classes_of_detector(
         else:
             heaviest *= most_that_passes(plan, plan.scene.shape_of(_detector(plan, name)))
         number = large_scores(plan, batches, name, side, heaviest, scores)
-        what = "the heaviest births of an aim" if is_aimed else "light"
+        what = "the heaviest births of an aimed source" if is_aimed else "light"
         if number < min(scores, MIN_SCORES) and plan.attenuates and not is_aimed:
-            what = "light that media have hardly weakened"
+            what = "light that media hardly attenuate"
         yield PathClass(what, number, heaviest, MORE, name=ALL_LIGHT)
         return
     scene, detector = plan.scene, expectation.detector
     looks = detector.side if side == 0 else OTHER_SIDE[detector.side]
     face = "back" if IS_BACK[looks] else "front"
     shape = scene.shape_of(detector)
-    if side == 1 and isinstance(detector.shape, str):  # what leaves a surface is counted as it comes
+    if side == 1 and isinstance(detector.shape, str):  # departures from a surface are counted by flights
         number = large_scores(plan, batches, name, side, 1.0, scores)
         yield PathClass("light", number, 1.0, MORE, name=ALL_LIGHT)
         return
+    # Flights: light that no ray connects.
     mirrors, beams = mirrors_of(scene, shape, looks), list(beams_of(plan, shape, looks))
     unconnected = [*names_of(scene, mirrors), *beams]
     largest = heaviest if unconnected else expectation.nearest[face]
     number = large_scores(plan, batches, name, side, largest, scores)
-    what = f"light by {listed(unconnected)}" if unconnected else "light from very near"
+    what = f"light via {listed(unconnected)}" if unconnected else "light from very near"
     seen, radius = _guarded(plan, batches, name) if unconnected and not number else ({}, 0.0)
     if seen:
-        what = f"light by {listed(list(seen))}"
+        what = f"light via {listed(list(seen))}"
     flights = " and ".join(
         f"{passed} flight{'s' * (passed > 1)} from {title}" for title, passed in seen.items()
     )
@@ -240,6 +251,7 @@ def _classes_of_detector(
         f"{flights} passed within {radius:.2g} m" if seen else "",
         () if beams else tuple(mirrors),
     )
+    # Rays from walls and sources so near that a few of them matter.
     strongest = expectation.strongest[face]
     rays = large_scores(plan, batches, name, side, strongest * expectation.scale, scores, block=1)
     yield PathClass(
@@ -258,11 +270,10 @@ def chances_of_sensor(
     heaviest: float = 1.0,
     events: float = 0.0,
 ) -> Iterator[Finding]:
-    """What a detector that histories start from may have missed, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+    """Findings for a detector at which histories start; bounds are mean radiances of cells [W m^-2 sr^-1].
 
-    met: by lamp the scores there, in cells whose weight in the mean is large;  histories: those that started there;
-    error: of the mean radiance;  heaviest: of the cells, in units of the weight of each where all are alike;
-    events: of the run.
+    met: scores by lamp, in cells with a large weight in the mean;  histories: that started there;  error: of
+    the mean radiance;  heaviest: weight of a cell, relative to equal cells;  events: of the run.
     """
     scene = plan.turned.scene
     for number, each in _classes_of_lamps(plan, sensor, parts, met, error, heaviest):
@@ -281,7 +292,10 @@ def chances_of_sensor(
 def _classes_of_lamps(
     plan: Plan, sensor: object, parts: list[Part], met: dict[int, Met], error: float, heaviest: float
 ) -> Iterator[tuple[int, PathClass | Finding]]:
-    """Those of each lamp by its number; largest, straight: in units of what a sum of 1 over one history is."""
+    """The classes of each lamp by its index.
+
+    `largest`, `straight` in units of a sum of 1 over one history.
+    """
     scene = plan.turned.scene
     expected = {each.detector.name: each for each in plan.expectations}
     with_rays = {
@@ -292,6 +306,7 @@ def _classes_of_lamps(
     for number, lamp in enumerate(plan.turned.lamps):
         if number not in met:
             continue
+        # Flights: direct light of the lamp, and light via specular surfaces.
         shape, side = scene.shape_of(lamp.source), lamp.source.side if lamp.source.emission.has_side else None
         mirrors = mirrors_of(scene, shape, side)
         seen = not is_hidden(scene, sensor, parts, shape, side)
@@ -301,7 +316,7 @@ def _classes_of_lamps(
             straight, is_shown = bound_by_lines(scene, sensor, number, parts, shape, side, error / gain)
             if not is_shown and not met[number].flights:
                 seen = False
-                what = f"light straight from {lamp.name!r}, which no line between them shows"
+                what = f"direct light from {lamp.name!r}, which no sampled line of sight shows"
                 yield (
                     number,
                     Finding(DOUBTFUL, "", "", what, straight, "use more particles", name="path class"),
@@ -309,7 +324,7 @@ def _classes_of_lamps(
                 straight = 0.0
         if mirrors or seen:
             ways = [f"from {lamp.name!r}"] * seen
-            ways += [f"by {listed(names_of(scene, mirrors))}"] * bool(mirrors)
+            ways += [f"via {listed(names_of(scene, mirrors))}"] * bool(mirrors)
             yield (
                 number,
                 PathClass(
@@ -323,16 +338,17 @@ def _classes_of_lamps(
             )
         if number not in with_rays:
             continue
+        # Rays to the lamp: from collisions and from diffuse walls.
         each, rays, strong = with_rays[number], met[number].rays, met[number].strong_rays
-        if each.collisions is not None:  # which may be so near that a ray from there has no other limit
-            what = f"light from {lamp.name!r} by diffuse walls or scattering"
+        if each.collisions is not None:  # collisions may be so near that their rays have no other limit
+            what = f"light from {lamp.name!r} via diffuse walls or scattering"
             yield number, PathClass(what, rays, heaviest / each.scale, "use more particles")
         if each.walls is not None:
             near = "walls near it" if rays else "diffuse walls"
             yield (
                 number,
                 PathClass(
-                    f"light from {lamp.name!r} by {near}",
+                    f"light from {lamp.name!r} via {near}",
                     strong,
                     heaviest * each.strongest[face_of(lamp.seen_by)],
                     "use more particles",
@@ -342,7 +358,7 @@ def _classes_of_lamps(
 
 
 def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int], float]:
-    """How many flights a guard saw pass a detector, by the surface that they came from, and within what distance [m]."""
+    """How many flights from each surface a guard saw pass a detector, and within which distance [m]."""
     guard = next((each for each in plan.guards if each.detector == name), None)
     if guard is None:
         return {}, 0.0
@@ -358,9 +374,9 @@ def _guarded(plan: Plan, batches: list[Batch], name: str) -> tuple[dict[str, int
 def large_scores(
     plan: Plan, batches: list[Batch], name: str, side: int, largest: float, scores: int, block: int = 0
 ) -> int:
-    """How many scores are at least a quarter of the largest that there can be; all of them where they are alike.
+    """Number of scores of at least LARGE (a quarter) of the largest possible one; all if they are alike.
 
-    block: 0 for those of flights, 1 for those of rays, in their own unit.
+    block: 0 for flights, 1 for rays, in their own unit.
     """
     blocks = plan.size_blocks.get((name, side))
     if blocks is None:
@@ -371,7 +387,7 @@ def large_scores(
 
 
 def _cure(scene: Scene) -> str:
-    """What finds such light."""
+    """The estimator that finds such light."""
     if backward.why_not(scene) is None:
         return "use estimator='backward'"
     return "use estimator='analog' with more particles or a larger detector"

@@ -1,9 +1,10 @@
-"""Whether what is scattered sharply forward has come to what looks by rays: the other trap of next-event estimation.
+"""Diagnostic "forward peak": whether next-event estimation has sampled sharply forward scattering.
 
-Each collision tells what it sends towards a detector by the density of its phase function, which for g near 1 is next to nothing but
-within a narrow cone.  The light that is scattered comes by the few collisions in whose cone the detector happens to lie, each with a
-score as large as the cone is narrow: until some have come the mean is too low, and nothing in the scores tells.  What one of
-them adds is known: the greatest density of the phase function over the square of a free path.
+Each collision scores at a detector by the density of its phase function, which for g near 1 is next to
+nothing outside a narrow cone.  The scattered light comes from the few collisions whose cone contains the
+detector, each with a score as large as the cone is narrow.  Until some have come the mean is too low, and
+nothing in the scores shows it.  The score of one is known: the largest density of the phase function over the
+square of a free path.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
-    """Of a detector that events tell what they send there; total: the mean weight that arrived of a history."""
+    """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
     told = plan.expects and plan.turned is None and expects(plan.scene, detector)
     if not (told and plan.scatters and total.error > 0):
@@ -42,7 +43,7 @@ def forward_peaks_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Find
 
 
 def forward_peaks_of_point(plan: Plan, name: str, place: Vector, histories: int) -> Iterator[Finding]:
-    """The same of a point, with the bound as a fluence rate [W m^-2]."""
+    """Findings for a point, with bounds as fluence rates [W m^-2]."""
     if plan.scatters:
         worst = _worst(plan, nearest_collision(plan, Point(position=place)), float)
         cure = "use more particles, or a small VolumeDetector"
@@ -50,7 +51,7 @@ def forward_peaks_of_point(plan: Plan, name: str, place: Vector, histories: int)
 
 
 def _worst(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
-    """The most that one collision tells, and the medium that it is in.  gap: how near collisions can be [m]."""
+    """The largest score of one collision, and the medium of it; gap: least distance of collisions [m]."""
     found = []
     for medium in plan.distinct_media:
         scattering = float(np.max(getattr(medium, "scattering", 0.0)))
@@ -61,9 +62,15 @@ def _worst(plan: Plan, gap: float, score) -> tuple[float, Medium | None]:
 
 
 def _finding(worst: tuple[float, Medium | None], each: float, title: str, cure: str) -> Iterator[Finding]:
-    """each: what a history stands for.  Had some of the collisions come, the error would tell: the bound is that of none."""
+    """The finding; each: weight of a history.
+
+    The bound assumes no such score, since the error would show one.
+    """
     score, medium = worst
     if score > 0:
         angle = math.sqrt(1 / (math.pi * peak_of(medium.phase)))
-        what = f"light that the {type(medium).__name__} scatters within {angle:.2g} rad of straight on hardly sampled"
+        what = (
+            f"light scattered by the {type(medium).__name__} within {angle:.2g} rad of the forward direction"
+            " hardly sampled"
+        )
         yield Finding(DOUBTFUL, title, "", what, unseen_scores(0) * score * each, cure, name="forward peak")

@@ -1,4 +1,4 @@
-"""What a PhaseSpace and a Snapshot saw: densities and moments by bin, each with its error; a sample of particles."""
+"""The readings of a PhaseSpace (densities and moments by bin) and of a Snapshot (a sample of particles)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from transport.scene_speeds import scene_mass, why_no_mass
 from transport.units import BOLTZMANN, Unit
 from transport.validation import SceneError
 
-ROUNDING = 8 * 2.0**-52  # of sums that are subtracted from one another
+ROUNDING = 8 * 2.0**-52  # relative rounding error of a difference of sums
 PHASE_QUANTITIES = (
     "number", "density", "alive", "outside", "mean_vx", "mean_vy", "mean_vz", "variance_vx", "variance_vy",
     "variance_vz", "mean_speed", "fluence_rate", "temperature", "pressure",
@@ -31,9 +31,24 @@ OF_PHASE_MOMENTS = PHASE_QUANTITIES[PHASE_QUANTITIES.index("mean_vx") :]
 
 
 class PhaseReading(Quantified):
-    """One PhaseSpace's quantities, with the dims of its coordinates, and `time` in front where it has several.
+    """The quantities of one PhaseSpace, from `result["name"]`.
 
-    Raises SceneError for a quantity that it was not set up for.
+    Parameters
+    ----------
+    result : Result
+        The run.
+    phase_space : PhaseSpace
+        The phase space of the scene.
+
+    Raises
+    ------
+    SceneError
+        When a quantity is read for which the phase space has not the options.
+
+    Notes
+    -----
+    Each quantity has the axes of the coordinates, and `time` in front if there are several times.  The unit 1
+    is J for light.
     """
 
     known, title = PHASE_QUANTITIES, "phase space "
@@ -48,79 +63,173 @@ class PhaseReading(Quantified):
 
     @cached_property
     def number(self) -> EstimateArray:
-        """Particles in each bin [1], or their energy [J]."""
+        """Number of particles [1], or their energy [J], in each bin.
+
+        Returns
+        -------
+        EstimateArray
+            [1 or J]
+        """
         return self._binned(self._in_bins("weights") * self._plan.unit, self._unit)
 
     @cached_property
     def density(self) -> EstimateArray:
-        """Particles (or J) per product of the bins' widths; with `within` per its extent along the other axes too."""
+        """Particles (or J) per product of the bin widths; with `within` also per extent on other axes.
+
+        Returns
+        -------
+        EstimateArray
+            [1 or J, per product of the coordinates' units]
+        """
         return self._binned(
             self._in_bins("weights") * self._plan.unit / self._measure, self._unit / self._measure_unit
         )
 
     @cached_property
     def alive(self) -> EstimateOrArray:
-        """All particles (or J) that had been born and had not ended: those in the bins and outside."""
+        """All particles (or J) that were born and had not ended: inside and outside the bins.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1 or J]
+        """
         return self._by_time(self._in_all("weights"), self._in_all("counts"), _all_stay(self._plan))
 
     @cached_property
     def outside(self) -> EstimateOrArray:
-        """Particles (or J) in none of the bins, or not `within`."""
+        """Particles (or J) outside all bins or outside `within`.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1 or J]
+        """
         return self._by_time(self._outside("weights"), self._outside("counts"))
 
     @cached_property
     def mean_vx(self) -> EstimateArray:
-        """Mean of the velocity's x component [m s^-1]."""
+        """Mean x component of the velocity [m s^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [m s^-1]
+        """
         return self._mean("vx") + self._reference("x")
 
     @cached_property
     def mean_vy(self) -> EstimateArray:
-        """Mean of the velocity's y component [m s^-1]."""
+        """Mean y component of the velocity [m s^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [m s^-1]
+        """
         return self._mean("vy") + self._reference("y")
 
     @cached_property
     def mean_vz(self) -> EstimateArray:
-        """Mean of the velocity's z component [m s^-1]."""
+        """Mean z component of the velocity [m s^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [m s^-1]
+        """
         return self._mean("vz") + self._reference("z")
 
     @cached_property
     def variance_vx(self) -> EstimateArray:
-        """Variance of the velocity's x component within each bin [m^2 s^-2]."""
+        """Variance of the velocity's x component within each bin [m^2 s^-2].
+
+        Returns
+        -------
+        EstimateArray
+            [m^2 s^-2]
+        """
         return self._variance("x")
 
     @cached_property
     def variance_vy(self) -> EstimateArray:
-        """Variance of the velocity's y component within each bin [m^2 s^-2]."""
+        """Variance of the velocity's y component within each bin [m^2 s^-2].
+
+        Returns
+        -------
+        EstimateArray
+            [m^2 s^-2]
+        """
         return self._variance("y")
 
     @cached_property
     def variance_vz(self) -> EstimateArray:
-        """Variance of the velocity's z component within each bin [m^2 s^-2]."""
+        """Variance of the velocity's z component within each bin [m^2 s^-2].
+
+        Returns
+        -------
+        EstimateArray
+            [m^2 s^-2]
+        """
         return self._variance("z")
 
     @cached_property
     def mean_speed(self) -> EstimateArray:
-        """Mean speed [m s^-1]."""
+        """Mean speed [m s^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [m s^-1]
+        """
         return self._mean("speed")
 
     @cached_property
     def fluence_rate(self) -> EstimateArray:
-        """n v: density times mean speed, φ = ∫ L dω where `within` makes it a density in space [m^-2 s^-1]."""
+        """n v: density times mean speed; φ = ∫ L dω [m^-2 s^-1] if `within` makes it a density in space.
+
+        Returns
+        -------
+        EstimateArray
+            [unit of `density` times m s^-1]
+        """
         return self._binned(self._moment("speed") / self._measure, self._unit_of("speed"))
 
     @cached_property
     def temperature(self) -> EstimateArray:
-        """Kinetic temperature [K]: mass times the variance of the velocity over 3 k."""
+        """Kinetic temperature [K]: mass times the velocity's variance over 3 k.
+
+        Returns
+        -------
+        EstimateArray
+            [K]
+
+        Raises
+        ------
+        SceneError
+            For light, or for particles of unknown mass.
+        """
         return self._all_variances * self._constant(self._mass("temperature") / (3 * BOLTZMANN), "K m^-2 s^2")
 
     @cached_property
     def pressure(self) -> EstimateArray:
-        """n k T: mass times density times the variance of the velocity over 3 [Pa, where `within` is given]."""
+        """n k T: mass times density times the velocity's variance over 3 [Pa if `within` is given].
+
+        Returns
+        -------
+        EstimateArray
+            [Pa with `within`]
+
+        Raises
+        ------
+        SceneError
+            For light, or for particles of unknown mass.
+        """
         third = self._constant(self._mass("pressure") / 3, "Pa m s^2")
         return self.density * self._all_variances * third
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
-        """The particles in each bin."""
+        """Yield the number of particles in each bin."""
         yield "number", self.number
 
     def __repr__(self) -> str:
@@ -130,21 +239,21 @@ class PhaseReading(Quantified):
 
     @cached_property
     def _shape(self) -> tuple[int, ...]:
-        """Times, and bins along each coordinate."""
+        """Number of times, and of bins along each coordinate."""
         return (self._times, *(len(edges) - 1 for edges in self.phase_space.axes.values()))
 
     def _in_bins(self, kind: str) -> np.ndarray | Stacked:
-        """Sums or counts in the bins, (B, times, *bins)."""
+        """Weights or counts in the bins, (B, times, *bins)."""
         return self._arranged(lambda batch, first, many: self._rows(batch, kind, first, many))
 
     def _outside(self, kind: str) -> np.ndarray:
-        """The same in none of the bins, (B, times): the first row of each time; weights as particles, or J."""
+        """Weights (as particles or J) or counts outside all bins, (B, times): the first row of each time."""
         firsts = [time * (1 + self._bins) for time in range(self._times)]
         found = np.array([[self._rows(b, kind, first, 1)[0] for first in firsts] for b in self._batches])
         return found * self._plan.unit if kind == "weights" else found
 
     def _in_all(self, kind: str) -> np.ndarray:
-        """The same of all particles."""
+        """Weights (as particles or J) or counts of all particles, (B, times)."""
         each, one = 1 + self._bins, self._plan.unit if kind == "weights" else 1
         rows = (self._rows(batch, kind, 0, self._times * each) * one for batch in self._batches)
         return np.array([of_batch.reshape(-1, each).sum(axis=1) for of_batch in rows])
@@ -154,7 +263,7 @@ class PhaseReading(Quantified):
         return getattr(batch, kind)[begin : begin + many]
 
     def _moment(self, name: str) -> np.ndarray | Stacked:
-        """Sums of one velocity sum, (B, times, *bins), in SI units."""
+        """Sums of one velocity moment, (B, times, *bins), in SI units."""
         if not self.phase_space.moments:
             raise SceneError(
                 f"PhaseSpace {self.name!r}: it has no moments; write PhaseSpace(..., moments=True)"
@@ -169,7 +278,7 @@ class PhaseReading(Quantified):
         return self._arranged(rows) * (self._plan.unit * fastest_about(self._plan) ** power)
 
     def _arranged(self, rows: Callable[[Batch, int, int], np.ndarray]) -> np.ndarray | Stacked:
-        """What is in the bins, (B, times, *bins), of rows in whose order each time begins with one outside of them."""
+        """Arrange rows, in which each time starts with one row for outside the bins, as (B, times, *bins)."""
         shape = (len(self._batches), *self._shape)
 
         def part(box: Box) -> np.ndarray:
@@ -209,7 +318,10 @@ class PhaseReading(Quantified):
 
     @cached_property
     def _measure(self) -> np.ndarray:
-        """Product of the bins' widths `within`, times its extent along the other axes of space; (*bins,), nan for none."""
+        """Product of the bin widths inside `within`, times its extent on the other axes of space.
+
+        Shape (*bins,), with nan for an empty bin.
+        """
         widths = [self._widths(name, edges) for name, edges in self.phase_space.axes.items()]
         measure = widths[0] if len(widths) == 1 else np.multiply.outer(*widths)
         return np.where(measure > 0, measure, np.nan) * np.prod([length for _, length in self._other_lengths])
@@ -238,19 +350,19 @@ class PhaseReading(Quantified):
         return self._unit / self._measure_unit * Unit.parse("m s^-1")
 
     def _mean(self, name: str) -> EstimateArray:
-        """The mean of one velocity sum: of a speed, or of what is taken about the reference velocity."""
+        """Mean of one velocity moment: of the speed, or of a component about the reference velocity."""
         unit = Unit.parse("m s^-1") ** (2 if name.endswith("2") else 1)
         mean = self._binned(self._moment(name), self._unit * unit) / self.number
         return mean.unless(over_batches(self._in_bins("counts")).reshape(mean.shape) < MIN_SCORES)
 
     def _reference(self, axis: str) -> Estimate:
-        """The component of the velocity about which moments are taken."""
+        """Component of the velocity relative to which moments are taken."""
         return self._constant(reference_velocity(self._plan)["xyz".index(axis)], "m s^-1")
 
     def _variance(self, axis: str) -> EstimateArray:
         mean, square = self._mean(f"v{axis}"), self._mean(f"v{axis}2")
         variance = square - mean * mean
-        with np.errstate(invalid="ignore"):  # what rounding of the squares leaves is no variance
+        with np.errstate(invalid="ignore"):  # a difference from rounding of the squares is no variance
             return variance.unless(ROUNDING * np.abs(square.value) > variance.error)
 
     @cached_property
@@ -269,7 +381,7 @@ class PhaseReading(Quantified):
 
 
 def _all_stay(plan) -> bool:
-    """Whether by construction every history is there at all times: born at 0, and nothing to end at."""
+    """Whether by construction every history exists at all times: born at 0, with nothing that ends it."""
     moments = [emitter.moment for emitter in plan.emitters]
     born_at_once = all(name == "start_at" and row["start"] == 0 for name, row in moments)
     stays = not plan.acts and not plan.absorbing_media
@@ -277,10 +389,29 @@ def _all_stay(plan) -> bool:
 
 
 class SnapshotReading(Quantified):
-    """A sample of the particles alive at an instant, weighted so that sums over it are unbiased.
+    """A sample of the particles alive at one instant, weighted so that sums over it are unbiased.
 
-    positions [m] and velocities [m/s], (N, 3);  weights: the particles, or J, that each stands for;  histories: one
-    number for each history of the run, the same at every instant;  batches: index of the run's batch that it is of.
+    Parameters
+    ----------
+    result : Result
+        The run.
+    snapshot : Snapshot
+        The snapshot of the scene.
+    number : int
+        Index of the snapshot in the scene.
+
+    Attributes
+    ----------
+    time : float
+        The instant [s].
+    positions, velocities : numpy.ndarray
+        [m] and [m/s], shape (N, 3).
+    weights : numpy.ndarray
+        Particles, or J, that each sampled particle stands for, shape (N,).
+    histories : numpy.ndarray
+        A number per history of the run, equal at every instant, shape (N,).
+    batches : numpy.ndarray
+        Index of the run's batch of each particle, shape (N,).
     """
 
     title = "snapshot "
@@ -302,7 +433,7 @@ class SnapshotReading(Quantified):
         self.weights *= plan.unit / result.particles / chance
 
     def _fill(self, rows: slice, records: np.ndarray, seed: int, result) -> None:
-        """Write down what is chosen of a batch."""
+        """Write the chosen records of a batch into the arrays."""
         plan, space = result.plan, result.plan.space
         for axis, (x, origin) in enumerate(zip("xyz", space.origin, strict=True)):
             self.positions[rows, axis] = records[x] * space.size + origin
@@ -312,8 +443,8 @@ class SnapshotReading(Quantified):
 
     def _cure(self, name: str) -> str:
         return (
-            "it is a sample: take positions, velocities, weights, histories or batches, or a PhaseSpace for densities and"
-            " moments"
+            "it is a sample: read positions, velocities, weights, histories or batches, or use a PhaseSpace"
+            " for densities and moments"
         )
 
     def __len__(self) -> int:

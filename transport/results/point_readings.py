@@ -1,4 +1,4 @@
-"""What a PointDetector reads: the fluence rate in one place, and whether a few scores carry it."""
+"""The readings of a PointDetector: the fluence rate at a point, and whether a few scores carry it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,15 @@ POINT_QUANTITIES = ("fluence_rate", "counts")
 
 
 class PointReading(Quantified):
-    """One PointDetector's quantities, each an Estimate."""
+    """The quantities of one PointDetector, each an Estimate, from `result["name"]`.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    detector : PointDetector
+        The detector of the scene.
+    """
 
     known, title = POINT_QUANTITIES, "point detector "
 
@@ -45,9 +53,16 @@ class PointReading(Quantified):
 
     @cached_property
     def fluence_rate(self) -> Estimate:
-        """Fluence rate at the point, phi = ∫ L dω over all directions [W m^-2].
+        """Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].
 
-        Without what a Beam brings straight from its source; see PointDetector for how its error falls.
+        Returns
+        -------
+        Estimate
+            [W m^-2]
+
+        Notes
+        -----
+        It excludes the direct light of a Beam.  `PointDetector` explains how its error falls.
         """
         unit, counts = Unit.parse("W m^-2"), int(self._counts.sum())
         made = Estimate(self.batch_values, self._run, unit, exact=self._is_sure, counts=counts)
@@ -55,29 +70,52 @@ class PointReading(Quantified):
 
     @property
     def batch_values(self) -> np.ndarray:
-        """The fluence rate of each batch [W m^-2], (B,)."""
+        """Fluence rate of each batch [W m^-2].
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (B,).
+        """
         return self._weights.sum(axis=1) * self._plan.unit / self._plan.space.size**2 / self._run.sizes
 
     @cached_property
     def counts(self) -> Estimate:
-        """Number of scores in the whole run: of events that the point was seen from."""
+        """Number of scores in the whole run: events that are visible from the point.
+
+        Returns
+        -------
+        Estimate
+            [1]
+        """
         counts = self._counts.sum(axis=1)
         values = counts * float(self._run.sizes.sum()) / self._run.sizes
         return Estimate(values, self._run, Unit.parse("1"), counts=int(counts.sum()))
 
     @property
     def is_blind(self) -> bool:
-        """Whether nothing was counted at all."""
+        """Whether the detector has no score.
+
+        Returns
+        -------
+        bool
+        """
         return not self._counts.any()
 
     @cached_property
     def scores(self) -> Scores:
-        """How many scores of each size came."""
+        """The scores by size."""
         return scores_of_point(self._weights.sum(axis=0), self._counts.sum(axis=0))
 
     @cached_property
     def note(self) -> Note | None:
-        """Why it counted nothing, where that is known."""
+        """The reason why the detector has no score: (name of the diagnostic, text).
+
+        Returns
+        -------
+        tuple of str or None
+            None if it has scores or no reason is known.
+        """
         if not self.is_blind:
             return None
         title, position, particles = (
@@ -89,7 +127,7 @@ class PointReading(Quantified):
         return note_of(dark, why_so_deep(self._plan, title, position, particles))
 
     def _missing(self) -> Iterator[Finding]:
-        """What may be missing of the fluence rate [W m^-2]."""
+        """Findings about the fluence rate, with bounds in W m^-2."""
         plan, name, place, particles = (
             self._plan,
             self.name,
@@ -110,7 +148,10 @@ class PointReading(Quantified):
 
     @property
     def _is_sure(self) -> bool:
-        """Whether all histories bring the same: they begin in one place, and nothing sends them on again."""
+        """Whether all histories score the same.
+
+        They start at one point, and nothing scatters or reflects them.
+        """
         plan = self._plan
         is_one = len(plan.emitters) == 1 and isinstance(plan.emitters[0].shape, Point)
         return is_one and not scatters_anywhere(plan) and DIFFUSE not in plan.materials

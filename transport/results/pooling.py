@@ -1,14 +1,14 @@
 """Error bars of single bins, from variances pooled over neighbouring bins.
 
-The variance among a bin's own batches is a bad judge of rare large scores.  A bin that has met none reads low and
-claims little, a bin that has met one reads high and claims much, so that the claim depends on the luck of the value.
-Neighbouring bins have other luck but nearly the same variance, so they know it better.
+The variance among a bin's own batches is a poor measure of rare large scores.  A bin without one reads low
+with a small error, a bin with one reads high with a large error, so that the error depends on the luck of the
+value.  Neighbouring bins have other luck but nearly the same variance, so they know it better.
 
-The difficulty is to tell an edge in the picture from luck.  The *inner spread* does it: the spread of the inner three
-quarters of a bin's batches, which rare scores do not touch.  Bins are pooled with neighbours of like inner spread, as a
-bilateral filter does (Tomasi & Manduchi 1998; on a grid of levels: Chen, Paris & Durand 2007), over windows that
-double in reach.  How well a window knows the variance is judged by the fourth cumulant of all its batches, and each
-window is moderated by the next wider one (Smyth 2004).
+The difficulty is to distinguish an edge in the picture from luck.  The *inner spread* does it: the spread of
+the inner three quarters of a bin's batches, which rare scores do not change.  Bins are pooled with neighbours
+of similar inner spread, as in a bilateral filter (Tomasi & Manduchi 1998; on a grid of levels: Chen, Paris &
+Durand 2007), over windows of doubling reach.  The fourth cumulant of all its batches gives the precision of a
+window's variance, and each window is moderated by the next wider one (Smyth 2004).
 """
 
 from __future__ import annotations
@@ -22,40 +22,43 @@ import numpy as np
 from transport.results.enough import MIN_SCORES
 
 REACHES = (1, 2, 4, 8, 16)  # of windows, in bins to each side
-AROUND = 2  # reach within which bins are counted that have few scores
-MOST_IN_WINDOW = 33**2  # bins in a window; of more than two axes windows therefore reach less far
-INNER = 0.75  # share of the batches, those nearest to their median, that make the inner spread
-MIN_BATCHES = 8  # fewer tell neither an inner spread nor a tail
-# of the weight of a bin's own variance; all of it would tie the error to the luck of the value
+AROUND = 2  # reach within which bins with few scores are counted
+MOST_IN_WINDOW = 33**2  # bins in a window; with more than two axes windows therefore have a smaller reach
+INNER = 0.75  # share of the batches, those nearest to their median, that define the inner spread
+MIN_BATCHES = 8  # fewer define neither an inner spread nor a tail
+# Weight of a bin's own variance; a full weight would tie the error to the luck of the value.
 OWN_SHARE = 0.1
 PRIOR_DOF = MIN_SCORES  # degrees of freedom with which the next wider window moderates one
-MIN_BINS = MIN_SCORES  # others like a bin, from which on their variances stand for its own
-# an error of d degrees of freedom is known to 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES)
+MIN_BINS = MIN_SCORES  # number of similar bins from which on their variances replace its own
+# An error of d degrees of freedom has a relative precision of 1 / sqrt(2 d), here 1 / sqrt(MIN_SCORES).
 MIN_DOF = MIN_SCORES / 2
-OWN_DOF = 0.8  # of the degrees of freedom of the batches: as many are enough where batches are few
-UNLIKELY = 1e-3  # chance of an own variance so large, below which the bin is unlike its neighbours
+OWN_DOF = 0.8  # of the degrees of freedom of the batches: enough if there are few batches
+UNLIKELY = 1e-3  # chance of such a large own variance, below which the bin differs from its neighbours
 ROUNDING = 1e-10  # inner spread over the largest deviation, below which it is rounding
 
 
 class Pooled(NamedTuple):
     """Error bars of bins; each array has the shape of the bins, (*dims)."""
 
-    error: np.ndarray  # one standard error [unit of the deviations]; nan where it is not known
+    error: np.ndarray  # one standard error [unit of the deviations]; nan if unknown
     dof: np.ndarray  # its degrees of freedom
-    is_doubtful: np.ndarray  # whether it is known, but too few scores or too unlike ones carry it
+    is_doubtful: np.ndarray  # whether it is known, but too few or too unequal scores carry it
 
 
 class Moments(NamedTuple):
-    """What the batches of each bin tell of the variance of its mean; of the last four `noise` and `square` in units of 16**level, the others of 4**level."""
+    """Estimates of the variance of each bin's mean, from its batches.
+
+    Of the last four, `noise` and `square` have the unit 16**level, the others 4**level.
+    """
 
     level: np.ndarray  # the power of 4 below the square of the inner spread
-    share: np.ndarray  # of the bin that belongs to the level above, 0 to 1
+    share: np.ndarray  # part of the bin that belongs to the level above, 0 to 1
     is_sparse: np.ndarray  # whether so many batches gave the same that the bin has no inner spread
-    is_thin: np.ndarray  # whether half of them did
+    is_thin: np.ndarray  # whether half of the batches gave the same
     variance: np.ndarray  # of the mean
-    noise: np.ndarray  # variance of `variance`, free of bias
-    square: np.ndarray  # of the true variance, free of bias
-    largest: np.ndarray  # square of the most that one batch adds to the mean
+    noise: np.ndarray  # variance of `variance`, unbiased
+    square: np.ndarray  # of the true variance, unbiased
+    largest: np.ndarray  # square of the largest contribution of one batch to the mean
 
 
 def pooled_errors(
@@ -65,7 +68,7 @@ def pooled_errors(
     axes: Sequence[int],
     periodic: Sequence[int] = (),
 ) -> Pooled | None:
-    """Return error bars of the mean of each bin, from the variances of bins like it in its neighbourhood.
+    """Return error bars of the mean of each bin, from the variances of similar neighbouring bins.
 
     Parameters
     ----------
@@ -74,50 +77,56 @@ def pooled_errors(
     sizes : ndarray (B,)
         Histories in each batch.
     known : ndarray (*dims) of bool
-        Which bins have an error of their own; others are left out.
+        Which bins have an error of their own; the others are left out.
     axes : sequence of int
         Axes of the bins along which bins are neighbours, 0 for the first of `dims`.
     periodic : sequence of int
-        Those of `axes` along which the last bin lies beside the first.
+        Those of `axes` on which the last bin is beside the first.
 
     Returns
     -------
     Pooled or None
-        None where there are fewer than MIN_BATCHES batches: then nothing is pooled.
+        None with fewer than MIN_BATCHES batches: then nothing is pooled.
 
     Notes
     -----
-    Let s² be the variance of a bin's mean from its own B batches, and k its fourth cumulant (Fisher's k-statistic).
-    Then var(s²) = k / B + 2 σ⁴ / (B - 1).  A window of n bins has the mean variance v, known to D = 2 n v² / <var(s²)>
-    degrees of freedom; the worse of this window's and the next wider one's <var(s²)> / v² counts, because a window
-    that has not met the rare score does not know that it is rare.  From the widest window on inwards,
-    E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its own variance is added
-    with OWN_SHARE of its degrees of freedom, or with more where fewer than MIN_BINS others are like it.
+    Let s² be the variance of a bin's mean from its own B batches, and k its fourth cumulant (k-statistic of
+    Fisher).  Then var(s²) = k / B + 2 σ⁴ / (B - 1).  A window of n bins has the mean variance v, known to D =
+    2 n v² / <var(s²)> degrees of freedom; the larger <var(s²)> / v² of this window and the next wider one
+    counts, because a window without the rare score does not show that it is rare.  From the widest window
+    inwards, E = (D v + d E_wider) / (D + d) with d = PRIOR_DOF.  The bin itself is not in its windows; its
+    own variance is added with OWN_SHARE of its degrees of freedom, or with more if fewer than MIN_BINS other
+    bins are similar.
 
-    A sparse bin, most batches of which gave the same, claims at least its own error.  Thin bins are doubtful where most
-    of those around them are sparse: not each for itself, as those with luck would then be left.  A bin is doubtful as well if one of its batches
-    alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES): of scores of that size fewer than one in 50 bins has
-    one.
+    A sparse bin, most batches of which gave the same, has at least its own error.  Thin bins are doubtful
+    where most bins around them are sparse; a decision for each bin by itself would keep the lucky ones.  A
+    bin is also doubtful if one of its batches alone moves the mean by more than 7 errors, sqrt(2 MIN_SCORES):
+    fewer than one in 50 bins has a score of that size.
     """
     batches = len(deviations)
     known = np.asarray(known, dtype=bool)
     if batches < MIN_BATCHES:
         return None
+    # Estimate the variance of each bin's mean, and its precision, for bins with a known error.
     bins = np.flatnonzero(known)
     flat = np.asarray(deviations).reshape(batches, -1)[:, bins]
     moments = _moments(flat, sizes)
+    # Limit the windows of many axes to MOST_IN_WINDOW bins.
     long = sum(known.shape[axis] > 1 for axis in axes)
     reaches = [reach for reach in REACHES if reach == 1 or (2 * reach + 1) ** long <= MOST_IN_WINDOW]
     sums = [
         np.zeros((len(reaches), 4, bins.size)),  # over the windows, of 1, variance, noise, square
-        np.zeros(bins.size),  # the bin's own weight in them
+        np.zeros(bins.size),  # the bin's own weight in these sums
     ]
+    # Add the sums over the windows, one level of inner spread at a time.
     for members, weights, rise in _levels(moments):
         _add_windows(sums, moments, (members, weights, rise), reaches, bins, known.shape, axes, periodic)
+    # Combine the windows; bins that differ from their neighbours keep their own variance.
     variance, dof, of_bin = _moderated(*sums, moments, batches)
     is_unlike = _chance_of(moments.variance / variance, of_bin) < UNLIKELY
     claims_own = is_unlike | moments.is_sparse
     variance = np.where(claims_own, np.maximum(variance, moments.variance), variance)
+    # Write the results to all bins, and mark the doubtful ones.
     error = np.full(known.size, np.nan)
     error[bins] = np.ldexp(np.sqrt(variance), moments.level)
     of_bins = np.full(known.size, batches - 1.0)
@@ -130,7 +139,7 @@ def pooled_errors(
 
 
 def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
-    """Moments of bins (B, n), each scaled by a power of 2, so that no square leaves the range of a float."""
+    """Moments of bins (B, n), each scaled by a power of 2, so that no square overflows."""
     count = len(deviations)
     _, exponent = np.frexp(np.abs(deviations).max(axis=0))
     roots = np.sqrt(np.asarray(sizes) / np.sum(sizes))[:, None]
@@ -140,13 +149,13 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
     squares = (scaled * roots) ** 2
     second, fourth = squares.sum(axis=0), (squares**2).sum(axis=0)
     is_sparse = inner * count <= ROUNDING**2
-    # Of a sparse bin the typical size of its scores stands for the inner spread.
+    # The typical size of its scores replaces the inner spread of a sparse bin.
     scores = np.maximum(np.count_nonzero(apart > ROUNDING, axis=0), 1)
     size = np.take_along_axis(apart, (count - (scores + 1) // 2)[None], axis=0)[0]
     size = np.where(size > 0, size, 1.0)
     power = np.log2(np.where(is_sparse, size, np.sqrt(inner)))
     level = exponent + np.floor(power).astype(int)
-    # Fisher's k-statistic k4, and from it the square of the variance without the part that is its noise.
+    # Fisher's k-statistic k4, and from it the square of the variance without its noise.
     variance = second / (count - 1)
     k4 = count * (count + 1) * fourth - 3 * (count - 1) * second**2
     k4 = k4 / ((count - 1) * (count - 2) * (count - 3))
@@ -166,7 +175,7 @@ def _moments(deviations: np.ndarray, sizes: np.ndarray) -> Moments:
 
 
 def _levels(moments: Moments) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """The bins of each level of inner spread: which they are, their weights in it, and how far the level is above theirs."""
+    """The bins of each level of inner spread: indices, weights, and the difference between the two levels."""
     found = []
     for kind in (moments.is_sparse, ~moments.is_sparse):
         group = np.flatnonzero(kind)
@@ -191,11 +200,11 @@ def _add_windows(
     axes: Sequence[int],
     periodic: Sequence[int],
 ) -> None:
-    """Add the sums over all windows of one level of inner spread, for the bins that belong to it."""
+    """Add the sums over all windows of one level of inner spread, for the bins of that level."""
     members, weights, rise = level
     of_windows, of_own = sums
     places = np.array(np.unravel_index(bins[members], shape))
-    # Nobody outside the box of the members reads or adds anything; a periodic axis stays whole.
+    # No bin outside the bounding box of the members matters; a periodic axis stays whole.
     low = np.array([0 if axis in periodic else least for axis, least in enumerate(places.min(axis=1))])
     high = np.array(
         [shape[axis] if axis in periodic else most + 1 for axis, most in enumerate(places.max(axis=1))]
@@ -203,7 +212,7 @@ def _add_windows(
     places = tuple(places - low[:, None])
     terms = np.zeros((4, *(high - low)))
     each = [np.ones(members.size), moments.variance[members], moments.noise[members], moments.square[members]]
-    steps = [0 * rise, 2 * rise, 4 * rise, 4 * rise]  # from units of a bin's own level to those of this one
+    steps = [0 * rise, 2 * rise, 4 * rise, 4 * rise]  # from units of a bin's own level to this level
     for row, numbers, step in zip(terms, each, steps, strict=True):
         row[places] = weights * np.ldexp(numbers, -step)
     for k, reach in enumerate(reaches):
@@ -216,25 +225,25 @@ def _add_windows(
 def _moderated(
     sums: np.ndarray, own: np.ndarray, moments: Moments, batches: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Variance of each bin's mean, in units of its level, its degrees of freedom, and those of a bin's own variance."""
-    bare = 2 / (batches - 1)  # relative variance of a variance of that many normal batches
+    """Variance of each bin's mean [units of its level], its degrees of freedom, those of its own variance."""
+    bare = 2 / (batches - 1)  # relative variance of a variance of so many normal batches
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         each = np.stack([np.ones_like(own), moments.variance, moments.noise, moments.square])
         others = sums - own * each
-        # Of a bin without others like it, or beside which they vanish in rounding, only it is known.
+        # A bin without similar bins, or beside which they vanish in rounding, uses its own variance.
         is_alone = (others[:, 0] <= ROUNDING * own) | (others[:, 1] <= ROUNDING * own * moments.variance)
         count, total, noise, square = np.where(is_alone[:, None], own * each, others).swapaxes(0, 1)
         mean, noise = total / count, noise / count
-        # If all were like the mean of the window, and as each bin is.
+        # Assume that all bins are like the mean of the window, or like themselves.
         of_window = _worse_of_next(np.maximum(noise / mean**2, bare))
         of_bin = _worse_of_next(np.maximum(noise / np.maximum(square / count, mean**2), bare))
         dof = np.where(is_alone, 0.0, 2 * count / of_window)
-        # Begin with the widest window, and moderate each narrower one with what is known so far.
+        # Start with the widest window, and moderate each narrower one with the result so far.
         variance = np.where(is_alone[-1], moments.variance, mean[-1])
         relative = np.where(is_alone[-1], bare, 2 / dof[-1])
         for k in reversed(range(len(count) - 1)):
             variance, relative = _mixed(mean[k], dof[k], variance, relative, PRIOR_DOF)
-        # Of few others it is not known how unlike each other bins are: then a bin judges itself, as if it were alone.
+        # A few other bins do not show how much bins differ: then a bin judges itself, as if it were alone.
         trust = np.where(is_alone[-1], 0.0, np.minimum(1.0, count[-1] / MIN_BINS))
         share = 1 + (OWN_SHARE - 1) * trust
         of_own = share * 2 / (trust * of_bin[0] + (1 - trust) * bare)
@@ -252,7 +261,7 @@ def _chance_of(ratio: np.ndarray, dof: np.ndarray) -> np.ndarray:
 def _mixed(
     inner: np.ndarray, dof: np.ndarray, wider: np.ndarray, relative: np.ndarray, prior: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A variance known to so many degrees of freedom, moderated by a wider one, and its relative variance."""
+    """A variance with `dof` degrees of freedom, moderated by a wider one, and its relative variance."""
     weight = dof / (dof + prior)
     return weight * inner + (1 - weight) * wider, weight * 2 / (dof + prior) + (1 - weight) ** 2 * relative
 
@@ -264,7 +273,7 @@ def _has_few_scores(
     axes: Sequence[int],
     periodic: Sequence[int],
 ) -> np.ndarray:
-    """Whether the values themselves are made of too few scores: of thin bins among which most are sparse."""
+    """Whether the values have too few scores: thin bins among which most are sparse."""
     if not moments.is_sparse.any():
         return moments.is_sparse
     marks = np.zeros((2, math.prod(shape)))
@@ -277,15 +286,15 @@ def _has_few_scores(
 
 
 def _worse_of_next(values: np.ndarray) -> np.ndarray:
-    """Of each window the larger of its own and the next wider one's."""
+    """For each window the larger of its own value and that of the next wider one."""
     return np.maximum(values, np.concatenate([values[1:], values[-1:]]))
 
 
 def window_sums(terms: np.ndarray, reach: int, axes: Sequence[int], periodic: Sequence[int]) -> np.ndarray:
     """Return sums over windows of `reach` bins to each side along `axes`.
 
-    Sums of 2, 4, 8, ... neighbours are made of each other, so that nothing is subtracted and nothing cancels.  At the
-    end of an axis the window is cut off, on a periodic axis it goes on at the other end.
+    Sums of 2, 4, 8, ... neighbours are built from each other, so that nothing is subtracted and nothing
+    cancels.  The window is cut off at the end of an axis, and continues at the other end of a periodic axis.
     """
     for axis in axes:
         length = terms.shape[axis]
@@ -299,8 +308,8 @@ def window_sums(terms: np.ndarray, reach: int, axes: Sequence[int], periodic: Se
 
 
 def _running_sums(values: np.ndarray, width: int) -> np.ndarray:
-    """Sums of so many neighbours along the last axis, for each that has all of them."""
-    found, done = None, 0  # sums of the first `done` neighbours from each place on
+    """Sums of `width` neighbours along the last axis, at each place that has all of them."""
+    found, done = None, 0  # sums of the first `done` neighbours from each place
     of_power, power = values, 1
     left = values.shape[-1] - width + 1
     while power <= width:
@@ -315,5 +324,5 @@ def _running_sums(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def covers_circle(edges: np.ndarray) -> bool:
-    """Whether bins of azimuth with these edges [rad] go round."""
+    """Whether azimuth bins with these edges [rad] cover the circle."""
     return math.isclose(edges[-1] - edges[0], 2 * math.pi, rel_tol=1e-9)

@@ -1,4 +1,4 @@
-"""What an error costs in time, going by what a finished run cost: time goes as the error to the power 1 / slope."""
+"""The price of accuracy, predicted from the cost of a finished run: time ~ error^(1 / slope)."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from transport.results.notation import duration, percent
 from transport.results.quantities import Quantity
 from transport.results.record import BY_CHANCE, Cost, Record
 
-DECADES = 2  # that a report tells, below the present error
+DECADES = 2  # below the present error, in a report
 
 
 def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = BY_CHANCE) -> float:
-    """Seconds that a run takes to a relative error of the quantity, in the worst bin whose error is known and not doubtful.
+    """Seconds of a run for a relative error of the quantity, in its worst known bin that is not doubtful.
 
-    nan where there is none.  Of the whole run, not of what is left of it; on the same machine with as many threads.
+    nan if there is no such bin.  For the whole run, not its rest, on the same machine with as many threads.
     """
     relative = np.atleast_1d(quantity.relative_error)
     relative = relative[np.isfinite(relative) & ~np.atleast_1d(quantity._is_known_but_doubtful)]
@@ -26,7 +26,10 @@ def price_of(quantity: Quantity, cost: Cost, error: float, slope: float = BY_CHA
 
 
 def price_lines(result: Record, name: str) -> list[str]:
-    """What the next digits of a detector's first known quantity cost, in a line; none where that is doubtful or there is none."""
+    """A line with the price of the next digits of a detector's first known quantity.
+
+    None if there is no such quantity.
+    """
     slopes = result.cost.slopes if result.cost is not None else {}
     found = result[name].quantities if result.cost is not None else {}
     asked = [quantity for quantity in found if f"{name}.{quantity}" in slopes]
@@ -46,7 +49,7 @@ def price_lines(result: Record, name: str) -> list[str]:
 
 
 def _has_error(quantity: object) -> bool:
-    """Whether there is an error that a longer run would lessen."""
+    """Whether there is an error that a longer run would reduce."""
     if not isinstance(quantity, Quantity):
         return False
     relative = np.asarray(quantity.relative_error)

@@ -1,15 +1,19 @@
-"""What is known of light that no score has shown: proofs that there is none, and probes that bound it.
+"""Knowledge about light without a score: proofs that it is absent, and probes that bound it.
 
-A class of paths is empty where its mirrors or lamps lie behind the detector, in another room, or out of the sight of all lines between.
+A class of paths is empty if its mirrors or lamps lie behind the detector, in another room, or hidden from all
+lines of sight.
 
-Where that is not so, a probe tells how much there can be.  "expected" meets light whose last vertex is specular by chance alone.
-Followed backwards such a path leaves the detector towards a specular surface.  A probe sends histories from the detector towards each
-of these surfaces, counts by flights and by rays what comes to the lamps (transport/estimators/backward.py), and takes the upper end of that:
-more than the class is worth, for what a surface reflects diffusely, and what flies past it, is counted as well.  For "backward", which
-meets light whose first vertex is specular by chance, histories go from the lamp towards the surfaces.  What a probe finds is never added to
-an estimate.  It is as long as its purpose needs: of 65 536 histories at least, and hardly of more than the run that it is about.  Where its histories are
-long (mirrors that keep light), it is shorter, so that it has hardly more crossings and collisions than that run, or there is none.  It depends on
-scene, detector and these counts alone, so that the same run has the same findings wherever they are looked at.
+Otherwise a probe bounds it.  The estimator "expected" finds light whose last vertex is specular only by
+chance.  Traced backwards, such a path leaves the detector towards a specular surface.  A probe sends
+histories from the detector towards each of these surfaces, scores at the lamps by flights and by rays
+(transport/estimators/backward.py), and takes the upper confidence limit.  The limit exceeds the class,
+because it includes light that a surface reflects diffusely and light that passes beside it.  For "backward",
+which finds light whose first vertex is specular by chance, histories start at the lamp towards the surfaces.
+
+The result of a probe is never added to an estimate.  A probe has at least 65 536 histories, and hardly more
+than the run concerned.  If its histories are long (mirrors that trap light), it has fewer, so that its
+crossings and collisions hardly exceed those of the run, or there is none.  It depends on scene, detector and
+these counts alone, so the same run always has the same findings.
 """
 
 from __future__ import annotations
@@ -53,30 +57,33 @@ if TYPE_CHECKING:
     from transport.results.record import Record
     from transport.scene import Scene
 
-LINES, MOST_LINES = 1 << 13, 1 << 17  # between a sensor and a lamp
-NEARLY = 0.25  # of the most that a line may count
-CLEAR = 1e-9  # of a line, at its ends: the surfaces on which it begins and ends do not block it
-FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and how they grow
-LAST, SHARE = 1 << 22, 1.25  # the longest, and as a share of the run that it is about
-EVENTS = FIRST * 128  # crossings and collisions that any probe may have; else SHARE of those of the run ...
-PLAIN = 32  # ... of which a history counts as having so many at least
-PILOTS = 8, 128  # histories that tell how many a probe's have
-BATCH = 128  # histories of a batch of a short probe: of fewer a crossing costs more time
+LINES, MOST_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
+NEARLY = 0.25  # of the largest score of a line
+CLEAR = 1e-9  # of a line, at its ends: the surfaces at its ends do not block it
+FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and their growth
+LAST, SHARE = 1 << 22, 1.25  # histories of the longest probe, and relative to the run concerned
+EVENTS = FIRST * 128  # crossings and collisions allowed to any probe; else SHARE of those of the run ...
+PLAIN = 32  # ... in which a history counts as having at least this many
+PILOTS = 8, 128  # histories of the pilots that measure the events per history
+BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
 SHORTEST, FEWEST, MANY = 256, 8, 32  # histories of a probe, and batches of a short one
-MOST = 16  # surfaces of one probe, for each of which its passes are prepared
-NEAR = 1.15  # times the value that is found: a bound so near to it need not be improved
-BRIGHT = 0.5  # reflectance of mirrors in place of darker ones
+MOST = 16  # surfaces of one probe, each of which needs passes of its own
+NEAR = 1.15  # times the measured value: a bound so near to it needs no improvement
+BRIGHT = 0.5  # reflectance that replaces that of darker mirrors
 SEED = 0x9E3779B9
 
 
-# ---- what is empty ----
+# ---- empty classes ----
 
 
 def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
-    """The numbers of the surfaces whose mirrored or refracted light may come straight to a side of a shape; side: None for all."""
+    """Indices of the surfaces whose specular light may come straight to a side of a shape.
+
+    side: None for all.
+    """
     key = "mirrors", id(shape), side
     if key not in scene.proofs:
-        # The shape is kept, so that no other one takes its id.
+        # Keep the shape, so that no other object takes its id.
         scene.proofs[key] = shape, _mirrors_of(scene, shape, side)
     return scene.proofs[key][1]
 
@@ -97,13 +104,13 @@ def _mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
 
 
 def names_of(scene: Scene, numbers: Iterable[int]) -> list[str]:
-    """What the surfaces of these numbers are called."""
+    """Names of the surfaces with these indices."""
     surfaces = [(number, scene.surfaces[number]) for number in numbers]
     return [repr(surface.name) if surface.name else titled(surface, number) for number, surface in surfaces]
 
 
 def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
-    """Whether a flat surface of which only one side is specular has that side turned away from all of a shape."""
+    """Whether a flat surface with one specular side turns that side away from all of a shape."""
     if not (isinstance(mirror, FlatShape) and isinstance(material, TwoSided)):
         return False
     sides = {"front": material.front, "back": material.back}
@@ -113,7 +120,7 @@ def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
 
 
 def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
-    """The sources whose births no ray connects and which may come straight to a side of a shape."""
+    """The sources whose births no ray connects and that may send light straight to a side of a shape."""
     for emitter in plan.emitters:
         emission = emitter.source.emission
         if emitter.target is not None and plan.turned is None:
@@ -127,7 +134,10 @@ def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
 
 
 def way_past(origin: Shape, direction: Vector, shape: Shape) -> float:
-    """How far at least parallel rays from a shape pass by another, by balls about both [m]; 0 where they may meet."""
+    """Least distance at which parallel rays from one shape pass another, by bounding balls [m].
+
+    0 if they may meet.
+    """
     if origin.is_infinite or shape.is_infinite:
         return 0.0
     way, reach = np.subtract(shape.middle, origin.middle), origin.extent + shape.extent
@@ -142,7 +152,7 @@ def source_name(scene: Scene, source: Source) -> str:
 
 
 def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> bool:
-    """Whether geometry proves that no light of a lamp comes straight to a sensor."""
+    """Whether geometry proves that no direct light of a lamp reaches a sensor."""
     if isinstance(sensor, Camera) and not sensor.may_see(lamp):
         return True
     looks = getattr(sensor, "side", None)
@@ -165,14 +175,14 @@ def bound_by_lines(
     side: str | None,
     enough: float,
 ) -> tuple[float, bool]:
-    """(at most so large a share of a sensor's view a lamp fills, whether any line shows it), with 95 % confidence.
+    """Bound (95 % confidence) of a lamp's share of a sensor's view, and whether any line of sight is clear.
 
-    By lines between even points on both, as many as it takes to come below `enough` or close to what is found.  (infinite, True) where no
-    points can be drawn on either.  number: of the lamp.
+    Lines connect even points on both, with as many lines as it takes to get below `enough` or close to the
+    measured share.  Returns (infinite, True) for shapes without points.  number: index of the lamp.
     """
     bound, is_shown, lines = math.inf, True, LINES
     while lines <= MOST_LINES:
-        key = sensor.name, number, lines  # once for a scene: a run for an error looks often
+        key = sensor.name, number, lines  # cached per scene: a run with a requested error calls this often
         if key not in scene.proofs:
             scene.proofs[key] = _seen_by_lines(scene, sensor, parts, lamp, side, lines)
         bound, found, is_shown = scene.proofs[key]
@@ -185,12 +195,13 @@ def bound_by_lines(
 def _seen_by_lines(
     scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None, lines: int
 ) -> tuple[float, float, bool]:
-    """(at most, about) the share of a sensor's view that a lamp fills, and whether any of so many lines shows it."""
+    """Bound and estimate of the share of a sensor's view that a lamp fills, and whether any line is clear."""
     rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
     is_directed = isinstance(sensor, Detector)
     if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
         return math.inf, 0.0, True
     for part in parts:
+        # Draw the ends of the lines, and compute the score of each line.
         ends = [points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
         if any(end is None for end in ends):
             return math.inf, 0.0, True
@@ -204,12 +215,13 @@ def _seen_by_lines(
                 (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
             )
             kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
+        # Keep the lines that no opaque surface blocks.
         free = np.flatnonzero(kernel > 0)
         free = free[~_are_blocked(scene, start[free], ways[free], distances[free])]
         shown = kernel[free]
         mean = float(shown.sum()) / lines
         spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
-        # Lines as short as the gap may count most, and none of them may have been drawn.
+        # The shortest lines score most, and none of them may have been drawn.
         gap, full = least_gap(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
         limit = lamp.area * full / gap**2 if gap > 0 else math.inf
         strong = int((shown >= NEARLY * limit).sum())
@@ -220,7 +232,10 @@ def _seen_by_lines(
 
 
 def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Points even over the area of a shape, from numbers (n, 2) within [0, 1), and its normals there, (n, 3); None of other shapes."""
+    """Points even over the area of a shape from numbers (n, 2) in [0, 1), and normals, each (n, 3).
+
+    None for other kinds of shapes.
+    """
     u, v = numbers.T
     if isinstance(shape, Point):
         return np.broadcast_to(shape.position, (len(u), 3)), np.zeros((len(u), 3))
@@ -244,7 +259,7 @@ def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: np.ndarray) -> np.ndarray:
-    """Whether an opaque surface stands between the ends of each line."""
+    """Whether an opaque surface lies between the ends of each line."""
     blocked = np.zeros(len(start), bool)
     for surface in scene.surfaces:
         if not lets_through(surface.material):
@@ -253,30 +268,30 @@ def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: n
     return blocked
 
 
-# ---- how much media let pass ----
+# ---- transmission of media ----
 
 
 def most_that_passes(plan: Plan, shape: Shape) -> float:
-    """The largest weight that a history may have at a shape, as a share of its birth weight: 1 where geometry proves no less.
+    """Largest possible weight of a history at a shape, relative to its birth weight; 1 unless proven less.
 
-    Absorption along the way lessens weights by exp(-absorption * length).  The length is proven where a single
-    body of one medium parts a source from the shape, or one of them lies within it.
+    Absorption along a path reduces weights by exp(-absorption * length).  The length is proven if a single
+    body of one medium separates a source from the shape, or contains one of them.
     """
     key = "passes", id(plan), id(shape)
     if key not in plan.scene.proofs:
         share = max(_share_past_media(plan, emitter.shape, shape) for emitter in plan.emitters)
-        plan.scene.proofs[key] = plan, shape, share  # kept, so that no others take their ids
+        plan.scene.proofs[key] = plan, shape, share  # keep both, so that no other objects take their ids
     return plan.scene.proofs[key][2]
 
 
 def _share_past_media(plan: Plan, origin: Shape, shape: Shape) -> float:
-    if plan.plays_roulette or not plan.attenuates:  # who survives roulette is heavier than what came through
+    if plan.plays_roulette or not plan.attenuates:  # survivors of roulette are heavier
         return 1.0
     return math.exp(-_least_depth(plan, origin, shape))
 
 
 def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
-    """The least number of mean free paths to absorption on any way between two shapes, as far as that is proven."""
+    """Least number of mean free paths to absorption on any path between two shapes, as far as proven."""
     scene, depth = plan.scene, 0.0
     bodies, holders = nested(scene)
     is_straight = not (
@@ -294,7 +309,10 @@ def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
 
 
 def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> float:
-    """The least length within a body of any way between two shapes [m], as far as that is proven; is_straight: of straight ways."""
+    """Least length inside a body of any path between two shapes [m], as far as proven.
+
+    is_straight: whether all paths are straight.
+    """
     if isinstance(body, Slab):
         (low, high), (least, most) = (_heights(body, each) for each in (origin, shape))
         half = body.thickness / 2 * (1 - ROUNDING)
@@ -322,7 +340,7 @@ def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> f
 
 
 def _heights(body: Slab, shape: Shape) -> tuple[float, float]:
-    """Between which heights over the middle of a slab a shape lies [m]; infinite where that is not known."""
+    """Range of heights of a shape above the middle of a slab [m]; infinite if unknown."""
     middle = dot(tuple(p - q for p, q in zip(shape.middle, body.middle, strict=True)), body.normal)
     is_level = isinstance(shape, FlatShape) and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
     reach = 0.0 if is_level else _reach(shape)
@@ -330,7 +348,7 @@ def _heights(body: Slab, shape: Shape) -> tuple[float, float]:
 
 
 def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
-    """Bounds of how high the points of a shape lie over the surface of a body [m]; negative inside it."""
+    """Bounds of the height of a shape above the surface of a body [m]; negative inside it."""
     if isinstance(body, Sphere):
         apart, reach = math.dist(shape.middle, body.center) - body.radius, _reach(shape)
         return apart - reach, apart + reach
@@ -347,11 +365,11 @@ def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
 
 
 def _reach(shape: Shape) -> float:
-    """The radius of a ball about the middle of a shape that holds it [m]."""
+    """Radius of a ball about the centre of a shape that contains it [m]."""
     return shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
 
 
-# ---- what is little ----
+# ---- bounded classes ----
 
 
 def bound_by_probe(
@@ -363,10 +381,11 @@ def bound_by_probe(
     lamp: Source | None = None,
     events: float = 0.0,
 ) -> tuple[float, float]:
-    """(at most, about) so much light [W] comes to a detector, with 95 % confidence; infinite where that is not known.
+    """Bound (95 % confidence) and estimate of light at a detector [W]; infinite if unknown.
 
-    That which these surfaces send there last; with a lamp, that which it sends to these surfaces first.
-    surfaces: their numbers;  histories, events: of the run that it is about;  enough: a bound [W] that need not be improved.
+    It is the light that comes last from `surfaces` or, with a lamp, the light that the lamp sends first to
+    them.  surfaces: indices;  histories, events: of the run concerned;  enough: a bound [W] that needs no
+    improvement.
     """
     bound, value = math.inf, 0.0
     for length in _lengths(scene, detector, surfaces, lamp, histories, events):
@@ -380,18 +399,18 @@ def bound_by_probe(
             except (SceneError, MemoryError):
                 scene.proofs[key] = math.inf, 0.0
         bound, value = scene.proofs[key]
-        if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer one would say no more
+        if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer probe would not improve it
             break
     return bound, value
 
 
 def why_no_probe(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
-    """Why no probe can bound what these surfaces send to a detector, or have from a lamp, where that is known without one; "" else."""
+    """Why no probe can bound light of these surfaces, if that is known without running one; else ""."""
     if len(surfaces) > MOST:
         return f"more than {MOST} surfaces"
     endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
     if endless:
-        return f"{listed(names_of(scene, endless))} without end"
+        return f"{listed(names_of(scene, endless))} is infinite"
     try:
         if lamp is None:
             _turned(scene)
@@ -412,14 +431,16 @@ def _lengths(
     histories: float,
     events: float,
 ) -> list[int]:
-    """How many histories the probes for a run may have, of which each is tried after the other."""
+    """Numbers of histories of the probes for a run, to be tried one after the other."""
+    # Measure the events per history by pilots.
     most = max(EVENTS, SHARE * max(events, PLAIN * histories))
     each = 1.0
     for length in PILOTS:
         if each * length <= most:
             each = _events_each(scene, detector, surfaces, lamp, length)
+    # Choose the numbers of histories within the limits of histories and events.
     longest = min(max(FIRST, SHARE * histories), LAST, most / each)
-    if longest < FIRST:  # one that fits, of few lengths, so that runs alike share it
+    if longest < FIRST:  # take one that fits, out of a few lengths, so that similar runs share it
         lengths = [FIRST // FACTOR**k for k in range(1, 5)]
         return [length for length in lengths if SHORTEST <= length <= longest][:1]
     lengths = [FIRST]
@@ -431,7 +452,7 @@ def _lengths(
 def _events_each(
     scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None, length: int
 ) -> float:
-    """Crossings and collisions of a history of a probe, by a probe of so few; infinite where there is none."""
+    """Crossings and collisions per history of a probe, measured by a pilot; infinite if there is none."""
     key = "events", *_key(scene, detector, surfaces, lamp), length
     if key not in scene.proofs:
         try:
@@ -447,17 +468,17 @@ def _events_each(
 
 
 def events_of(batches: Iterable[Batch]) -> int:
-    """Crossings and collisions of a run."""
+    """Number of crossings and collisions of a run."""
     return sum(batch.crossings + batch.collisions for batch in batches)
 
 
 def _turned(scene: Scene):
-    """The scene for histories from a detector, and its lamps.  Raises SceneError where there is none."""
+    """The scene for backward histories, and its lamps.  Raises SceneError if there is none."""
     if (why := backward.why_not(scene)) is not None:
         raise SceneError(str(why))
     turned, lamps = turned_scene(scene)
     if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
-        raise SceneError("light is born in a volume")
+        raise SceneError("a source emits from a volume")
     return turned, lamps
 
 
@@ -470,7 +491,7 @@ def _start_of(scene: Scene, lamp: Source) -> Source:
 
 
 def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length: int) -> tuple[float, float]:
-    """What light by surfaces to a detector at most is, and is found to be [W], by histories from the detector."""
+    """Bound and estimate of light via surfaces to a detector [W], from histories that start there."""
     turned, lamps = _turned(scene)
     result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
     gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
@@ -484,7 +505,7 @@ def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length
 def _forwards(
     scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
 ) -> tuple[float, float]:
-    """What light from a lamp by surfaces at most is, and is found to be [W], by histories from the lamp."""
+    """Bound and estimate of light from a lamp via surfaces [W], from histories that start at the lamp."""
     result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
     unit, mirrors = result.plan.unit, mirrors_of(scene, scene.shape_of(detector), detector.side)
     events = events_of(result.batches)
@@ -493,16 +514,18 @@ def _forwards(
 
 
 def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int):
-    """Histories from a shape towards each of the surfaces."""
+    """Run histories from a shape towards each of the surfaces."""
     simulate = function_for(type(scene), "simulate")
     if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
-        raise SceneError("no history is aimed at what has no end, or at so much")
+        raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
+    # Aim one source at each surface, and brighten dark mirrors.
     born, there = [], list(scene.surfaces)
     for number in surfaces:
         surface = scene.surfaces[number]
         there[number], share = _brightened(surface)
         power = Lambertian(power=share * start.emission.power)
         born.append(replace(start, emission=power, aim=surface.shape))
+    # Use next-event estimation if the scene allows it.
     probe = type(scene)(born, there, detectors, scene.medium)
     how = {"seed": SEED, "threads": 1, "progress": False}
     if length < FIRST:
@@ -511,7 +534,7 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
         result = simulate(probe, length, estimator="expected", **how)
     except OverrunError:
         raise
-    except SceneError:  # there is no lamp or detector that points are drawn on
+    except SceneError:  # the scene has no lamp or detector for rays
         result = simulate(probe, length, estimator="analog", **how)
     if not result.is_complete:
         raise KeyboardInterrupt
@@ -519,7 +542,10 @@ def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequen
 
 
 def _found(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
-    """The mean weight of a history at a detector: at most, and as it is found; straight: at most of that which met no diffuse wall last."""
+    """Bound and estimate of the mean weight per history at a detector.
+
+    straight: bound of the part whose last vertex was not a diffuse wall.
+    """
     total = result[detector.name].total(ARRIVALS)
     findings = total._raw_findings
     if any(math.isnan(each.bound) for each in findings) or (math.isnan(total.error) and total.value > 0):
@@ -534,7 +560,10 @@ def _found(result: Record, detector: Detector, straight: float = math.inf) -> tu
 
 
 def _brightened(surface: Surface) -> tuple[Surface, float]:
-    """A dark mirror as one that few histories die on, and what share of that it is; other surfaces as they are."""
+    """Replace a dark mirror by one on which few histories die.
+
+    Return it and the power that remains, as a share.
+    """
     material = surface.material
     if isinstance(material, Mirror):
         share = (material.reflectance + material.transmission) / BRIGHT

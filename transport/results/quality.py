@@ -1,9 +1,9 @@
-"""How far an error bar is to be trusted: how many scores carry it, how heavy their tail is, whether batches agree.
+"""How reliable an error bar is: how many scores carry it, how heavy their tail is, whether batches agree.
 
-An error tells the spread of what came.  Where rare large scores have not come yet, mean and error are both too low, and the
-error does not know.  What did come betrays it: a few scores carry the error, or the largest thin out so slowly that one more of
-them would be larger than the error.  These are MCNP's ten checks (X-5 Monte Carlo Team 2003, 2.VI), in as far as they are not
-each other's consequence.
+An error measures the spread of the scores in hand.  If rare large scores are still missing, mean and error
+are both too low.  The present scores show it: a few of them carry the error, or the largest thin out so
+slowly that one more of them would be larger than the error.  The tests follow MCNP's ten checks (X-5 Monte
+Carlo Team 2003, 2.VI), as far as these are independent of each other.
 """
 
 from __future__ import annotations
@@ -30,20 +30,41 @@ from transport.results.findings import (
 from transport.results.scores import Scores
 from transport.results.trends import outlier_of, trend_of
 
-CHANCE = 4.0  # roots of a number of scores that chance adds to it
-ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them stands alone
+CHANCE = 4.0  # excess of a number of scores, in its square roots, that chance may cause
+ODD, ALONE = 1e-6, 1e-8  # probabilities below which batches have a trend, or one of them is an outlier
 
 
 @dataclass(frozen=True)
 class Quality:
-    """The quality of a number's error bar; nan for what is not known, (*dims) of a quantity with bins where it differs by bin.
+    """Quality of the error bar of a quantity.
 
-    relative_error: one standard error over the value;  figure_of_merit: 1/(relative error^2 seconds) [s^-1], constant while a run
-    goes on;  scores: how many there are, None where they are not counted;  carriers: about how many independent ones carry the error, 1/VOV;  vov: variance of
-    the variance, 1/N for normal sums, below 0.1 wanted;  tail_slope: of the density of the largest scores, size^-slope, above 3
-    wanted, at most 10, nan where all are alike or too few;  unseen: standard errors that larger scores than all that came would bring if
-    the law of the largest goes on;  trend: probability that batches without a trend would look so;  verdict: "sound", "bounded"
-    or "doubtful" (of bins the worst);  findings: what the run may have missed, the worst first.
+    Fields are nan if they are not known, and have shape (*dims) for a quantity with bins if they differ by
+    bin.
+
+    Parameters
+    ----------
+    relative_error : float or numpy.ndarray
+        One standard error divided by the value.
+    figure_of_merit : float or numpy.ndarray
+        1 / (relative error² × seconds) [s^-1]; constant while a run continues.
+    scores : int or None
+        Number of scores; None if they are not counted.
+    carriers : float
+        Approximate number of independent scores that carry the error, 1/VOV.
+    vov : float
+        Variance of the variance (VOV); 1/N for sums of N normal numbers; should be below 0.1.
+    tail_slope : float
+        Slope of the density of the largest scores, size^-slope; should be above 3, at most 10; nan if all
+        scores are equal or too few.
+    unseen : float
+        Standard errors that scores larger than all present ones would add if the law of the largest
+        continues.
+    trend : float
+        Probability that batches without a trend look so.
+    verdict : {"sound", "bounded", "doubtful"}
+        Verdict on the quantity; the worst one of its bins.
+    findings : tuple of Finding
+        What the run may have missed, the worst first.
     """
 
     relative_error: float
@@ -59,22 +80,36 @@ class Quality:
 
     @property
     def is_sound(self) -> bool:
-        """Whether nothing speaks against the error bar."""
+        """Whether the verdict is "sound".
+
+        Returns
+        -------
+        bool
+        """
         return self.verdict == SOUND
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What speaks against the error bar, in words."""
+        """Texts of the findings against the error bar.
+
+        Returns
+        -------
+        tuple of str
+        """
         return tuple(finding.what for finding in self.findings if finding.severity != NOTE)
 
     def __str__(self) -> str:
         scores = "unknown" if self.scores is None else self.scores
         if np.ndim(self.relative_error):
             relative, merit = (_median(each) for each in (self.relative_error, self.figure_of_merit))
-            return f"medians: relative error {relative:.2g}, figure of merit {merit:.3g} s^-1: {'; '.join((self.verdict, *self.doubts))}"
+            return (
+                f"medians: relative error {relative:.2g}, figure of merit {merit:.3g} s^-1:"
+                f" {'; '.join((self.verdict, *self.doubts))}"
+            )
         numbers = (
-            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1, scores {scores},"
-            f" VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g} errors, trend p = {self.trend:.2g}"
+            f"relative error {self.relative_error:.2g}, figure of merit {self.figure_of_merit:.3g} s^-1,"
+            f" scores {scores}, VOV {self.vov:.2g}, slope {self.tail_slope:.2g}, unseen {self.unseen:.2g}"
+            f" errors, trend p = {self.trend:.2g}"
         )
         return f"{numbers}: {'; '.join((self.verdict, *self.doubts))}"
 
@@ -91,10 +126,10 @@ def quality_of(
     seconds: float = math.nan,
     more: str = MORE,
 ) -> Quality:
-    """The quality of an estimate of one run.
+    """Quality of an estimate of one run.
 
-    scores: how many there are of each size, None where that is not known;  particles: histories of the run, by which
-    it is told how many did not score;  more: what to do where it is not to be trusted.
+    scores: the scores by size, None if that is not known;  particles: histories of the run, which give the
+    number without a score;  more: the cure of a doubtful number.
     """
     relative = estimate.relative_error
     is_known = np.ndim(relative) == 0 and 0 < relative < math.inf
@@ -117,7 +152,7 @@ def quality_of(
 
 
 def advising(findings: Iterable[Finding], more: str) -> Iterator[Finding]:
-    """The findings, with this advice (of `more_of`) where theirs is MORE."""
+    """The findings, with `more` in place of the cure MORE."""
     return (replace(finding, cure=more) if finding.cure == MORE else finding for finding in findings)
 
 
@@ -132,9 +167,9 @@ def verdict_of(estimate: Estimate) -> str:
 def findings_of_error(
     title: str, total: Estimate, scores: Scores | None, particles: int
 ) -> Iterator[Finding]:
-    """What the scores' sizes and the batches tell of an error bar, with bounds in the unit of the number.
+    """Findings from the sizes of scores and from the batches, with bounds in the unit of the number.
 
-    title: of the detector;  total: what it counted in all.
+    title: name of the detector;  total: its total.
     """
     carriers, _, slope, unseen, trend = _numbers(total, scores, particles)
     if scores is not None and scores.number >= MIN_SCORES:
@@ -154,27 +189,30 @@ def findings_of_error(
         if unseen > 0:
             index = slope - 1
             is_infinite = index * (1 + 1 / math.sqrt(scores.tail_scores)) < 2 if index > 0 else False
-            what = f"rare larger scores not sampled: the largest thin out as size^-{slope:.2g}"
+            what = f"rare larger scores not sampled: the density of the largest falls as size^-{slope:.2g}"
             what += ", whose variance is infinite" if is_infinite else ""
             yield Finding(
                 DOUBTFUL, title, "", what, (2 if is_infinite else 1) * unseen * total.error, MORE, name="tail"
             )
-    elif scores is not None:  # which `Quantity.findings` says
+    elif scores is not None:  # `Quantity.findings` reports that
         return
     if trend < ODD:
-        what = f"the batches have a trend, which chance makes once in {1 / max(trend, 1e-99):.1g} runs"
+        what = f"the batches have a trend, which chance produces once in {1 / max(trend, 1e-99):.1g} runs"
         yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
     if outlier_of(_alike(total)) < ALONE and _is_above_chance(total, scores):
-        what = "one batch is far above all others: rare histories that score much carry the error"
+        what = "one batch is far above all others: rare histories with large scores carry the error"
         yield Finding(DOUBTFUL, title, "", what, math.nan, MORE, name="batches")
 
 
 def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
-    """Whether the largest batch has more than chance would bring of the largest scores: where few come, one more is no rarity."""
+    """Whether the largest batch exceeds what chance brings of the largest scores.
+
+    One more of few is no rarity.
+    """
     if scores is None:
         return True
     values = _alike(total)
-    # in scores as large as the largest
+    # Measure the excess in scores of the largest size.
     excess = (values.max() / values.mean() - 1) * scores.power(1) / len(values)
     return excess > CHANCE * math.sqrt(max(scores.carriers / len(values), 1.0))
 
@@ -182,7 +220,7 @@ def _is_above_chance(total: Estimate, scores: Scores | None) -> bool:
 def _numbers(
     total: Estimate, scores: Scores | None, particles: int
 ) -> tuple[float, float, float, float, float]:
-    """About how many scores carry the error, its VOV, the slope of the largest, errors that larger ones may bring, and the trend."""
+    """Number of scores that carry the error, its VOV, slope of the largest, errors of unseen ones, trend."""
     trend = trend_of(_alike(total))
     vov, slope, unseen, relative = math.nan, math.nan, math.nan, total.relative_error
     if scores is not None and scores.number:
@@ -192,16 +230,16 @@ def _numbers(
 
 
 def _alike(estimate: Estimate) -> np.ndarray:
-    """What the batches gave, without those that are much smaller than the others."""
+    """Values of the batches, without batches much smaller than the others."""
     sizes = estimate.run.sizes
     return estimate.values[2 * sizes > np.median(sizes)]
 
 
 def _vov(scores: Scores, relative: float, particles: int) -> float:
-    """Variance of the variance of what histories score: that of single scores, times how many of them come together.
+    """Variance of the variance of the histories' scores: that of single scores, times how many come together.
 
-    How many come together is told by the variance among batches over that of single scores.  Where nearly every history
-    scores alike it is the others that carry the error.
+    The variance among batches over that of single scores gives how many come together.  If nearly every
+    history scores the same, the other histories carry the error.
     """
     among = (relative * scores.power(1)) ** 2
     if among > 0.5 * scores.power(2):

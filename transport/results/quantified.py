@@ -1,4 +1,4 @@
-"""What the readings of all detectors share: their quantities by name, and a word on names that there are not."""
+"""The base class of all readings: quantities by name, and the error message for unknown names."""
 
 from __future__ import annotations
 
@@ -10,35 +10,56 @@ from transport.results.estimates import EstimateOrArray
 from transport.results.findings import Finding
 from transport.validation import SceneError, suggestion
 
-Note = tuple[str, str]  # the name of a diagnostic, and its words
+Note = tuple[str, str]  # name of a diagnostic, and its text
 
 
 def note_of(dark: str | None, deep: str | None = None) -> Note | None:
-    """The note of a detector that no light can reach, or that lies too deep in media."""
+    """The note about a detector that no light can reach, or that lies behind too much optical depth."""
     return ("enclosed detector", dark) if dark else ("optical depth", deep) if deep else None
 
 
 class Quantified:
-    """A reading with a `name` and the names of its quantities, `known`; not made itself."""
+    """Base class of readings.
+
+    Attributes
+    ----------
+    name : str
+        Name of the detector.
+    known : tuple of str
+        Names of its quantities.
+    title : str
+        Kind of detector, in front of its name in messages.
+    cannot_arrive : bool
+        Whether geometry proves that no light arrives at its side.
+    note : tuple of str or None
+        Why it has no score, if known: (name of the diagnostic, text).
+    is_blind : bool
+        Whether it has no score.
+    """
 
     name: str
     known: tuple[str, ...] = ()
-    title = ""  # in front of its name, in messages
-    cannot_arrive = False  # whether geometry proves that no light arrives at its side
-    note: Note | None = None  # why it counted nothing, where that is known
-    is_blind = False  # whether nothing was counted at all
+    title = ""
+    cannot_arrive = False
+    note: Note | None = None
+    is_blind = False
 
     def why_unscored(self) -> Iterable[Finding]:
-        """What is known of why it counted nothing, where chance alone may have missed it."""
+        """Findings that explain why the detector has no score, if only chance may have missed it."""
         return ()
 
     def binned(self) -> Iterable[tuple[str, EstimateOrArray]]:
-        """Its quantities with bins, by name, that findings about single bins are sought in."""
+        """The quantities with bins, by name, in which findings about single bins are searched."""
         return ()
 
     @property
     def quantities(self) -> dict[str, EstimateOrArray]:
-        """All quantities that it was set up for."""
+        """All quantities for which the detector has the options.
+
+        Returns
+        -------
+        dict of str to Estimate or EstimateArray
+        """
         found = {}
         for name in self.known:
             try:
@@ -50,7 +71,7 @@ class Quantified:
     def _repr_html_(self) -> str:
         return function_for(type(self), "html")(self)
 
-    if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
+    if not TYPE_CHECKING:  # type checkers would accept any name
 
         def __getattr__(self, name: str):
             if name.startswith("_"):

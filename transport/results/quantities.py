@@ -1,4 +1,4 @@
-"""What an estimate and an array of them share: replicates with a unit and named axes, and arithmetic."""
+"""Base class of Estimate and EstimateArray: replicates with a unit and named axes, arithmetic, findings."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from transport.results.replicates import Batches, Replicates, added, arranged, p
 from transport.results.statistics import normal_score, student_quantile
 from transport.units import Unit, UnitError
 
-AXIS_UNITS = {  # of axes; those of u and v depend on the shape
-    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1", "r": "m", "x": "m", "y": "m", "z": "m",
-    "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
+AXIS_UNITS = {  # of the axes; those of u and v depend on the shape
+    "mu": "1", "theta": "rad", "phi": "rad", "time": "s", "speed": "m s^-1",
+    "r": "m", "x": "m", "y": "m", "z": "m", "vx": "m s^-1", "vy": "m s^-1", "vz": "m s^-1",
 }  # fmt: skip
 Number = TypeVar("Number", covariant=True)  # a float of an Estimate, an array of an EstimateArray
 Reason = TypeVar("Reason", covariant=True)
@@ -48,60 +48,111 @@ Operand: TypeAlias = "Quantity[Any, Any] | float | np.number | np.ndarray"
 
 
 class Quantity(Generic[Number, Reason]):
-    """Replicates with a unit: all that estimates do alike, one by one or in arrays."""
+    """Replicates with a unit: the common behaviour of Estimate and EstimateArray.
 
-    __array_ufunc__ = None  # NumPy leaves the arithmetic to us: 2.0 * estimate, array * estimates
+    Attributes
+    ----------
+    unit : Unit
+        Unit of values and errors.
+    coords : dict of str to numpy.ndarray
+        Edges of the bins along each axis; empty for a single estimate.
+    axis_units : mapping of str to str
+        Units of axes whose unit is not fixed, such as "u" and "v".
+    allowed : float, default 0.01
+        Relative error up to which a finding's bound is accepted; a larger bound makes the number doubtful.
+    """
+
+    __array_ufunc__ = None  # NumPy defers to the operators of this class: 2.0 * estimate, array * estimates
 
     _replicates: Replicates
     unit: Unit
-    coords: dict[str, np.ndarray]  # the edges of the bins along each axis; none for a single estimate
-    axis_units: Mapping[str, str] = MappingProxyType({})  # of axes that are not always in the same one
-    # error bars known from elsewhere, such as those of a bin of an array
+    coords: dict[str, np.ndarray]  # edges of the bins along each axis; empty for a single estimate
+    axis_units: Mapping[str, str] = MappingProxyType({})  # of axes without a fixed unit
+    # Error bars from elsewhere, such as those of one bin of an array.
     _bars_from: Callable[[], Pooled] | None = None
-    allowed: float = ALLOWED  # of the value: what a bound may reach before the number is doubtful
-    _is_measured = False  # by a run itself, not made of other quantities
-    _adds_scores = False  # of one run, as what it measured, parts of that, multiples and sums over bins do
-    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made when they are asked for
+    allowed: float = ALLOWED  # relative to the value; a larger bound makes the number doubtful
+    _is_measured = False  # measured by a run itself, not computed from other quantities
+    _adds_scores = False  # a sum of scores of one run, or a part or multiple of it
+    _unjudged: tuple[Finding, ...] | Callable[[], Iterable[Finding]] = tuple  # made at the first access
 
     @property
     def value(self) -> Number:
-        """The estimated value [unit]."""
+        """Estimated value [unit].
+
+        Returns
+        -------
+        float or numpy.ndarray
+            A float for an Estimate, an array (*dims) for an EstimateArray.
+        """
         return _plain(self._replicates.value)
 
     @property
     def error(self) -> Number:
-        """One standard error [unit]: 0 where exact, nan where it cannot be known (see `reason`).
+        """One standard error [unit]: 0 if exact, nan if it cannot be known (see `reason`).
 
-        That of a bin is known from neighbouring bins as well, see `is_doubtful`; that of a sum from its batches alone.
+        Returns
+        -------
+        float or numpy.ndarray
+            The error of a bin also uses neighbouring bins (see `is_doubtful`); that of a sum uses its batches
+            alone.
         """
         return _plain(np.asarray(self._error_bars.error))
 
     @property
     def reason(self) -> Reason:
-        """Why the error is unknown, or None where it is known."""
+        """Reason why the error is unknown.
+
+        Returns
+        -------
+        str, None or numpy.ndarray
+            None where the error is known; an object array (*dims) for an EstimateArray.
+        """
         return _plain(self._replicates.reason)
 
     @property
     def exact(self) -> bool:
-        """Whether the value is the same for every history by construction."""
+        """Whether the value is the same for every history by construction.
+
+        Returns
+        -------
+        bool
+        """
         return self._replicates.is_exact
 
     @property
     def relative_error(self) -> Number:
-        """One standard error as a fraction of the value's size; 0 where exact, infinite at a value of 0."""
+        """One standard error divided by the size of the value.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            A fraction [1]; 0 if exact, infinite for a value of 0, nan if the error is unknown.
+        """
         error = np.asarray(self._error_bars.error)
         with np.errstate(divide="ignore", invalid="ignore"):
             return _plain(np.where(error == 0, 0.0, error / np.abs(self._replicates.value)))
 
     @property
     def run(self) -> Batches | None:
-        """The run that this stems from; None for a combination of several."""
+        """The run of this estimate.
+
+        Returns
+        -------
+        Batches or None
+            None for a combination of several runs.
+        """
         runs = self._replicates.runs
         return runs[0] if len(runs) == 1 else None
 
     @property
     def batches(self) -> int:
-        """Number of batches; for several runs the effective one, of the least certain bin."""
+        """Number of batches.
+
+        Returns
+        -------
+        int
+            For several runs the effective number, of the least certain bin.
+        """
         if self.run is not None:
             return len(self.run)
         dof = self._replicates.dof[np.isfinite(self._replicates.dof)]
@@ -109,14 +160,29 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def dof(self) -> Number:
-        """Degrees of freedom of the error: batches - 1, effective ones for several runs or bins, inf if exact."""
+        """Degrees of freedom of the error.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            batches - 1; effective ones (Welch-Satterthwaite, pooling) for several runs or bins; infinite if
+            exact.
+        """
         return _plain(np.asarray(self._error_bars.dof))
 
     @property
     def values(self) -> np.ndarray:
-        """What each batch alone gave [unit], (B, *dims); pseudo-values after a ratio or product.
+        """Value of each batch alone [unit]; pseudo-values of the jackknife after a ratio or a product.
 
-        Raises ValueError for a combination of several runs.
+        Returns
+        -------
+        numpy.ndarray
+            Shape (B, *dims).
+
+        Raises
+        ------
+        ValueError
+            For a combination of several runs.
         """
         if self.run is None:
             raise ValueError(
@@ -130,9 +196,13 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What the run may have missed of it, the worst first; () where nothing speaks against the error.
+        """What the run may have missed of this number, the worst finding first.
 
-        They are kept through arithmetic, slices, merged and resumed runs, and files.
+        Returns
+        -------
+        tuple of Finding
+            Empty if there is no finding against the error.  Arithmetic, slices, merged and resumed runs, and
+            files keep the findings.
         """
         return judged(
             self._all_findings, self._replicates.value, np.asarray(self._error_bars.error), self.allowed
@@ -140,10 +210,18 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def verdict(self) -> Any:
-        """ "sound", "bounded" or "doubtful"; of an array (*dims) of them.
+        """Verdict on the error: "sound", "bounded" or "doubtful".
 
-        sound: what may be missing is less than the standard error;  bounded: less than the error that was asked for, or 1 %
-        of the value where none was, and `interval()` includes it;  doubtful: more than that, or not known.
+        Returns
+        -------
+        str or numpy.ndarray
+            An array (*dims) of str for an EstimateArray.
+
+        Notes
+        -----
+        sound: the missing part is smaller than the standard error.  bounded: it is smaller than the requested
+        error (1 % of the value by default), and `interval()` includes it.  doubtful: it is larger, or not
+        bounded.
         """
         value, error = self._replicates.value, np.asarray(self._error_bars.error)
         verdicts = [severities(finding, value, error, self.allowed) for finding in self._all_findings]
@@ -151,7 +229,13 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def is_doubtful(self) -> Any:
-        """Whether the verdict is "doubtful"; of an array (*dims) of bool."""
+        """Whether the verdict is "doubtful".
+
+        Returns
+        -------
+        bool or numpy.ndarray
+            An array (*dims) of bool for an EstimateArray.
+        """
         return _plain(np.equal(self.verdict, DOUBTFUL))
 
     @property
@@ -161,7 +245,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _is_known_but_doubtful(self) -> np.ndarray:
-        """Where the error is known, and not to be trusted all the same, (*dims) of bool."""
+        """Where the error is known but doubtful, (*dims) of bool."""
         value, error = self._replicates.value, np.asarray(self._error_bars.error)
         doubts = [np.asarray(self._error_bars.is_doubtful)]
         doubts += [severities(each, value, error, self.allowed) == DOUBTFUL for each in self._raw_findings]
@@ -169,7 +253,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _raw_findings(self) -> tuple[Finding, ...]:
-        """All that may matter, before it is compared with the error; of a single number also that it has few scores."""
+        """All findings before comparison with the error; for a single number also that it has few scores."""
         if callable(self._unjudged):
             found = tuple(self._unjudged())
             if not (
@@ -186,7 +270,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _error_of_all(self) -> np.ndarray:
-        """One standard error with what batches that are alike do not tell, (*dims); infinite where that is not known."""
+        """One standard error that includes the uncertainty of equal batches, (*dims); infinite if unknown."""
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
@@ -201,7 +285,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _of_even_scores(self) -> tuple[Finding, ...]:
-        """That its batches are more even than they should be, where that is so."""
+        """The finding that the batches are more equal than they should be, if so."""
         number, run = self._replicates, self.run
         if not self._is_measured or self.exact or run is None or not run.is_even or number.is_in_parts:
             return ()
@@ -210,7 +294,10 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _carried_findings(self) -> tuple[Finding, ...]:
-        """What arithmetic carries: the same, and of a single number that it has no score, where nothing bounds what it may be."""
+        """The findings that arithmetic propagates.
+
+        They are the same findings, and for a single unbounded number without a score a finding that says so.
+        """
         if self.coords or self.reason != NO_SCORE or not np.isinf(self._limits_of_unknown):
             return self._raw_findings
         unknown = Finding(
@@ -220,13 +307,13 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _all_findings(self) -> tuple[Finding, ...]:
-        """The same, and that the error is not known, where it is not."""
+        """All findings, and a finding for each error that is not known."""
         unknown = of_unknown_error(self._replicates.reason, self._limits_of_unknown)
         return *unknown, *of_bins(np.asarray(self._error_bars.is_doubtful)), *self._raw_findings
 
     @cached_property
     def _limits_of_unknown(self) -> np.ndarray:
-        """By how much numbers of unknown error may be off beside what findings bound, (*dims); 0 where the error is known."""
+        """Limits of numbers with unknown error besides the findings, (*dims); 0 if the error is known."""
         runs = self._replicates.runs
         histories = min((run.sizes.sum() for run in runs), default=0)
         is_sure = all(run.is_even or len(run) >= ALIKE for run in runs)
@@ -238,7 +325,7 @@ class Quantity(Generic[Number, Reason]):
     def _with_findings(
         self, findings: tuple[Finding, ...] | Callable[[], Iterable[Finding]], allowed: float = ALLOWED
     ) -> Self:
-        """This quantity, with findings whose bounds are in its unit: all that there are, or what makes some when they are asked for."""
+        """Attach findings, with bounds in the unit of this quantity: a tuple, or a function that makes it."""
         self._unjudged, self.allowed = findings, allowed
         return self
 
@@ -247,19 +334,59 @@ class Quantity(Generic[Number, Reason]):
         return {name: each for name, each in (vars(self) | made).items() if name != "_bars_from"}
 
     def to_numpy(self) -> np.ndarray:
-        """The bare value [unit], (*dims); matplotlib asks for it, and without it would plot all batches."""
+        """Return the bare values.
+
+        matplotlib calls this method; without it, it would plot all batches.
+
+        Returns
+        -------
+        numpy.ndarray
+            Values [unit], shape (*dims).
+        """
         return np.array(self.value)
 
     def unless(self, too_few: np.ndarray) -> Self:
-        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        """Return the same estimate with an unknown error where `too_few` is true.
+
+        Parameters
+        ----------
+        too_few : numpy.ndarray
+            Array (*dims) of bool: where there are too few scores to know the error.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+        """
         made = self._like(self._replicates.unless(too_few), self.unit)
         return made._with_findings(lambda: self._raw_findings, self.allowed)
 
     def interval(self, confidence: float = 0.95) -> tuple[Number, Number]:
-        """(low, high) that cover the true value with this probability, by Student's t [unit].
+        """Confidence interval by Student's t.
 
-        Where light may be missing they include the bound of it: see `findings`.  Of a number without a score they are 0 and the
-        most that it may be; nan where nothing bounds it.
+        Parameters
+        ----------
+        confidence : float, default 0.95
+            Probability that the interval covers the true value, between 0 and 1.
+
+        Returns
+        -------
+        (low, high) : tuple of float or of numpy.ndarray
+            Limits [unit].  They include the bounds of findings that matter (see `findings`).  A number
+            without a score has the interval from 0 to its bound; nan if nothing bounds it.
+
+        Raises
+        ------
+        ValueError
+            If `confidence` is not between 0 and 1.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.results.estimates import Batches
+        >>> flux = tp.Estimate(np.array([1.0, 1.2, 0.8, 1.0]), Batches(np.full(4, 1000)), "W")
+        >>> print("{:.2f} to {:.2f} W".format(*flux.interval(0.95)))
+        0.74 to 1.26 W
         """
         if not 0 < confidence < 1:
             raise ValueError(f"interval: confidence must lie between 0 and 1, got {confidence!r}")
@@ -275,7 +402,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
-        """By how much the true value may lie below and above the estimate, beside its error."""
+        """How far the true value may lie below and above the estimate besides its error, each (*dims)."""
         below, above, value = 0.0, 0.0, self._replicates.value
         for finding in self._raw_findings:
             matters = severities(finding, value, np.asarray(self._error_bars.error), self.allowed) != SOUND
@@ -284,10 +411,19 @@ class Quantity(Generic[Number, Reason]):
         return np.broadcast_to(below, np.shape(value)), np.broadcast_to(above, np.shape(value))
 
     def z(self, exact_value: float | np.ndarray) -> Number:
-        """Standard normal score of the difference from a known value, by Student's t; nan without an error.
+        """Standard normal score of the difference from a known value.
 
-        For an exact estimate 0 where the two agree to 1e-12 of their size, or of the terms that the estimate is a
-        difference of, and infinite where they do not.
+        Parameters
+        ----------
+        exact_value : float or numpy.ndarray
+            The value to compare with [unit].
+
+        Returns
+        -------
+        float or numpy.ndarray
+            The normal score with the same tail probability as the difference has in Student's t distribution;
+            nan without an error.  For an exact estimate 0 if both agree to 1e-12 of their size, or of the
+            terms of which the estimate is a difference, and infinite otherwise.
         """
         value, expected = self._replicates.value, np.asarray(exact_value, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -326,7 +462,7 @@ class Quantity(Generic[Number, Reason]):
     def __lt__(self, other: Never) -> NoReturn:
         distance = f"E.z({other!r})" if isinstance(other, Real) else "(E - other).z(0)"
         raise TypeError(
-            f"Uncertain numbers have no order: compare E.value, or use {distance}, in standard errors"
+            f"Estimates have no order: compare E.value, or use {distance}, the difference in standard errors"
         )
 
     __le__ = __gt__ = __ge__ = __lt__
@@ -365,7 +501,7 @@ class Quantity(Generic[Number, Reason]):
         return made
 
     def _plus(self, other: object, sign: int) -> Self:
-        if isinstance(other, Real) and other == 0:  # so that sum() works, which begins with 0
+        if isinstance(other, Real) and other == 0:  # sum() starts with 0
             return self
         if (other := self._operand(other)) is None:
             return NotImplemented
@@ -380,13 +516,13 @@ class Quantity(Generic[Number, Reason]):
 
     @cached_property
     def _error_bars(self) -> Pooled:
-        """Error, degrees of freedom and doubt of each bin."""
+        """Error, degrees of freedom and doubt of each bin, each (*dims)."""
         if self._bars_from is not None:
             return self._bars_from()
         return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))
 
     def _operand(self, other: object) -> Quantity | None:
-        """The other side of an operator; a number or array becomes an exact quantity with the same axes."""
+        """The other operand; a number or array becomes an exact quantity with the same axes."""
         if isinstance(other, Quantity):
             return other
         if not isinstance(other, Real | np.ndarray) or np.asarray(other).dtype.kind not in "biuf":
@@ -399,21 +535,24 @@ class Quantity(Generic[Number, Reason]):
         return self._known(constant, Unit())
 
     def _known(self, value: np.ndarray, unit: Unit) -> Self:
-        """An exact quantity of the same runs and axes."""
+        """Make an exact quantity of the same runs and axes."""
         return self._like(Replicates.constant(value, self._replicates.runs), unit)
 
     @property
     def _whole(self) -> Quantity[float, str | None]:
-        """The sum over all bins; of a single estimate this itself."""
+        """The sum over all bins; a single estimate itself."""
         raise NotImplementedError
 
     def _like(self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None) -> Self:
-        """A quantity of this kind, with the same axes unless others are said."""
+        """Make a quantity of this kind; it has the same axes if `coords` is None."""
         raise NotImplementedError
 
 
 def _applied(function: Callable, plain: Callable, first: Quantity, second: Quantity, unit: Unit) -> Quantity:
-    """function of the replicates of both, their axes matched by name; plain: the same of bare values."""
+    """Apply a function to the replicates of both operands, with their axes matched by name.
+
+    plain: the same function of bare values.
+    """
     for name in first.coords.keys() & second.coords.keys():
         if not np.array_equal(first.coords[name], second.coords[name]):
             raise ValueError(f"The bins along {name!r} are not the same on both sides")
@@ -444,7 +583,7 @@ def _applied(function: Callable, plain: Callable, first: Quantity, second: Quant
 
 
 def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding]:
-    """Its findings, with bounds along these axes."""
+    """The findings of a quantity, with bounds along the axes `dims`."""
     own, shape = tuple(quantity.coords), quantity._replicates.shape
     return [
         replace(finding, bound=arranged(np.broadcast_to(finding.bound, shape), own, dims))
@@ -453,7 +592,7 @@ def _aligned_findings(quantity: Quantity, dims: tuple[str, ...]) -> list[Finding
 
 
 def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
-    """Let what is made of one uncertain quantity keep its pooled errors: they grow as those from its batches do."""
+    """Let a function of one uncertain quantity keep its pooled errors, which scale as its batches' errors."""
     if made._replicates.is_in_parts or tuple(operand.coords) not in ((), tuple(made.coords)):
         return
 
@@ -467,5 +606,5 @@ def _keep_error_bars(made: Quantity, operand: Quantity) -> None:
 
 
 def _plain(array: np.ndarray) -> Any:
-    """A Python value for a single estimate, the array for an array of them."""
+    """Return a Python value for a single estimate, the array for an array of them."""
     return array.item() if np.ndim(array) == 0 else array

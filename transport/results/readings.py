@@ -1,9 +1,10 @@
-"""What one detector read: counts turned into radiometric quantities, each with its standard error.
+"""The readings of a Detector: scores turned into radiometric quantities, each with its standard error.
 
-`_in`: what arrived at the detector's side; `_out`: what left from it.  Whole-shape quantities include what fell outside
-the detector's bins of direction and position.  With `times` every quantity has a dim of time, and rates are means over
-its bins; with `speeds` one of speed, each bin with the part that these speeds carry; then those of position (u, v) and,
-for quantities by direction, (mu or theta, phi).
+A quantity with `_in` in its name counts arrivals at the detector's side, one with `_out` departures from it.
+Quantities of the whole shape include scores outside the detector's bins of direction and position.  With
+`times` every quantity has an axis of time, and rates are means over its bins; with `speeds` it has an axis of
+speed, and each bin has the part of those speeds; then follow the axes of position (u, v) and, for quantities
+by direction, (mu or theta, phi).
 """
 
 from __future__ import annotations
@@ -37,21 +38,57 @@ from transport.units import Unit
 from transport.validation import SceneError, refuse
 
 QUANTITIES = (
-    "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density", "flux_density", "radiance", "radiance_out",
-    "intensity", "intensity_out", "fluence_rate", "counts", "energy_in", "energy_out", "fluence", "phase_density",
-    "pressure", "mean_speed_in", "mean_speed_out", "mean_square_speed_in", "mean_square_speed_out", "mean_energy_in",
-    "mean_energy_out",
+    "flux_in", "flux_out", "irradiance", "exitance", "net_flux_density",
+    "flux_density", "radiance", "radiance_out", "intensity", "intensity_out",
+    "fluence_rate", "counts", "energy_in", "energy_out", "fluence", "phase_density",
+    "pressure", "mean_speed_in", "mean_speed_out", "mean_square_speed_in", "mean_square_speed_out",
+    "mean_energy_in", "mean_energy_out",
 )  # fmt: skip
 
 BY_DIRECTION = ("flux_density", "radiance", "radiance_out", "intensity", "intensity_out", "phase_density")
 CLOCKED = ("energy_in", "energy_out", "fluence")
-# what a crossing counts in a fluence rate, of its weight: the mean of 1/|mu| of a constant radiance
+# Score of a crossing in a fluence rate, relative to its weight: the mean of 1/|mu| for constant radiance.
 SLANT = 2.0
 OF_MOMENTS = QUANTITIES[QUANTITIES.index("pressure") :]
 
 
 class Reading(Quantified):
-    """One detector's quantities; see QUANTITIES.  Raises SceneError for one that it was not set up for."""
+    """The quantities of one Detector, from `result["name"]`.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    detector : Detector
+        The detector of the scene.
+
+    Raises
+    ------
+    SceneError
+        When a quantity is read for which the detector has not the options, such as `radiance` without
+        `directions`.
+
+    Notes
+    -----
+    Each quantity is an Estimate, or an EstimateArray over the detector's bins.  Sources with a power in watts
+    give radiometric units; sources of particles give the same units with s^-1 in place of W, and 1 in place
+    of J.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> disk = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> scene = tp.Scene(
+    ...     sources=[tp.Source(tp.Point(), tp.Isotropic(power=1.0))],
+    ...     surfaces=[tp.Surface(disk, tp.Black(), "disk")],
+    ...     detectors=[tp.Detector("disk")],
+    ... )
+    >>> result = tp.simulate(scene, particles=10_000, seed=1, progress=False)
+    >>> print(result["disk"].flux_in)
+    (0.151 ± 0.003) W
+    >>> print(result["disk"].irradiance)
+    (0.0479 ± 0.0011) W m^-2
+    """
 
     known, title = QUANTITIES, "detector "
 
@@ -69,28 +106,49 @@ class Reading(Quantified):
 
     @cached_property
     def area(self) -> float:
-        """Area of the shape [m^2].  Raises SceneError where it has no end."""
+        """Area of the shape [m^2].
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        SceneError
+            If the shape is infinite.
+        """
         shape = self.sums.shape
         if shape.is_infinite:
             kind, cure = (
                 type(shape).__name__,
-                "read flux_in, flux_out or intensity, or meter a Disk in its plane",
+                "read flux_in, flux_out or intensity, or use a Disk in its plane as the detector's shape",
             )
-            refuse(self.sums.detector, f"quantities per area need a finite one, got a {kind}; {cure}")
+            refuse(self.sums.detector, f"quantities per area need a finite area, got a {kind}; {cure}")
         return shape.area
 
     @property
     def is_blind(self) -> bool:
-        """Whether nothing was counted at all."""
+        """Whether the detector has no score.
+
+        Returns
+        -------
+        bool
+        """
         return not any(self.sums.whole("counts", side).any() for side in (ARRIVALS, DEPARTURES))
 
     def is_sure(self, side: int) -> bool:
-        """Whether what arrives (0) or leaves (1) is the same for every history by construction, or nothing by proof."""
+        """Whether arrivals (side 0) or departures (1) are equal for all histories, or provably absent."""
         return (self._is_exact_out and side == DEPARTURES) or self.is_dark(side)
 
     @cached_property
     def note(self) -> Note | None:
-        """Why it counted nothing, where that is known."""
+        """The reason why the detector has no score: (name of the diagnostic, text).
+
+        Returns
+        -------
+        tuple of str or None
+            None if it has scores or no reason is known.
+        """
         sums, title = self.sums, self._title
         if any(sums.whole("weights", side).any() for side in (ARRIVALS, DEPARTURES)):
             return None
@@ -99,14 +157,22 @@ class Reading(Quantified):
 
     @cached_property
     def cannot_arrive(self) -> bool:
-        """Whether geometry proves that no light arrives at this side, while some may depart."""
+        """Whether geometry proves that no light arrives at this side, while some may depart.
+
+        Returns
+        -------
+        bool
+        """
         if self.sums.whole("counts", ARRIVALS).any() or (self.is_blind and self._why_dark):
             return False
         return cannot_arrive(self._scene, self.sums.shape, self.detector, self.is_blind)
 
     @cached_property
     def may_arrive(self) -> bool:
-        """Whether light may arrive, and is what one reads: of a surface, or on a source, one may read departures alone."""
+        """Whether light may arrive and arrivals are what a user reads.
+
+        On a surface or on a source a user may read departures alone.
+        """
         is_on = is_on_surface(self._scene, self.sums.shape, self.detector)
         return not is_on and not self.is_dark(ARRIVALS)
 
@@ -116,89 +182,202 @@ class Reading(Quantified):
 
     @cached_property
     def flux_in(self) -> EstimateOrArray:
-        """Power [W], or particles per second, arriving at the whole shape: Φ."""
+        """Power [W], or particles per second, arriving at the whole shape: flux Φ.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W or s^-1]
+        """
         return self._whole(ARRIVALS)
 
     @cached_property
     def flux_out(self) -> EstimateOrArray:
-        """Power [W], or particles per second, leaving from the whole shape."""
+        """Power [W], or particles per second, leaving the whole shape.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W or s^-1]
+        """
         return self._whole(DEPARTURES)
 
     @cached_property
     def irradiance(self) -> EstimateOrArray:
-        """Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position where the detector has positions."""
+        """Flux arriving per area, E [W m^-2 or s^-1 m^-2]; by position if the detector has `positions`.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-2 or s^-1 m^-2]
+        """
         return self._per_area("weights", ARRIVALS)
 
     @cached_property
     def exitance(self) -> EstimateOrArray:
-        """Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity, emitted and reflected."""
+        """Flux leaving per area, M [W m^-2 or s^-1 m^-2]; of a wall its radiosity (emitted plus reflected).
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-2 or s^-1 m^-2]
+        """
         return self._per_area("weights", DEPARTURES)
 
     @cached_property
     def net_flux_density(self) -> EstimateOrArray:
-        """Exitance − irradiance, J [W m^-2 or s^-1 m^-2]: positive along the normal of the detector's side."""
+        """Exitance minus irradiance, J [W m^-2 or s^-1 m^-2]: positive along the normal of its side.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-2 or s^-1 m^-2]
+        """
         return self.exitance - self.irradiance
 
     @cached_property
     def radiance(self) -> EstimateOrArray:
         """Arriving radiance by direction bin, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
 
-        Flux over area and over the bin's exact projected solid angle ∫cosθ dω, never over cosθ of single particles.
+        Returns
+        -------
+        EstimateArray
+            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
+
+        Raises
+        ------
+        SceneError
+            If the detector has no `directions`.
+
+        Notes
+        -----
+        Flux divided by the area and by the bin's exact projected solid angle ∫cosθ dω, never by cosθ of
+        single particles.
         """
         return self._by_direction(ARRIVALS, projected=True)
 
     @cached_property
     def radiance_out(self) -> EstimateOrArray:
-        """Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
+        """Leaving radiance by direction bin [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
+        """
         return self._by_direction(DEPARTURES, projected=True)
 
     @cached_property
     def flux_density(self) -> EstimateOrArray:
-        """Arriving flux per area and solid angle by direction bin: n v |cosθ| = L |cosθ| [W m^-2 sr^-1 ...]."""
+        """Arriving flux per area and solid angle by direction bin: n v |cosθ| = L |cosθ| [W m^-2 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
+        """
         return self._by_direction(ARRIVALS, projected=False)
 
     @cached_property
     def intensity(self) -> EstimateOrArray:
-        """Arriving flux per solid angle through the whole shape, I [W sr^-1 or s^-1 sr^-1]: ∫ L |cosθ| dA."""
+        """Arriving flux per solid angle through the whole shape, I = ∫ L |cosθ| dA [W sr^-1 or s^-1 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [W sr^-1 or s^-1 sr^-1]
+        """
         return self._by_direction(ARRIVALS, projected=False, per_area=False)
 
     @cached_property
     def intensity_out(self) -> EstimateOrArray:
-        """Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity."""
+        """Leaving flux per solid angle of the whole shape [W sr^-1 or s^-1 sr^-1]: a source's intensity.
+
+        Returns
+        -------
+        EstimateArray
+            [W sr^-1 or s^-1 sr^-1]
+        """
         return self._by_direction(DEPARTURES, projected=False, per_area=False)
 
     @cached_property
     def fluence_rate(self) -> EstimateOrArray:
-        """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2]: what both directions of crossing bring.
+        """Radiance over all directions, φ = ∫ L dω [W m^-2 or s^-1 m^-2], of arrivals and departures.
 
-        Scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 a crossing scores its expectation for a constant
-        radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971); of a beam closer to grazing than
-        that it is wrong, and doubtful where such light matters.
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-2 or s^-1 m^-2]
+
+        Notes
+        -----
+        Each crossing scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 it scores its expectation for
+        constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is wrong
+        for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
         """
         return self._per_area("slants", ARRIVALS) + self._per_area("slants", DEPARTURES)
 
     @cached_property
     def counts(self) -> EstimateOrArray:
-        """Number of arrivals scored in the whole run, by bin."""
+        """Number of scored arrivals in the whole run, by bin.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1]
+        """
         sums, inner = self.sums, self.sums.place_axes | self.sums.direction_axes
         values = sums.by_direction("counts", ARRIVALS) if inner else sums.whole("counts", ARRIVALS)
         return sums.estimate(values * float(sums.run.sizes.sum()), Unit.parse("1"), inner, values)
 
     @cached_property
     def energy_in(self) -> EstimateOrArray:
-        """Energy [J], or particles, that arrived within the duration, or within each bin of time."""
+        """Energy [J], or particles, arriving within the duration, or within each bin of time.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J or 1]
+
+        Raises
+        ------
+        SceneError
+            If the scene has no `duration`.
+        """
         self._need_clock("energy_in")
         return self._whole(ARRIVALS, per_second=False)
 
     @cached_property
     def energy_out(self) -> EstimateOrArray:
-        """Energy [J], or particles, that left within the duration, or within each bin of time."""
+        """Energy [J], or particles, leaving within the duration, or within each bin of time.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J or 1]
+
+        Raises
+        ------
+        SceneError
+            If the scene has no `duration`.
+        """
         self._need_clock("energy_out")
         return self._whole(DEPARTURES, per_second=False)
 
     @cached_property
     def fluence(self) -> EstimateOrArray:
-        """Fluence rate over the duration, or over each bin of time, H [J m^-2 or m^-2]."""
+        """Fluence rate integrated over the duration, or over each bin of time, H [J m^-2 or m^-2].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J m^-2 or m^-2]
+
+        Raises
+        ------
+        SceneError
+            If the scene has no `duration`.
+        """
         self._need_clock("fluence")
         return self._per_area("slants", ARRIVALS, False) + self._per_area("slants", DEPARTURES, False)
 
@@ -206,8 +385,17 @@ class Reading(Quantified):
     def phase_density(self) -> EstimateOrArray:
         """Density in phase space by direction bin, n(x, v).
 
-        With bins of speed [m^-6 s^3 for particles]: flux over area, ∫cosθ dω and ∫v³ dv, exact for each bin.  Where all
-        fly alike, without them, radiance over speed [m^-3 sr^-1]: density in space and direction.
+        Returns
+        -------
+        EstimateArray
+            [m^-6 s^3] for particles with bins of speed: flux over area, ∫cosθ dω and ∫v³ dv, exact for each
+            bin.  [m^-3 sr^-1] without bins of speed, if all particles have one speed: radiance over speed, a
+            density in space and direction.  Light has J in place of 1.
+
+        Raises
+        ------
+        SceneError
+            If speeds differ and the detector has no `speeds`.
         """
         edges = self.detector.speed_edges()
         if edges is not None:
@@ -215,51 +403,99 @@ class Reading(Quantified):
             return self._by_direction(ARRIVALS, projected=True, volumes=volumes, per="m^4 s^-4 sr^-1")
         speeds = scene_speeds(self._scene)
         if speeds_differ(speeds):
-            self._refuse("phase_density", "bins of speed, where speeds differ", "write speeds=edges in m/s")
+            self._refuse("phase_density", "bins of speed where speeds differ", "write speeds=edges in m/s")
         return self._by_direction(ARRIVALS, projected=True, volumes=np.array([speeds.pop()]), per="m s^-1")
 
     @cached_property
     def pressure(self) -> EstimateOrArray:
-        """Momentum along the normal that arrives and leaves, per area and time [Pa]; of a wall, its pressure.
+        """Momentum along the normal that arrives and leaves, per area and time [Pa]; the pressure on a wall.
 
-        Energy over speed for what is emitted in watts, mass times speed for particles.
+        Returns
+        -------
+        Estimate or EstimateArray
+            [Pa]
+
+        Raises
+        ------
+        SceneError
+            Without `moments=True`, or for particles of unknown mass.
+
+        Notes
+        -----
+        The momentum is energy over speed for sources in watts, and mass times speed for particles.
         """
         return self._momentum(ARRIVALS) + self._momentum(DEPARTURES)
 
     @cached_property
     def mean_speed_in(self) -> EstimateOrArray:
-        """Mean speed of what arrived [m s^-1], each as often as it crossed."""
+        """Mean speed of arrivals [m s^-1], each crossing counted once.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [m s^-1]
+        """
         return self._mean("speeds", ARRIVALS)
 
     @cached_property
     def mean_speed_out(self) -> EstimateOrArray:
-        """Mean speed of what left [m s^-1]."""
+        """Mean speed of departures [m s^-1].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [m s^-1]
+        """
         return self._mean("speeds", DEPARTURES)
 
     @cached_property
     def mean_square_speed_in(self) -> EstimateOrArray:
-        """Mean square of the speed of what arrived [m^2 s^-2]."""
+        """Mean square speed of arrivals [m^2 s^-2].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [m^2 s^-2]
+        """
         return self._mean("squares", ARRIVALS)
 
     @cached_property
     def mean_square_speed_out(self) -> EstimateOrArray:
-        """Mean square of the speed of what left [m^2 s^-2]."""
+        """Mean square speed of departures [m^2 s^-2].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [m^2 s^-2]
+        """
         return self._mean("squares", DEPARTURES)
 
     @cached_property
     def mean_energy_in(self) -> EstimateOrArray:
-        """Mean kinetic energy of what arrived [J]: m v²/2 of particles whose mass is known."""
+        """Mean kinetic energy of arrivals [J]: m v²/2 for particles of known mass.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J]
+        """
         return self._kinetic("mean_energy_in", self.mean_square_speed_in)
 
     @cached_property
     def mean_energy_out(self) -> EstimateOrArray:
-        """Mean kinetic energy of what left [J]."""
+        """Mean kinetic energy of departures [J].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J]
+        """
         return self._kinetic("mean_energy_out", self.mean_square_speed_out)
 
     def __repr__(self) -> str:
         return f"<{self.name}: flux_in {self.flux_in}, flux_out {self.flux_out}>"
 
-    # ---- what may be missing ----
+    # ---- findings ----
 
     def _with_findings(
         self,
@@ -269,7 +505,10 @@ class Reading(Quantified):
         shape: tuple[int, ...],
         more: Callable[[], Iterable[Finding]] = tuple,
     ) -> EstimateOrArray:
-        """A quantity with the findings of a side and some more; factor: what a mean weight of 1 is in it, (*shape) as its sums."""
+        """Attach the findings of a side, and `more`, to a quantity.
+
+        factor: the quantity for a mean weight of 1, (*shape) as the sums.
+        """
         bins = made._replicates.shape
 
         def findings() -> Iterator[Finding]:
@@ -281,7 +520,7 @@ class Reading(Quantified):
         return made._with_findings(findings, self._allowed)
 
     def _missing(self, side: int, is_whole: bool = True) -> list[Finding]:
-        """What may be missing on a side, with bounds as mean weights of a history; is_whole: of all its bins together."""
+        """Findings on a side, with bounds as mean weights of a history; is_whole: for all bins together."""
         if side not in self._found:
             found = self._classes(side), self._of_scores(side)
             self._found[side] = tuple([*advising(each, self._more)] for each in found)
@@ -289,7 +528,7 @@ class Reading(Quantified):
         return classes + of_scores if is_whole else classes
 
     def _classes(self, side: int) -> Iterator[Finding]:
-        """Of classes of paths that are found by chance, and of what geometry and the ledger know."""
+        """Findings about classes of paths found by chance, and from geometry and the energy balance."""
         sums = self.sums
         if self.is_sure(side):
             return
@@ -304,18 +543,18 @@ class Reading(Quantified):
             yield from forward_peaks_of_detector(sums, total)
 
     def _of_scores(self, side: int) -> Iterator[Finding]:
-        """Of the sizes of its scores, and of its batches."""
+        """Findings from the sizes of the scores and from the batches."""
         total = self._total(side)
         if not self.is_sure(side) and total.error > 0:
             particles = int(self.sums.run.sizes.sum())
             yield from findings_of_error(self._title, total, self.scores_on(side), particles)
 
     def of_slants(self) -> Iterator[Finding]:
-        """Of its fluence rate alone."""
+        """Findings about the fluence rate alone."""
         return grazing_of_detector(self.sums, self._title)
 
     def total(self, side: int) -> Estimate:
-        """The mean weight of a history that came to a side, over all times and speeds, with its findings."""
+        """Mean weight that arrives (side 0) or departs (1) per history, over all bins, with findings."""
         return self._total(side)._with_findings(lambda: self._missing(side), self._allowed)
 
     def _total(self, side: int) -> Estimate:
@@ -324,7 +563,7 @@ class Reading(Quantified):
         return Estimate(weights / self.sums.run.sizes, self.sums.run, Unit(), self.is_sure(side), scores)
 
     def is_dark(self, side: int) -> bool:
-        """Whether geometry proves that nothing comes to a side."""
+        """Whether geometry proves that nothing arrives (side 0) or departs (1)."""
         if side not in self._dark:
             self._dark[side] = self._is_dark(side)
         return self._dark[side]
@@ -337,11 +576,11 @@ class Reading(Quantified):
         return (self.is_blind and bool(self._why_dark)) or (side == ARRIVALS and self.cannot_arrive)
 
     def why_unscored(self) -> Iterator[Finding]:
-        """What is known of why it counted nothing."""
+        """Findings that explain why the detector has no score."""
         return (finding for side in (ARRIVALS, DEPARTURES) for finding in self._missing(side))
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
-        """The radiance by direction, the irradiance and exitance by position, or the flux by time or speed."""
+        """Yield radiance by direction, or irradiance and exitance by position, or flux by time or speed."""
         sums = self.sums
         for side, names in (
             (ARRIVALS, ("radiance", "irradiance", "flux_in")),
@@ -356,9 +595,10 @@ class Reading(Quantified):
                 yield name, getattr(self, name)
 
     def scores_on(self, side: int) -> Scores | None:
-        """The scores of one side by size; None where their sizes are not known."""
+        """Scores of one side by size; None if their sizes are not known."""
         found = scores_of_meter(self.sums, side)
-        # Sobol's points leave no gaps: an error is then far less than single scores are apart, and no larger one is due.
+        # Sobol points leave no gaps: the error is far below the spacing of single scores; no larger score is
+        # due.
         is_even = self._plan.method.sampling == "sobol"
         return replace(found, most=0.0) if found is not None and is_even else found
 
@@ -369,7 +609,7 @@ class Reading(Quantified):
     # ---- from sums to estimates ----
 
     def _scale(self, per_second: bool, ndim: int) -> np.ndarray:
-        """What a sum of 1 means: as a rate or in all, shaped to go with sums of so many axes."""
+        """The value of a sum of 1, as a rate or in total, shaped for sums with `ndim` axes."""
         scale = self._plan.unit / (self.sums.seconds if per_second else 1.0)
         return np.reshape(scale, (*np.shape(scale), *(1,) * (ndim - 3))) if np.ndim(scale) else scale
 
@@ -401,7 +641,7 @@ class Reading(Quantified):
         volumes: np.ndarray | None = None,
         per: str = "1",
     ) -> EstimateOrArray:
-        """Flux over solid angle, plain or projected, over area, and over `volumes` of the bins of speed."""
+        """Flux over solid angle, plain or projected, over area, and over `volumes` of the speed bins."""
         if self.detector.directions is None:
             wanted = "radiance" if projected else "a quantity by direction"
             self._refuse(wanted, "directions=..., got None", "write directions=Directions(mu=16) or similar")
@@ -442,13 +682,15 @@ class Reading(Quantified):
         unit, fastest = Unit.parse("m s^-1") ** power, self._plan.fastest**power
         brought = self.sums.estimate(total * fastest, unit, {}, counts)
         came = self.sums.estimate(weight, Unit(), {}, counts)
-        # What is missing may be as fast as can be, which adds to what came brought, or at rest, which adds to what came.
+        # Missing particles may have the highest speed, which adds to the sum of speeds, or be at rest, which
+        # adds to
+        # the weight.
         brought = self._with_findings(brought, side, fastest, total.shape[1:])
         came = self._with_findings(came, side, 1.0, weight.shape[1:])
         mean = brought / came
         indices = {medium.index for medium in self._plan.distinct_media}
         if not speeds_differ(scene_speeds(self._scene)) and len(indices) == 1:
-            mean = mean._with_findings(())  # all are as fast, whatever is missing
+            mean = mean._with_findings(())  # all have one speed, so missing particles do not matter
         return mean.unless(counts.sum(axis=0).reshape(np.shape(mean.value)) < MIN_SCORES)
 
     def _kinetic(self, quantity: str, square: EstimateOrArray) -> EstimateOrArray:
@@ -481,7 +723,7 @@ class Reading(Quantified):
 
 
 def _leaves_once(plan, detector: Detector) -> bool:
-    """Whether by construction every history leaves once from the detector's side, and never more."""
+    """Whether by construction every history leaves the detector's side exactly once."""
     scene, shape = plan.scene, plan.scene.shape_of(detector)
     is_picky = any(getattr(detector, name) is not None for name in ("times", "speeds", "via", "events"))
     return (

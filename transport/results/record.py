@@ -15,7 +15,7 @@ from transport.results.estimates import Batches
 from transport.results.findings import ALLOWED
 from transport.tracking import Tracking
 
-BY_CHANCE = -0.5  # slope of the error of independent histories against time
+BY_CHANCE = -0.5  # logarithmic slope of the error of independent histories against time
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,31 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run cost.
+    """The cost of a run.
 
-    seconds: wall clock, without `preparation` (compiling or loading passes);  particles, crossings, collisions: all that were
-    followed, with those of rounds that a later one has replaced;  threads: at a time, of so many workers where it was a cluster that
-    did them;  slopes: of the errors asked for against time, where that has
-    been measured;  forecast: what a pilot of the run foretold, where it came to that.
+    Parameters
+    ----------
+    seconds : float
+        Wall-clock time [s], without `preparation`.
+    preparation : float
+        Time to compile or load the compiled passes [s].
+    particles, crossings, collisions : int
+        Numbers of followed particles and their events, including rounds that a later round replaced.
+    threads : int
+        Number of threads at a time.
+    workers : int, default 0
+        Number of workers to which the threads belong, on a cluster; 0 for a run in this process.
+    slopes : mapping of str to float
+        Slopes of the requested errors against time on a logarithmic scale, where they were measured.
+    forecast : Forecast or None
+        Forecast from a pilot of the run, if there was one.
+
+    Examples
+    --------
+    >>> from transport.results import Cost
+    >>> cost = Cost(seconds=2.0, preparation=0.0, particles=1_000_000, crossings=3_000_000, threads=2)
+    >>> cost.particles_per_second, cost.next_digit
+    (500000.0, 200.0)
     """
 
     seconds: float
@@ -49,11 +68,23 @@ class Cost:
 
     @property
     def particles_per_second(self) -> float:
+        """Particles per second of wall-clock time [s^-1].
+
+        Returns
+        -------
+        float
+        """
         return self.particles / self.seconds
 
     @property
     def next_digit(self) -> float:
-        """Seconds for a tenth of the error: a hundred times the particles, or fewer where the slope is steeper."""
+        """Seconds for a tenth of the error: 100 times the particles, or fewer if the slope is steeper.
+
+        Returns
+        -------
+        float
+            [s]
+        """
         return self.seconds * 10 ** (-1 / max(self.slopes.values(), default=BY_CHANCE))
 
 
@@ -75,9 +106,11 @@ class Record:
         state: Any = None,
         wanted: Mapping[str, float] | None = None,
     ):
-        """asked: the tracking that was said, choice: how the estimator was chosen; None where nobody did.
+        """Collect the batches of a run.
 
-        state: by which the run can go on (a `State` of the room `run`, which nothing here reads but its limits);  wanted: relative errors that were asked for, None for those of the state.
+        asked: tracking that the user passed, or None;  choice: how pilots chose the estimator, or None;
+        state: from which the run can continue;  wanted: requested relative errors, None for those of the
+        state.
         """
         self.wanted = wanted
         self.scene, self.plan, self.seed, self.cost, self.is_complete = (
@@ -95,10 +128,16 @@ class Record:
 
     @property
     def particles(self) -> int:
+        """Number of histories of the run.
+
+        Returns
+        -------
+        int
+        """
         return int(self.run.sizes.sum())
 
     def allowed_of(self, name: str) -> float:
-        """The relative error that was asked for of a detector, up to which a bound is no doubt; 1 % where none was."""
+        """Requested relative error of a detector, up to which a bound is accepted; 1 % by default."""
         asked = (
             self.wanted if self.wanted is not None else {} if self.state is None else self.state.limits.error
         )

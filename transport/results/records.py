@@ -1,7 +1,7 @@
-"""The sample that snapshots take: particles written down, of histories chosen by their numbers alone.
+"""The samples of snapshots: recorded particles, of histories chosen by their numbers alone.
 
-All snapshots of a batch look at the same histories, and what is too many is thinned by the history's own number between 0
-and 1: so a history that is in one snapshot and not in a later one has ended in between.
+All snapshots of a batch record the same histories.  Excess records are thinned by the history's own random
+number in [0, 1), so that a history in one snapshot that is absent from a later one has ended in between.
 """
 
 import numpy as np
@@ -10,11 +10,11 @@ from transport.compile.layout import RECORD
 from transport.results.aside import let_go, put_aside, room_for
 
 SAMPLED = np.dtype([*RECORD.descr, ("identity", "i8"), ("place", "f8"), ("below", "f8")])
-# identity: of the history in the run;  place: its number in [0, 1);  below: the places that were kept
+# identity: of the history in the run;  place: its number in [0, 1);  below: limit of the kept places
 
 
 def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
-    """A batch's records as SAMPLED, each weight times the histories that it stands for."""
+    """Convert a batch's records to SAMPLED; each weight is multiplied by the histories that it stands for."""
     records = room_for(len(raw), SAMPLED)
     if not len(raw):
         return records
@@ -31,7 +31,7 @@ def records_of(raw: np.ndarray, stride: int, seed: int) -> np.ndarray:
 
 
 def merged_records(one: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
-    """The records of both; where they are more than that, of half as many histories."""
+    """Concatenate records; if there are more than `most`, keep those of half as many histories."""
     records = np.concatenate([one, other])
     if len(records) > most:
         records = thinned(records, 0.5 * records["below"].min())
@@ -39,7 +39,7 @@ def merged_records(one: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
 
 
 def thinned(records: np.ndarray, below: float) -> np.ndarray:
-    """The records of the histories whose places are below, each standing for more."""
+    """The records of the histories with places below a limit, with weights increased accordingly."""
     kept = records[records["place"] < below]
     kept["weight"] *= np.maximum(kept["below"] / below, 1.0)
     kept["below"] = np.minimum(kept["below"], below)
@@ -47,10 +47,10 @@ def thinned(records: np.ndarray, below: float) -> np.ndarray:
 
 
 def chance_alike(records: list[np.ndarray], snapshots: list[int], most: int) -> float:
-    """The chance with which histories are to be chosen so that none of the snapshots has more than so many records.
+    """The probability for choosing histories so that no snapshot has more than `most` records.
 
-    It is the place of the first history left out: sums with weights of one over it are unbiased (priority
-    sampling: Duffield, Lund, Thorup 2007).
+    It is the place of the first history that is left out; sums with weights of one over it are unbiased
+    (priority sampling: Duffield, Lund, Thorup 2007).
     """
     limit = 1.0
     for number in snapshots:
@@ -62,7 +62,7 @@ def chance_alike(records: list[np.ndarray], snapshots: list[int], most: int) -> 
 
 
 def chosen_of(records: np.ndarray, snapshot: int, chance: float) -> np.ndarray:
-    """Which records are of a snapshot, and of histories that are chosen with this chance, (N,) of bool."""
+    """Which records belong to a snapshot and to histories chosen with this probability, (N,) of bool."""
     return (records["snapshot"] == snapshot) & (_places(records) < chance)
 
 
@@ -71,13 +71,13 @@ def _places(records: np.ndarray) -> np.ndarray:
 
 
 def told_apart(identities: np.ndarray, seeds: np.ndarray, seed: int) -> np.ndarray:
-    """Numbers of histories of which each may be of another seed, (N,): as they are for those of that seed."""
+    """Numbers of histories that are distinct for different seeds, (N,); unchanged for histories of `seed`."""
     own = _mixed(np.array([seed], np.uint64))
     return (identities.astype(np.uint64) ^ _mixed(seeds) ^ own).astype(np.int64)
 
 
 def _mixed(numbers: np.ndarray) -> np.ndarray:
-    """64 bits that look random, for each number (SplitMix64: Steele, Lea, Flood 2014)."""
+    """A hash of 64 bits for each number (SplitMix64: Steele, Lea, Flood 2014)."""
     z = numbers + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -1,7 +1,7 @@
-"""A number, or an array of them, known from batches: how far each batch of each run lies from the value.
+"""A number, or an array of them, from batches: the value, and the deviations of the batches from it.
 
-Without units and names here.  Linear steps act on the deviations, all others go through the jackknife.
-Deviations of one run keep its correlations; those of different runs add in quadrature.
+It has no units and names.  Linear operations act on the deviations, all others use the jackknife.  Deviations
+of one run keep its correlations; those of different runs add in quadrature.
 """
 
 from __future__ import annotations
@@ -18,10 +18,26 @@ from transport.results.statistics import pseudo_shifts, rounding_of, standard_er
 
 @dataclass(frozen=True, eq=False)
 class Batches:
-    """The batches of one run, by the histories in each; a run is this very object, not one with equal sizes.
+    """The batches of one run, by their numbers of histories; the object, not its sizes, identifies a run.
 
-    sizes: int array (B,);  is_even: whether the histories of a batch know of one another, as points of a net do.
-    Raises ValueError for a batch without a history.
+    Parameters
+    ----------
+    sizes : numpy.ndarray
+        Numbers of histories, shape (B,), positive integers.
+    is_even : bool, default False
+        Whether the histories of a batch are points of one low-discrepancy net, so that batches are more equal
+        than random ones.
+
+    Raises
+    ------
+    ValueError
+        For a batch without a history.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> len(Batches(np.array([100, 100, 50])))
+    3
     """
 
     sizes: np.ndarray
@@ -42,35 +58,35 @@ class Batches:
 class Replicates:
     """Values with the deviations of the batches from them; without deviations they are exact.
 
-    value, scores, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that it stems from, exact or not.
+    value, scores, scale: (*dims);  deviations: {run: (B, *dims)};  runs: those that contribute, exact or not.
     """
 
     value: np.ndarray
     deviations: dict[Batches, np.ndarray]
-    scores: np.ndarray  # how many there are; infinite where that is not counted, or the value is exact
+    scores: np.ndarray  # number of scores; infinite if not counted, or if the value is exact
     runs: tuple[Batches, ...]
-    scale: np.ndarray  # size of the largest term added: a spread that rounding of it alone can make is none
+    scale: np.ndarray  # size of the largest added term: a spread within its rounding is none
 
-    is_in_parts = False  # as those of very many bins are (in_parts.py)
+    is_in_parts = False  # whether it is computed in chunks, as for very many bins (in_parts.py)
 
     @classmethod
     def of_batches(
         cls, values: np.ndarray, run: Batches, exact: bool, counts: np.ndarray | None
     ) -> Replicates:
-        """Replicates from the means of the batches, (B, *dims), and scores' numbers, (*dims), if known."""
+        """Make replicates from batch means, (B, *dims), and counts of scores, (*dims), if known."""
         values = np.asarray(values, dtype=float)
         if len(values) != len(run):
             raise ValueError(f"{len(values)} batch values for a run of {len(run)} batches")
         with np.errstate(invalid="ignore", over="ignore"):
             value = weighted_mean(values, run.sizes)
             deviations = values - value
-        is_scored = (values != 0).any(axis=0)  # what is too faint for the digits of a sum is no score
+        is_scored = (values != 0).any(axis=0)  # a score too small for the digits of a sum counts as none
         scores = np.where(is_scored, np.inf if counts is None else counts, 0.0)
         return _replicates(value, {} if exact else {run: deviations}, scores, (run,))
 
     @classmethod
     def constant(cls, value: np.ndarray | float, runs: tuple[Batches, ...] = ()) -> Replicates:
-        """Replicates of what is known exactly."""
+        """Make replicates of an exact value."""
         return _replicates(np.asarray(value, dtype=float), {}, np.inf, runs)
 
     @property
@@ -93,13 +109,13 @@ class Replicates:
 
     @cached_property
     def reason(self) -> np.ndarray:
-        """Why the error is unknown, (*dims) of str, or None where it is known; the weightiest reason."""
+        """Why the error is unknown, (*dims) of str, or None where it is known; the most important reason."""
         reason = np.full(self.value.shape, None, dtype=object)
         spreads = {run: np.abs(deviations).max(axis=0) for run, deviations in self.deviations.items()}
         if spreads:
             reason[reduce(np.fmax, spreads.values()) == 0] = CONSTANT
         for run, spread in spreads.items():
-            if len(run) < ALIKE:  # chance may have made them alike
+            if len(run) < ALIKE:  # chance may have made the batches equal
                 reason[spread == 0] = CONSTANT
             reason[np.isnan(spread)] = "too few scores or digits"
             if len(run) < 2:
@@ -119,25 +135,25 @@ class Replicates:
             return welch_dof(errors, [len(run) - 1 for run in self.deviations])
 
     def let_go(self) -> None:
-        """Give back what memory can be, until they are looked at again."""
+        """Release memory-mapped pages until the next access."""
 
     def unless(self, too_few: np.ndarray) -> Replicates:
-        """The same, with the error unknown where there are too few scores to tell it; too_few: (*dims) of bool."""
+        """The same replicates, with unknown error where `too_few`, (*dims) of bool, is true."""
         deviations = {run: np.where(too_few, np.nan, of_run) for run, of_run in self.deviations.items()}
         return _aligned(self.value, deviations, self.scores, self.runs, self.scale)
 
     def rearranged(self, change: Callable[[np.ndarray], np.ndarray]) -> Replicates:
-        """Replicates after a change of the last axes that leaves those in front alone, such as x[..., i]."""
+        """Replicates after a change of the last axes that keeps those in front, such as x[..., i]."""
         deviations = {run: change(of_run) for run, of_run in self.deviations.items()}
         value, scores, scale = (change(part) for part in (self.value, self.scores, self.scale))
         return _aligned(value, deviations, scores, self.runs, scale)
 
     def indexed(self, index: tuple[int | slice, ...]) -> Replicates:
-        """Replicates of the bins of an index, one whole number or slice an axis."""
+        """Replicates of the bins of an index with one whole number or slice per axis."""
         return self.rearranged(lambda array: array[(..., *index)])
 
     def along(self, own: tuple[str, ...], dims: tuple[str, ...]) -> Replicates:
-        """Replicates of the axes `own` with the axes `dims` in their order, new ones of length 1."""
+        """Rearrange axes `own` into the order of `dims`; missing axes get length 1."""
         return self.rearranged(lambda array: arranged(array, own, dims))
 
     def summed(self, axis: int) -> Replicates:
@@ -149,14 +165,14 @@ class Replicates:
 
 
 def arranged(array: np.ndarray, own: tuple[str, ...], dims: tuple[str, ...]) -> np.ndarray:
-    """An array whose last axes are `own` with the axes `dims` in their order, new ones of length 1."""
+    """Rearrange the last axes `own` of an array into the order of `dims`; missing axes get length 1."""
     order = [own.index(name) - len(own) for name in dims if name in own]
     index = (..., *(slice(None) if name in own else None for name in dims))
     return np.moveaxis(array, order, range(-len(own), 0))[index]
 
 
 def added(first: Replicates, second: Replicates, sign: int) -> Replicates:
-    """first + second, or first - second for a sign of -1."""
+    """first + second, or first - second for sign -1."""
     if large := _in_parts(first, second):
         return large.mapped(lambda *parts: added(*parts, sign), (first, second))
     runs = dict.fromkeys((*first.deviations, *second.deviations))
@@ -184,10 +200,10 @@ def power(base: Replicates, exponent: float) -> Replicates:
 
 
 def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ...] = ()) -> Replicates:
-    """function of replicates, its O(1/B) bias removed and its error to first order, by the jackknife.
+    """A function of replicates, without its O(1/B) bias and with its first-order error, by the jackknife.
 
-    linear_in: the operands in which the function is linear while the others are held; where only one of them
-    is uncertain, no jackknife is needed.
+    linear_in: operands in which the function is linear while the others are fixed; if only one of these is
+    uncertain, no jackknife is needed.
     """
     if large := _in_parts(*operands):
         return large.mapped(lambda *parts: combined(function, *parts, linear_in=linear_in), operands)
@@ -198,6 +214,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         value = np.asarray(function(*means))
         deviations = {}
+        # Propagate the deviations: directly if the function is linear in them, else by the jackknife.
         for run in dict.fromkeys(run for operand in operands for run in operand.deviations):
             of_run = [operand.deviations.get(run, 0.0) for operand in operands]
             if len(uncertain) == 1 and uncertain[0] in linear_in:
@@ -211,7 +228,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
                 correction = weighted_mean(shifts, run.sizes)
                 deviations[run] = shifts - correction
                 value = value + np.nan_to_num(correction)
-        # Rounding of one operand's scale, carried to the result: by how much the function then moves.
+        # Propagate the rounding of each operand's scale: the change of the function under it.
         moved = [
             np.abs(np.asarray(function(*means[:k], mean + operand.scale, *means[k + 1 :])) - value)
             for k, (mean, operand) in enumerate(zip(means, operands, strict=True))
@@ -221,7 +238,7 @@ def combined(function: Callable, *operands: Replicates, linear_in: tuple[int, ..
 
 
 def _in_parts(*operands: Replicates) -> Replicates | None:
-    """The first that is made part by part, as then is what is made of it."""
+    """The first chunked operand, if any; results are then chunked too."""
     return next((each for each in operands if each.is_in_parts), None)
 
 
@@ -232,7 +249,7 @@ def _replicates(
     runs: tuple,
     scale: np.ndarray | float = 0.0,
 ) -> Replicates:
-    """Replicates without the spread that rounding alone can make; scale: of the terms, where it is larger."""
+    """Make replicates without spreads that rounding alone can cause; scale: of the terms, if larger."""
     scale = np.fmax(np.abs(value), scale)
     deviations = {
         run: np.where(np.abs(of_run) <= rounding_of(scale), 0.0, of_run) for run, of_run in deviations.items()
@@ -243,7 +260,7 @@ def _replicates(
 def _aligned(
     value: np.ndarray, deviations: dict, scores: np.ndarray | float, runs: tuple, scale: np.ndarray
 ) -> Replicates:
-    """Replicates whose arrays all have the shape of the value."""
+    """Make replicates whose arrays all have the shape of the value."""
     value = np.asarray(value, dtype=float)
     deviations = {
         run: _read_only(np.broadcast_to(of_run, (len(run), *value.shape)))

@@ -1,4 +1,4 @@
-"""A result as text: the ledger, each detector, the cost, what the next digit costs, warnings."""
+"""A result as text: energy balance, detectors, cost, price of the next digit, warnings."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from transport.results.choice import Choice
     from transport.scene import Scene
 
-MOST_SEEDS = 6  # that are told one by one
-SELDOM = 0.1  # scores per history: another estimator may do better
+MOST_SEEDS = 6  # listed one by one
+SELDOM = 0.1  # scores per history, below which another estimator may be better
 
 
 def report_of(result) -> str:
-    """The report that `result.report()` prints."""
+    """The text of `result.report()`."""
     lines = [
         head_of(result),
         *memory_lines(result),
@@ -53,22 +53,25 @@ def report_of(result) -> str:
 
 
 def all_is_well(result) -> str:
-    """What may be said of the error bars: nothing of those that are not known."""
+    """The line about error bars without warnings; it makes no claim about unknown ones."""
     quantities = [q for look in result.scene.detectors for q in result[look.name].quantities.values()]
     unscored = any(isinstance(q, Estimate) and q.reason == "no score" for q in quantities)
     bins = [told for look in result.scene.detectors if (told := _doubtful_bins(result[look.name]))]
     known = [q for q in quantities if isinstance(q, Estimate) and q.reason is None]
     if not bins and any(q.verdict == BOUNDED for q in known):
-        return "error bars: none is doubtful; what may be missing stands beside the numbers"
+        return "error bars: none is doubtful; the numbers show what may be missing"
     if not bins:
-        return f"error bars: nothing speaks against {'those that are known' if unscored else 'them'}"
+        return f"error bars: no finding against {'those that are known' if unscored else 'them'}"
     totals = f"those of the totals{' that are known' * unscored}"
     are = "is" if len(bins) == 1 and bins[0].startswith("1 ") else "are"
-    return f"error bars: nothing speaks against {totals}; {listed(bins)} {are} doubtful"
+    return f"error bars: no finding against {totals}; {listed(bins)} {are} doubtful"
 
 
 def _doubtful_bins(reading) -> str:
-    """In how many of its bins of known error a detector's quantity is doubtful, of that where they are most; "" for none."""
+    """The number of doubtful bins with known error in the quantity that has most of them, in words.
+
+    "" for none.
+    """
     arrays = dict(reading.binned()) or reading.quantities
     many = {
         name: np.count_nonzero(array._is_known_but_doubtful)
@@ -82,25 +85,26 @@ def _doubtful_bins(reading) -> str:
 
 
 def ledger_title(result) -> str:
-    """What the ledger is called: of a run backwards it is of other things."""
+    """The title of the ledger; for a backward run it names other entries."""
     if result.plan.turned is None:
         return "ledger"
     return (
-        "ledger of the backward histories, as shares of them (unsampled: what their cells' cosines leave out)"
+        "ledger of the backward histories, as fractions of them (unsampled: weight that the cosines of their"
+        " cells leave out)"
     )
 
 
 def share_of(result) -> str:
-    """What a result is of, where that is not yet, or never, a whole run: " of 2e8 (part 1 of 4)"; else nothing."""
+    """The part of a run that a result covers, such as "; part 1 of 4 of a run of 2e8"; "" for a whole run."""
     if result.state is None or result.state.limits.particles is None:
         return ""
     limits = result.state.limits
-    (one, of), told = limits.part, f" of {limits.particles:_} asked for" * (not result.is_complete)
+    (one, of), told = limits.part, f" of {limits.particles:_} requested" * (not result.is_complete)
     return f"; part {one} of {of} of a run of {limits.particles:_}" if of > 1 else told
 
 
 def title_of(detector, reading) -> str:
-    """What a detector is, and its name."""
+    """The kind and name of a detector."""
     match detector:
         case PhaseSpace(name=name):
             return f"phase space {name!r}"
@@ -116,7 +120,7 @@ def title_of(detector, reading) -> str:
 
 
 def ledger_lines(ledger) -> list[str]:
-    """Where all that was emitted went, a line an entry; what each surface absorbed, below `absorbed`."""
+    """One line per entry of the energy balance; the absorption of each surface follows `absorbed`."""
     return [
         f"  {name:11s} {estimate}" if is_part else f"{name:10s} {estimate}"
         for name, estimate, is_part in told_entries(ledger)
@@ -124,7 +128,7 @@ def ledger_lines(ledger) -> list[str]:
 
 
 def told_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:
-    """The entries that say something: name, estimate, whether it is a part of what was absorbed."""
+    """The nonzero entries: name, estimate, and whether it is a part of `absorbed`."""
     for name, estimate in ledger.items():
         if _is_told(name, estimate):
             yield name, estimate, False
@@ -134,15 +138,16 @@ def told_entries(ledger) -> Iterator[tuple[str, Estimate, bool]]:
 
 
 def cost_lines(result) -> list[str]:
-    """What the run cost and what the next digit would."""
+    """Lines about the cost of the run and of the next digit."""
     cost = result.cost
     if cost is None:
         return []
     rate = cost.particles_per_second / 1e6
     collisions = f" {cost.collisions:.3g} collisions," if cost.collisions else ""
     return [
-        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''}{_of_workers(cost)},"
-        f" {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions} {rate:.3g} M particles/s",
+        f"cost: {cost.seconds:.3g} s on {cost.threads} thread{'s' if cost.threads > 1 else ''}"
+        f"{_of_workers(cost)}, {cost.particles:.3g} particles, {cost.crossings:.3g} crossings,{collisions}"
+        f" {rate:.3g} M particles/s",
         *_pilots(result),
         *_foretold(cost),
         f"next digit: a tenth of every error costs about {duration(cost.next_digit)}",
@@ -150,33 +155,33 @@ def cost_lines(result) -> list[str]:
 
 
 def _of_workers(cost) -> str:
-    """Whose threads they were, where they were not this process's."""
+    """The workers to which the threads belong, if they are not of this process."""
     return f" of {cost.workers} worker{'s' if cost.workers > 1 else ''}" if cost.workers else ""
 
 
 def _pilots(result) -> list[str]:
-    """How many of the particles only found out how many are needed, or of which way: by pilots and earlier rounds of nets."""
+    """The number of particles of pilots and earlier rounds, which only chose settings, if any."""
     earlier = result.cost.particles - result.particles
-    return [f"pilots: {earlier:.3g} of them, which the result leaves out"] if earlier > 0 else []
+    return [f"pilots: {earlier:.3g} of them, which are not part of the result"] if earlier > 0 else []
 
 
 def _foretold(cost) -> list[str]:
-    """What a pilot of the run said that it would take."""
+    """The forecast of a pilot for the run, if there was one."""
     if cost.forecast is None:
         return []
     after, seconds = duration(cost.forecast.after), duration(cost.forecast.seconds)
-    return [f"foretold after {after}: {seconds}, {cost.forecast.particles:.3g} particles"]
+    return [f"forecast after {after}: {seconds}, {cost.forecast.particles:.3g} particles"]
 
 
 def method_lines(result) -> list[str]:
-    """How the numbers were estimated, where not by random analog histories; and why so, where that was chosen."""
+    """The estimator, unless it is the default, and the reasons of its choice by pilots."""
     method = result.plan.method
     told = [f"estimator: {method.title}{_as_they_come(result)}"] if method != ANALOG else []
     return told if result.choice is None else [f"estimator: {method.title}", *result.choice.lines]
 
 
 def better_lines(result) -> list[str]:
-    """The estimators that suit the scene better than counting what comes: where few histories come to a detector."""
+    """A line with estimators that suit the scene better, if few histories reach a detector."""
     scene = result.scene
     if result.plan.method != ANALOG or result.choice is not None:
         return []
@@ -188,12 +193,12 @@ def better_lines(result) -> list[str]:
     ]
     others = better_than(scene, ANALOG, None) if seldom else ""
     return [
-        f"estimator: analog; few histories come to {listed(list(map(repr, seldom)))}, which {others}"
+        f"estimator: analog; few histories reach {listed(list(map(repr, seldom)))}, for which {others}"
     ] * bool(others)
 
 
 def better_than(scene: Scene, taken: Method, choice: Choice | None) -> str:
-    """The other estimators that go with a scene, in a sentence; "" where there are none, or pilots have compared them."""
+    """The other estimators that suit a scene, as a clause; "" if there are none or pilots compared them."""
     names = [each.estimator for each in methods_for(scene) if each.sampling == taken.sampling]
     others = [repr(name) for name in names if name != taken.estimator]
     if not others or choice is not None:
@@ -204,26 +209,26 @@ def better_than(scene: Scene, taken: Method, choice: Choice | None) -> str:
 
 
 def memory_lines(result) -> list[str]:
-    """Why there are fewer batches than usual, where nobody said how many."""
+    """A line that explains why there are fewer batches than usual, if the user did not set their number."""
     state, usual = result.state, result.plan.method.usual_batches
     if state is None or not state.limits.is_free or batches_that_fit(result.plan) >= usual:
         return []
     size = bytes_of_a_batch(result.plan) / 1e6
-    return [f"batches: fewer than the usual {usual}, for the sums of one take up to {size:.3g} MB"]
+    return [f"batches: fewer than the usual {usual}, because the sums of one take up to {size:.3g} MB"]
 
 
 def _as_they_come(result) -> str:
-    """The detectors that no event tells what to expect, where events tell others."""
+    """The detectors with analog scores in a run with next-event estimation, in words."""
     names = counted_as_they_come(result.scene) if result.plan.expects and result.plan.turned is None else []
-    return f" ({', '.join(map(repr, names))} counted as they come)" if names else ""
+    return f" ({', '.join(map(repr, names))} by analog scores)" if names else ""
 
 
 def tracking_lines(result) -> list[str]:
-    """How histories were followed through media; and what of it was asked for in vain."""
+    """Lines about the tracking of histories through media, and about options without effect."""
     plan = result.plan
     tracking = plan.tracking
     if not (plan.scatters or plan.lessens):
-        idle = "tracking: nothing to do, though it was given: no medium here absorbs or scatters"
+        idle = "tracking: without effect, because no medium here absorbs or scatters"
         return [idle] if result.asked is not None else []
     how = {"analog": "analog absorption", "weighted": "absorption by weight"}[tracking.absorption]
     extras = ["first collisions forced"] * plan.forces
@@ -237,7 +242,7 @@ def tracking_lines(result) -> list[str]:
 
 
 def head_of(result) -> str:
-    """How large the run was, and whether it was finished."""
+    """The size of the run, and whether it is complete."""
     state = share_of(result) + ("" if result.is_complete else ", INCOMPLETE: interrupted")
     seeds = sorted({batch.seed for batch in result.batches})
     told = f"seed {result.seed}" if len(seeds) == 1 else f"seeds {', '.join(map(str, seeds))}"
@@ -247,5 +252,5 @@ def head_of(result) -> str:
 
 
 def _is_told(name: str, estimate: Estimate) -> bool:
-    """Entries that are zero by construction are left out, but for `lost`."""
+    """Whether an entry is printed: `lost` always, others unless they are zero by construction."""
     return name == "lost" or not (estimate.exact and estimate.value == 0)

@@ -1,4 +1,7 @@
-"""What a run found out: detectors, the ledger, the cost; every number an Estimate."""
+"""The result of a run: readings of the detectors, the energy balance (ledger), the cost.
+
+All numbers are Estimates.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -39,7 +42,52 @@ __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 
 
 class Result(Record):
-    """A finished run: `result["meter"]` is a detector's reading, `ledger` where all that was emitted went."""
+    """The result of a run; `result["name"]` is the reading of the detector of that name.
+
+    `simulate`, `load` and `merge` make it.
+
+    Attributes
+    ----------
+    scene : Scene
+        The simulated scene.
+    seed : int
+        Seed of the random numbers.
+    cost : Cost or None
+        Cost of the run; None for a result that no run made.
+    is_complete : bool
+        False if the run was interrupted.
+    run : Batches
+        The batches and their numbers of histories.
+
+    Raises
+    ------
+    SceneError
+        For a detector name that the scene does not have.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> disk = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> scene = tp.Scene(
+    ...     sources=[tp.Source(tp.Point(), tp.Isotropic(power=1.0))],
+    ...     surfaces=[tp.Surface(disk, tp.Black(), "disk")],
+    ...     detectors=[tp.Detector("disk")],
+    ... )
+    >>> result = tp.simulate(scene, particles=10_000, seed=1, progress=False)
+    >>> result
+    <Result of 10000 particles in 32 batches>
+    >>> list(result)
+    ['disk']
+    >>> print(result["disk"].flux_in)
+    (0.151 ± 0.003) W
+    >>> print(result.ledger)
+    emitted    1 W (exact)
+    absorbed   (0.151 ± 0.003) W
+    escaped    (0.849 ± 0.003) W
+    lost       0 W (exact)
+    >>> result.quality("disk.flux_in").verdict
+    'sound'
+    """
 
     def __getitem__(self, name: str) -> "AnyReading":
         names = [detector.name for detector in self.scene.detectors]
@@ -62,11 +110,11 @@ class Result(Record):
             return PointReading(self, detector)
         return Reading(self, detector)
 
-    if not TYPE_CHECKING:  # to type checkers it would give every name a meaning
+    if not TYPE_CHECKING:  # type checkers would accept any name
 
         def __getattr__(self, name: str):
-            """Say how a detector is read."""
-            if hasattr(type(self), name):  # a property that failed: its own words
+            """Raise an AttributeError that explains how to read a detector."""
+            if hasattr(type(self), name):  # a property failed: raise its own error
                 return object.__getattribute__(self, name)
             is_detector = "scene" in vars(self) and name in self
             cure = f"; a detector is read as result[{name!r}]" if is_detector else ""
@@ -76,11 +124,26 @@ class Result(Record):
         return name in [detector.name for detector in self.scene.detectors]
 
     def __iter__(self) -> Iterator[str]:
-        """The names of the detectors."""
+        """Iterate over the names of the detectors."""
         return iter([detector.name for detector in self.scene.detectors])
 
     def quantity(self, name: str) -> "EstimateOrArray":
-        """The Estimate or EstimateArray called "detector.quantity"."""
+        """Return the quantity named "detector.quantity".
+
+        Parameters
+        ----------
+        name : str
+            Name of the detector, a point, and name of the quantity, such as "disk.flux_in".
+
+        Returns
+        -------
+        Estimate or EstimateArray
+
+        Raises
+        ------
+        SceneError
+            If there is no such detector or quantity.
+        """
         detector, _, quantity = name.partition(".")
         known = self[detector].known
         if quantity not in known:
@@ -88,56 +151,119 @@ class Result(Record):
         return getattr(self[detector], quantity)
 
     def quality(self, name: "str | EstimateOrArray") -> Quality:
-        """How far the error bar of the quantity called "detector.quantity" is to be trusted, with bins or without, or of an Estimate."""
+        """Return the quality of the error bar of a quantity.
+
+        Parameters
+        ----------
+        name : str, Estimate or EstimateArray
+            "detector.quantity", or an estimate of this run.
+
+        Returns
+        -------
+        Quality
+            Its verdict, its findings, and the tests of its scores and batches.
+        """
         return quality_in(self, name)
 
     @property
     def ledger(self) -> "Ledger":
-        """Where all that was emitted went; of a run backwards where its histories went, as shares of them.
+        """The energy balance: where all emitted power went; for a backward run, where its histories went.
 
-        Raises SceneError where pilots chose to run backwards: who did not name that estimator takes its shares for watts.
+        Returns
+        -------
+        Ledger
+            [W, s^-1, J or 1]; for a backward run fractions of the histories.
+
+        Raises
+        ------
+        SceneError
+            If pilots chose a backward run: the user did not request it and could take the fractions for
+            watts.
         """
         if self.plan.turned is not None and self.choice is not None and len(self.choice.pilots) > 1:
             raise SceneError(
-                "result.ledger: histories of this run began at the detectors, as pilots chose, so where the sources' power went is"
-                " not known; write estimator='analog' for that, or estimator='backward' for shares of these histories"
+                "result.ledger: the pilots chose backward histories, which start at the detectors, so the"
+                " energy balance of the sources is unknown; pass estimator='analog' for it, or"
+                " estimator='backward' for fractions of these histories"
             )
         return self._own_ledger
 
     @cached_property
     def _own_ledger(self) -> "Ledger":
-        """The ledger of its histories, wherever these began."""
+        """The energy balance of its own histories, forward or backward."""
         return Ledger(self)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """What the run may have missed of each detector's totals, the worst first, and what else to know."""
+        """What the run may have missed of each detector's totals, the worst first, and notes.
+
+        Returns
+        -------
+        tuple of Finding
+        """
         return findings_of(self)
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader should know before trusting the numbers."""
+        """Warnings to read before the numbers are used.
+
+        Returns
+        -------
+        list of str
+            Each says what may be wrong, by how much, and what to do.
+        """
         return [*self._warnings, *in_words(self.findings, self.particles)]
 
     def price(self, name: str, error: float) -> float:
-        """Seconds that a run takes, in all, to this relative error of "detector.quantity" [s].
+        """Predict the time that a whole run takes to reach a relative error of a quantity.
 
-        Going by what this run cost; of an array to that error in its worst bin that is not doubtful; nan where no error is
-        known, or all are doubtful.
+        Parameters
+        ----------
+        name : str
+            "detector.quantity".
+        error : float
+            Relative standard error to reach, positive; for an array in its worst bin that is not doubtful.
+
+        Returns
+        -------
+        float
+            Wall-clock time [s] of the whole run, predicted from the cost of this one on the same machine; nan
+            if no error is known or all are doubtful.
+
+        Raises
+        ------
+        SceneError
+            If `error` is not positive and finite, or if the result has no cost.
         """
         if self.cost is None or not 0 < error < math.inf:
             raise SceneError(f"result.price: error must be relative, positive and finite, got {error!r}")
         return price_of(self.quantity(name), self.cost, error, self.cost.slopes.get(name, BY_CHANCE))
 
     def save(self, path: "str | PathLike") -> None:
-        """Write all of it into a file, whole or not at all: .nc, NetCDF-4 (extra `files`), or .npz; `tp.load` reads it.
+        """Write the result to a file; `tp.load` reads it.
 
-        Raises SceneError for a scene that no file can hold, FileError for a file that cannot be written.
+        Parameters
+        ----------
+        path : str or PathLike
+            File name ending in .nc (NetCDF-4; needs the extra `files`) or .npz.  The file is written
+            completely or not at all.
+
+        Raises
+        ------
+        SceneError
+            If the scene cannot be stored in a file.
+        FileError
+            If the file cannot be written.
         """
         function_for(type(self), "save")(self, path)
 
     def report(self) -> str:
-        """The ledger, each detector, the cost and what the next digit costs, as text."""
+        """Return the result as text: energy balance, detectors, cost, warnings.
+
+        Returns
+        -------
+        str
+        """
         return report_of(self)
 
     def __repr__(self) -> str:
@@ -149,7 +275,7 @@ class Result(Record):
 
 
 def media_names(plan: Plan) -> dict[int, str]:
-    """What to call the media that absorb, by their rows: after the surface whose inside they fill."""
+    """Names of the absorbing media by row: the name of the surface whose inside they fill."""
     names = {}
     for row in plan.absorbing_media:
         if row == 0:
@@ -162,15 +288,36 @@ def media_names(plan: Plan) -> dict[int, str]:
 
 
 def _may_kill(plan: Plan) -> bool:
-    """Whether histories may be killed, or split, by chance; forced copies only share a weight."""
+    """Whether histories may be killed or split by chance; forced copies only share a weight."""
     return plan.has_roulette or plan.has_roulette_in_flight or plan.splits
 
 
 class Ledger(Mapping[str, Estimate]):
-    """Where all that was emitted went: `emitted` = the sum of all the others, exactly.
+    """The energy balance of a run: `emitted` equals the sum of all other entries exactly.
 
-    In watts or particles per second; with a clock in joules, or particles; of a run backwards shares of its histories.  `roulette` is what was killed less what was gained, of expectation
-    zero; `unsampled` what an `aim` left out.  `absorbed_by` has the share of each surface and of each medium that absorbs.
+    A mapping from the entries' names to Estimates.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+
+    Attributes
+    ----------
+    absorbed_by : dict of str to Estimate
+        Absorbed power of each surface and of each absorbing medium, by name.
+
+    Notes
+    -----
+    The unit is W, or s^-1 for sources of particles; with a clock J, or 1; for a backward run fractions of its
+    histories.
+
+    emitted : all births.
+    absorbed, escaped : ends at surfaces and in media, and ends outside the scene.
+    in_flight : particles alive at the end of the clock.
+    roulette : killed minus gained weight of Russian roulette; its expectation is 0.
+    unsampled : directions that an `aim` leaves out.
+    lost : particles lost by errors of the geometry.
     """
 
     def __init__(self, result: Result) -> None:
@@ -186,6 +333,7 @@ class Ledger(Mapping[str, Estimate]):
 
         emitted = math.fsum(emitter.amount for emitter in plan.emitters)
         share = emitted / plan.unit
+        # Collect the absorbed weight of each surface and of each absorbing medium.
         self.absorbed_by: dict[str, Estimate] = {}
         for index, surface in enumerate(scene.surfaces):
             rows = [row for row, owner in enumerate(plan.owners) if owner == index]
@@ -195,11 +343,12 @@ class Ledger(Mapping[str, Estimate]):
         for row, name in media_names(plan).items():
             column = len(plan.owners) + row
             self.absorbed_by[name] = entry([b.absorbed[column] for b in batches])
+        # Collect the entries; one is exact if nothing in the scene can change it.
         aimed = any(emitter.target is not None for emitter in plan.emitters)
         is_sure = not (plan.acts or aimed or plan.has_media)
         roulette = [b.ledger["roulette"] for b in batches]
         if all(abs(gain) <= rounding_of(b.born) for gain, b in zip(roulette, batches, strict=True)):
-            roulette = [0.0] * len(batches)  # a weight shared by forced copies, to rounding
+            roulette = [0.0] * len(batches)  # only rounding of a weight shared by forced copies
         self._entries = {
             "emitted": Estimate(np.full(len(run), emitted), run, unit, exact=True),
             "absorbed": entry(

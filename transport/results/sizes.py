@@ -1,4 +1,7 @@
-"""A reading's scores by size, from what a run counted: of meters where sizes differ, of point detectors by their rows."""
+"""A reading's scores by size, from the counts of a run.
+
+Detectors with varying sizes, point detectors by their rows.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,14 @@ from transport.results.scores import Scores
 
 
 def scores_alike(number: int) -> Scores:
-    """So many scores of one size, which is 1."""
+    """`number` scores of size 1."""
     return Scores(*np.ones((3, 1)), np.array([number]), most=1.0)
 
 
 def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
-    """Of all that arrived at a detector, or left from it, in units of the largest weight at birth.
+    """Scores of all arrivals at a detector, or departures, in units of the largest birth weight.
 
-    None where they were not counted by size: where few batches of many count them, a run may have none of these.
+    None if none was counted by size, as can happen where only some of many batches count sizes.
     """
     plan, number = sums.plan, int(sums.whole("counts", side).sum())
     if (sums.detector.name, side) not in plan.size_blocks:
@@ -31,9 +34,10 @@ def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
 
 
 def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | None:
-    """Of what a run backwards brought to its only cell, by the radiance that each brought; None where there are more.
+    """Scores of a backward run with a single cell, by radiance; None with more cells.
 
-    number: how often sources were met.  Sources in volumes are not counted by size: with one of them it is None as well.
+    number: how often histories reached sources.  Sources in volumes are not counted by size; with one of them
+    it is None.
     """
     turned = plan.turned
     names = [lamp.seen_by.name for lamp in turned.lamps]
@@ -52,7 +56,7 @@ def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | No
 
 
 def scores_of_point(weights: np.ndarray, counts: np.ndarray) -> Scores:
-    """Of a point detector, from the sums and counts of its rows in all batches, (POINT_ROWS,)."""
+    """Scores of a point detector, from the sums and counts of its rows in all batches, (POINT_ROWS,)."""
     low = np.ldexp(SCALES, -POINT_OCTAVES)
     return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
 
@@ -60,9 +64,9 @@ def scores_of_point(weights: np.ndarray, counts: np.ndarray) -> Scores:
 def _counted(
     plan: Plan, batches: list[Batch], name: str, side: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Edges and counts of the cells of a detector, and the largest size that there can be [largest birth weight]."""
+    """Edges and counts of a detector's size cells, and the largest possible size [largest birth weight]."""
     expected = [each.scale for each in plan.expectations if each.detector.name == name]
-    scales = np.array([1.0, *expected])  # by which sizes are too large
+    scales = np.array([1.0, *expected])  # factors by which stored sizes are too large
     firsts = plan.size_blocks[name, side][: len(scales)]
     low, high = ((edges / scales[:, None]).ravel() for edges in (EDGES[:-1], EDGES[1:]))
     counts = np.concatenate([sum(batch.sizes[k : k + SIZE_CELLS] for batch in batches) for k in firsts])
@@ -70,7 +74,7 @@ def _counted(
 
 
 def _sorted(cells: list[np.ndarray], most: float, number: int) -> Scores | None:
-    """Scores, of which there are so many, from some that were counted by size; None where none of them was."""
+    """Scores with total `number`, from the part counted by size; None if no score was counted by size."""
     order = np.argsort(cells[0], kind="stable")
     low, high, counts = (each[order] for each in cells)
     if number > 0 and not counts.any():

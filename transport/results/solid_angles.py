@@ -18,7 +18,7 @@ HEMISPHERE, SPHERE, CIRCLE = (0.0, 1.0), (-1.0, 1.0), (0.0, 2.0 * math.pi)
 
 @lru_cache(maxsize=64)
 def solid_angles_of(detector: Detector, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    """∫dω and ∫|cosθ|dω [sr] of each direction bin, of shape (mu or theta, phi) without an axis that is not binned."""
+    """∫dω and ∫|cosθ|dω [sr] of each direction bin, (mu or theta, phi) without axes that are not binned."""
     directions = detector.directions
     if isinstance(directions, DirectionCone):
         return _cone(directions, detector, shape)
@@ -30,7 +30,7 @@ def solid_angles_of(detector: Detector, shape: Shape) -> tuple[np.ndarray, np.nd
         middle = 0.5 * (cosines[1:] + cosines[:-1])
         projected = plain * middle[:, None]
     elif isinstance(shape, Sphere):
-        # every direction sees the sphere's normal at a mean |cos| of 1/4 of the whole surface
+        # The mean of max(cosθ, 0) over a sphere's surface is 1/4 for any direction.
         projected = plain / 4.0
     else:
         projected = _mean_over_pieces(detector, shape, lambda n: projected_solid_angles(cosines, turns, n))
@@ -41,7 +41,7 @@ def solid_angles_of(detector: Detector, shape: Shape) -> tuple[np.ndarray, np.nd
 
 
 def _cosine_edges(edges: dict[str, np.ndarray], whole: tuple[float, float]) -> tuple[np.ndarray, bool]:
-    """Rising edges in cosθ, and whether they are those of falling θ."""
+    """Ascending edges in cosθ, and whether they come from descending θ."""
     if "theta" in edges:
         return np.cos(edges["theta"])[::-1], True
     return np.asarray(edges.get("mu", whole)), False
@@ -59,6 +59,6 @@ def _cone(cone: DirectionCone, detector: Detector, shape: Shape) -> tuple[np.nda
 def _mean_over_pieces(detector: Detector, shape: Shape, angle) -> np.ndarray:
     side = -1.0 if detector.is_back else 1.0
     parts = pieces(shape)
-    shares = [1.0 if piece.is_infinite else piece.area for piece in parts]  # planes count alike
+    shares = [1.0 if piece.is_infinite else piece.area for piece in parts]  # infinite planes count equally
     angles = [angle(tuple(side * x + 0.0 for x in piece.normal)) for piece in parts]
     return sum(share * each for share, each in zip(shares, angles, strict=True)) / math.fsum(shares)

@@ -1,7 +1,7 @@
-"""What batches gave in many bins, made part by part: all bins of all batches at once may not fit into memory.
+"""Chunked arrays: batch values in very many bins, computed box by box to limit memory.
 
-A part is a box of bins, and costs what its rows cost as long as these lie side by side; so boxes are cut along the axis
-whose bins lie farthest apart.
+The cost of a box of bins is that of its rows if these are adjacent, so boxes are cut along the axis whose
+bins are farthest apart in memory.
 """
 
 from __future__ import annotations
@@ -11,18 +11,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-MOST_AT_ONCE = 1 << 24  # numbers of batches that are made all at once
-MOST_OF_A_PART = 1 << 20  # and in a part
-Box = tuple[slice, ...]  # of bins, a slice for each axis
+MOST_AT_ONCE = 1 << 24  # numbers of batches in one array
+MOST_OF_A_PART = 1 << 20  # numbers of batches in a box
+Box = tuple[slice, ...]  # of bins, one slice per axis
 
 
 class Stacked:
-    """Numbers (B, *dims) that stand for an array: with the arithmetic that readings do before they make estimates of it.
+    """A virtual array (B, *dims) with the arithmetic that readings need before they make estimates.
 
-    part: makes those of a box, (B, *its lengths);  order: axes of the bins, those first whose bins lie farthest apart.
+    part: function that computes a box, (B, *its lengths);  order: axes of the bins, those farthest apart in
+    memory first.
     """
 
-    __array_ufunc__ = None  # NumPy leaves the arithmetic to us
+    __array_ufunc__ = None  # NumPy defers to the operators of this class
 
     def __init__(self, shape: tuple[int, ...], order: tuple[int, ...], part: Callable[[Box], np.ndarray]):
         self.shape, self.order, self.part = shape, order, part
@@ -43,22 +44,22 @@ class Stacked:
     def __add__(self, other: object) -> Stacked:
         return self._with(other, np.add)
 
-    __radd__ = __add__  # of a sum, which begins with 0
+    __radd__ = __add__  # for sum(), which starts with 0
 
     def boxes(self) -> list[Box]:
-        """Boxes of which each part is small, that hold every bin once."""
+        """Boxes of limited size that together contain every bin once."""
         return boxes_of(self.shape[1:], self.order, MOST_OF_A_PART // len(self))
 
     def any(self) -> bool:
-        """Whether any is not zero."""
+        """Whether any number is nonzero."""
         return any(self.part(box).any() for box in self.boxes())
 
     def all(self) -> bool:
-        """Whether none is zero."""
+        """Whether all numbers are nonzero."""
         return all(self.part(box).all() for box in self.boxes())
 
     def reshape(self, *shape: int) -> Stacked:
-        """Without axes of one bin.  Raises ValueError for any other change of shape."""
+        """Add or drop axes of length 1.  Raises ValueError for any other change of shape."""
         kept = [axis for axis, bins in enumerate(self.shape[1:]) if bins != 1]
         wanted = [bins for bins in shape[1:] if bins != 1]
         if wanted != [self.shape[1 + axis] for axis in kept]:
@@ -76,7 +77,7 @@ class Stacked:
         return Stacked(tuple(shape), tuple(order), part)
 
     def split(self, bins: tuple[int, ...]) -> Stacked:
-        """One axis of bins, in which these lie in order, the last one fastest, as (B, *bins)."""
+        """Split one axis of bins, stored with the last axis fastest, into (B, *bins)."""
 
         def part(box: Box) -> np.ndarray:
             return in_box(lambda first, many: self.part((slice(first, first + many),)), box, bins)
@@ -84,7 +85,7 @@ class Stacked:
         return Stacked((len(self), *bins), tuple(range(len(bins))), part)
 
     def swapped(self) -> Stacked:
-        """Two axes of bins (B, a, b) as (B, b, a), b backwards."""
+        """Swap two axes of bins, (B, a, b) to (B, b, a), with b reversed."""
         last = self.shape[2]
 
         def part(box: Box) -> np.ndarray:
@@ -94,7 +95,7 @@ class Stacked:
         return Stacked((len(self), last, self.shape[1]), (1, 0), part)
 
     def sum(self, axis: int | tuple[int, ...]) -> Stacked:
-        """Sums over axes of bins, counted with that of the batches."""
+        """Sums over axes of bins, counted with the batch axis."""
         axis = tuple(np.atleast_1d(axis) % self.ndim)
         kept = [place for place in range(self.ndim - 1) if place + 1 not in axis]
 
@@ -114,7 +115,7 @@ class Stacked:
 
 
 def is_large(shape: tuple[int, ...]) -> bool:
-    """Whether numbers of this shape, (B, *dims), are too many to be made at once; those of one batch are not."""
+    """Whether numbers of this shape, (B, *dims), are too many for one array; those of one batch are not."""
     return shape[0] > 1 and math.prod(shape) > MOST_AT_ONCE
 
 
@@ -126,7 +127,7 @@ def totals_of(values: np.ndarray | Stacked) -> np.ndarray:
 
 
 def counts_told(counts: np.ndarray | Stacked) -> np.ndarray | Stacked:
-    """Counts (B, *dims) as an EstimateArray takes them: summed over the batches, of very many bins once they are asked for."""
+    """Counts (B, *dims) as an argument of EstimateArray: summed over batches, or chunked counts unchanged."""
     return counts if isinstance(counts, Stacked) else counts.sum(axis=0)
 
 
@@ -141,9 +142,9 @@ def over_batches(values: np.ndarray | Stacked) -> np.ndarray:
 
 
 def in_box(rows: Callable[[int, int], np.ndarray], box: Box, bins: tuple[int, ...]) -> np.ndarray:
-    """What is in a box of bins whose rows lie in order, the last axis fastest, as one stretch of them.
+    """The numbers in a box of bins, read as one stretch of rows; rows are in order, the last axis fastest.
 
-    rows: (B, many) from a first one on.
+    rows: function of (first, many) that returns (B, many).
     """
     lengths, strides = lengths_of(box, bins), [math.prod(bins[axis + 1 :]) for axis in range(len(bins))]
     wide = next((axis for axis, length in enumerate(lengths) if length > 1), len(bins) - 1)
@@ -154,12 +155,12 @@ def in_box(rows: Callable[[int, int], np.ndarray], box: Box, bins: tuple[int, ..
 
 
 def boxes_of(bins: tuple[int, ...], order: tuple[int, ...], most: int) -> list[Box]:
-    """Boxes of no more than so many bins, or of one, that together are all of them."""
+    """Boxes of at most `most` bins each, or of one, that together are all bins."""
     boxes, left = [[slice(0, count) for count in bins]], math.prod(bins)
     for axis in order:
         if left <= most:
             break
-        left //= max(1, bins[axis])  # bins of one step along this axis
+        left //= max(1, bins[axis])  # bins per step along this axis
         step = max(1, most // max(1, left))
         cuts = [slice(k, min(k + step, bins[axis])) for k in range(0, bins[axis], step)]
         boxes = [[*box[:axis], cut, *box[axis + 1 :]] for box in boxes for cut in cuts]
@@ -168,12 +169,12 @@ def boxes_of(bins: tuple[int, ...], order: tuple[int, ...], most: int) -> list[B
 
 
 def lengths_of(box: Box, bins: tuple[int, ...]) -> tuple[int, ...]:
-    """How many bins a box has along each axis."""
+    """Lengths of a box along the axes."""
     return tuple(len(range(*along.indices(count))) for along, count in zip(box, bins, strict=True))
 
 
 def cut(array: np.ndarray, box: Box) -> np.ndarray:
-    """The part in a box of an array whose last axes are those of the bins, or of length 1."""
+    """The part in a box of an array whose last axes are those of the bins, or have length 1."""
     along = [
         slice(None) if length == 1 else one for one, length in zip(box[::-1], array.shape[::-1], strict=False)
     ]
@@ -181,7 +182,7 @@ def cut(array: np.ndarray, box: Box) -> np.ndarray:
 
 
 def _cut(other: object, box: Box, ndim: int) -> object:
-    """The other side of an operator."""
+    """The part in a box of the other operand."""
     if isinstance(other, Stacked):
         return other.part(box)
     return cut(other, box) if isinstance(other, np.ndarray) else other

@@ -1,7 +1,7 @@
-"""From batch values to a mean, its standard error and its score: batches are independent replicates.
+"""From batch values to a mean, its standard error and its normal score; batches are independent replicates.
 
-Arrays have the batch as their first axis and any number of bins after it, (B, *dims).  The sizes of
-batches, n_b of shape (B,), may differ; N is their sum and w_b = n_b / N.
+Arrays have the batch as their first axis and any number of bins after it, (B, *dims).  The sizes of batches,
+n_b of shape (B,), may differ; N is their sum and w_b = n_b / N.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ import numpy as np
 
 Partial = tuple[np.ndarray, np.ndarray, np.ndarray]  # count, mean, sum of squared deviations from the mean
 
-_SMALLEST_SAFE_TAIL = 1e-280  # below it a probability goes over to its logarithm
+_SMALLEST_SAFE_TAIL = 1e-280  # smaller probabilities are computed as logarithms
 
 
 def weighted_mean(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Mean over all histories, sum_b n_b x_b / N [unit of the values], shape (*dims).
 
-    Differences from the first batch are averaged, then what rounding left: equal values give that very value.
+    It averages the differences from the first batch, then the rounding errors: equal values give exactly that
+    value.
     """
     weights = _weights(values, sizes)
     mean = values[0] + (weights * (values - values[0])).sum(axis=0)
@@ -28,12 +29,12 @@ def weighted_mean(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 def standard_error(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """One standard error of `weighted_mean` [unit of the values], shape (*dims); nan for one batch.
 
-    Its square is sum_b n_b (x_b - mean)^2 / (N (B - 1)), free of bias as x_b has variance sigma^2 / n_b.
+    Its square is sum_b n_b (x_b - mean)^2 / (N (B - 1)), unbiased because x_b has variance sigma^2 / n_b.
     """
     deviations = values - weighted_mean(values, sizes)
     if len(values) < 2:
         return np.full(deviations.shape[1:], np.nan)
-    # Squares of very small or very large deviations would leave the range of a float.
+    # Scale the deviations, since squares of very small or very large ones leave the range of a float.
     scale = np.abs(deviations).max(axis=0)
     scale = np.where((scale > 0) & np.isfinite(scale), scale, 1.0)
     squares = (_weights(values, sizes) * (deviations / scale) ** 2).sum(axis=0)
@@ -41,9 +42,10 @@ def standard_error(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def skewness_of_mean(deviations: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Skewness of the distribution of `weighted_mean`, from deviations of the batches from it, shape (*dims); 0 without any.
+    """Skewness of the distribution of `weighted_mean`, from the deviations of the batches, shape (*dims).
 
-    sum_b w_b^3 d_b^3 / (sum_b w_b^2 d_b^2)^(3/2): that of one history over the root of their number.
+    sum_b w_b^3 d_b^3 / (sum_b w_b^2 d_b^2)^(3/2), 0 without deviations: the skewness of one history over the
+    root of their number.
     """
     parts = _weights(deviations, sizes) * deviations
     scale = np.abs(parts).max(axis=0)
@@ -53,7 +55,7 @@ def skewness_of_mean(deviations: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 def merge(first: Partial, second: Partial) -> Partial:
-    """Count, mean and sum of squared deviations of two samples together (Chan, Golub & LeVeque 1983)."""
+    """Merge count, mean and sum of squared deviations of two samples (Chan, Golub & LeVeque 1983)."""
     (count_a, mean_a, squares_a), (count_b, mean_b, squares_b) = first, second
     count = np.add(count_a, count_b)
     share = np.divide(count_b, np.maximum(count, 1))
@@ -66,8 +68,8 @@ def pseudo_values(
 ) -> np.ndarray:
     """Delete-one jackknife pseudo-values of a function of several batch means, shape (B, *dims).
 
-    Their weighted mean is the function's value with its O(1/B) bias removed, their standard error its error
-    (Quenouille 1956; Tukey 1958).  For batches of unlike size: (f(x) - (1 - w_b) f(x without b)) / w_b.
+    Their weighted mean is the function's value without its O(1/B) bias, their standard error its error
+    (Quenouille 1956; Tukey 1958).  For batches of different sizes: (f(x) - (1 - w_b) f(x without b)) / w_b.
     """
     means = [weighted_mean(values, sizes) for values in batch_values]
     deviations = [values - mean for values, mean in zip(batch_values, means, strict=True)]
@@ -80,16 +82,16 @@ def pseudo_shifts(
     deviations: Sequence[np.ndarray],
     sizes: np.ndarray,
 ) -> np.ndarray:
-    """Jackknife pseudo-values less function(*means), shape (B, *dims); of two batches or more.
+    """Jackknife pseudo-values minus function(*means), shape (B, *dims); needs two batches or more.
 
     means: shapes that broadcast to (*dims);  deviations: of the batches from them, (B, *dims), or 0.0.
-    A shift that rounding alone can make is none: the step to B times the difference would blow it up.
+    Shifts within rounding are set to 0, because the factor B would amplify them.
     """
     full = np.asarray(function(*means))
     weights = (sizes / np.sum(sizes)).reshape(-1, *(1,) * full.ndim)
     odds = weights / (1 - weights)
     without = [mean - odds * deviation for mean, deviation in zip(means, deviations, strict=True)]
-    # Nothing is left of what a single batch gave: a difference by rounding is none.
+    # If a single batch contributed everything, the rest is 0: set differences within rounding to 0.
     without = [
         np.where(np.abs(rest) <= rounding_of(mean), 0.0, rest)
         for rest, mean in zip(without, means, strict=True)
@@ -99,22 +101,22 @@ def pseudo_shifts(
 
 
 def rounding_of(values: np.ndarray) -> np.ndarray:
-    """How far apart rounding alone may bring numbers of this size: four units in the last place."""
+    """Rounding error of numbers of this size: four units in the last place."""
     return 4 * np.finfo(float).eps * np.abs(values)
 
 
 def student_quantile(probability: float, dof: np.ndarray | float) -> np.ndarray:
-    """The t below which Student's distribution of `dof` degrees of freedom has the given probability."""
+    """The t below which Student's distribution with `dof` degrees of freedom has the given probability."""
     from scipy.special import stdtrit
 
     return stdtrit(dof, probability)
 
 
 def normal_score(t: np.ndarray | float, dof: np.ndarray | float) -> np.ndarray:
-    """The standard normal score with the same tail probability as t has in Student's distribution.
+    """The standard normal score with the same tail probability as t in Student's distribution.
 
-    Odd in t; accurate to about 1e-12, also far out where the tail probability is below the range of a float.
-    An infinite dof gives t itself.
+    Odd in t; accurate to about 1e-12, also where the tail probability is below the range of a float.  An
+    infinite dof gives t itself.
     """
     from scipy.special import ndtri_exp
 
@@ -148,7 +150,7 @@ def _log_tail(t: np.ndarray, dof: np.ndarray) -> np.ndarray:
 
 
 def _far_series(a: np.ndarray, odds: np.ndarray) -> np.ndarray:
-    """2F1(1, 1/2; a + 1; -odds): far out odds / a is below 2 / 35^2, so that a few terms are all."""
+    """2F1(1, 1/2; a + 1; -odds); far out odds / a is below 2 / 35^2, so a few terms suffice."""
     term = total = np.ones_like(odds)
     for n in range(12):
         term = -term * odds * (n + 0.5) / (a + 1 + n)

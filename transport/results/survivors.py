@@ -1,8 +1,9 @@
-"""Whether histories that survive roulette, of which none has come, may be missing from a figure and from its error.
+"""Diagnostic "roulette survivors": whether survivors of roulette may be missing from a number and its error.
 
-Roulette ends light histories and makes a few of them heavier.  Where all that reaches a detector is far
-lighter, a run may be over before the first of these is there: its mean is then too low, and its error tells the spread
-of the light ones alone.  Such a run betrays itself: a single survivor would add more than errors allow.
+Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far lighter,
+a run may end before the first survivor arrives: its mean is then too low, and its error measures the spread
+of the light ones alone.  Such a run can be recognised: a single survivor would add more than the error
+allows.
 """
 
 from __future__ import annotations
@@ -23,11 +24,14 @@ if TYPE_CHECKING:
     from transport.results.estimates import Estimate
     from transport.results.meter_sums import MeterSums
 
-NOISELESS = 1e-6  # relative error below which what is scored has not been through a medium by chance
+NOISELESS = 1e-6  # relative error below which scores have not passed a medium by chance
 
 
 def roulette_survivors(sums: MeterSums, side: int, total: Estimate) -> Iterator[Finding]:
-    """Of a detector's side, with the bound as a mean weight of a history; total: the mean that came."""
+    """Findings for a detector's side, with bounds as mean weights of a history.
+
+    total: the mean of arrivals.
+    """
     detector, plan = sums.detector, sums.plan
     if detector.events is None or detector.events[1] > 0:
         bins = None
@@ -46,24 +50,26 @@ def missing_survivors(
     bins: np.ndarray | None = None,
     most: float = 1.0,
 ) -> Iterator[Finding]:
-    """Survivors of roulette of which none has come, about a place [m].
+    """Survivors of roulette of which none may have come, near a place [m].
 
-    total: the mean that histories scored there;  bins: the sums of its bins, (B, *dims), if it has any;  most: what a
-    history of the largest birth weight adds to one of them.  The bound, in
-    the unit of `total`, is that of survivors that none has seen, or all the weight for which roulette was played if that is
-    less.  Nothing where roulette has not been played in a medium.
+    total: mean score of histories there;  bins: the sums of its bins, (B, *dims), if any;  most: score in one
+    of them of a history of the largest birth weight.  The bound, in the unit of `total`, covers survivors
+    that did not come, or all weight for which roulette was played if that is less.  Nothing if no medium
+    played roulette.
     """
     if not _thins_out(plan) or total.error <= NOISELESS * total.value:
         return
     histories = sum(batch.histories for batch in batches)
     born = sum(batch.born for batch in batches) / histories
-    if born == 0:  # an aim behind its source: nothing could be missing
+    if born == 0:  # an aim behind its source: nothing can be missing
         return
+    # Bound the weight of missing survivors.
     heaviest = born * _heaviest_share(plan, place)
     is_by_share = plan.splits or plan.absorbs_by_share
     played = math.inf if is_by_share else _played(batches, histories, heaviest)
     bound = min(unseen_scores(0) * heaviest / histories, played) * most
     if bound > 0:
+        # Suggest a threshold at which one survivor adds less than the error.
         error = total.error if total.error > 0 else math.inf
         if bins is not None:
             errors = replicates_of(
@@ -80,9 +86,10 @@ def _thins_out(plan: Plan) -> bool:
 
 
 def _heaviest_share(plan: Plan, place: Vector) -> float:
-    """What the heaviest history about a place may weigh, as a share of its birth weight.
+    """The largest possible weight of a history near a place, relative to its birth weight.
 
-    Importance falls from there to where histories are born; in voxels that absorb nothing lessens what flies through.
+    Importance falls from there to the births; in voxels that absorb, nothing reduces the weight of an
+    uncollided flight.
     """
     if plan.splits:
         rise_at = plan.tracking.splitting.rise_at
@@ -92,17 +99,18 @@ def _heaviest_share(plan: Plan, place: Vector) -> float:
 
 
 def _played(batches: list[Batch], histories: int, heaviest: float) -> float:
-    """About what weight roulette was played for, a history.
+    """Approximate weight for which roulette was played, per history.
 
-    What it kills is w with chance 1 - w/h, what it gains h - w with chance w/h, h being the heaviest: as long as none
-    has survived the sum of what was killed tells; later the variance of the balance does, h times the sum of w.
+    Roulette kills w with chance 1 - w/h and gains h - w with chance w/h, where h is the heaviest weight.
+    Until one has survived, the sum of the killed weight measures it; later the variance of the balance does,
+    h times the sum of w.
     """
     balance = np.array([batch.ledger["roulette"] for batch in batches])
     return max(abs(balance.sum()), (balance**2).sum() / heaviest) / histories
 
 
 def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
-    """What is missing, the bound of it, and the cure; roulette: a weight at which it would do."""
+    """What is missing, its bound, and the cure; roulette: a threshold that would suffice."""
     if plan.splits:
         gain = plan.tracking.splitting.gain
         cure = (
@@ -110,12 +118,14 @@ def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, st
         )
         return "rare heavy histories that the Splitting thins out not sampled", bound, cure
     if plan.absorbs_by_share:
-        what = "what flies through voxels without a collision not sampled"
+        what = "uncollided particles through voxels not sampled"
         return what, bound, "use more particles, or a Splitting"
-    what = f"rare survivors of the roulette, at {plan.tracking.roulette:g} of the birth weight, not sampled"
-    return what, bound, f"lower it, as Tracking(roulette={_rounded(roulette)}), or use a Splitting"
+    what = (
+        f"rare survivors of Russian roulette, at {plan.tracking.roulette:g} of the birth weight, not sampled"
+    )
+    return what, bound, f"pass tracking=Tracking(roulette={_rounded(roulette)}), or use a Splitting"
 
 
 def _rounded(share: float) -> str:
-    """Down to a power of ten."""
+    """Round down to a power of ten."""
     return f"1e{math.floor(math.log10(share)):03d}"

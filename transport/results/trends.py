@@ -1,6 +1,7 @@
-"""Whether batches are what replicates must be: without a trend of their mean or their spread, and none of them all alone.
+"""Whether batches are good replicates: no trend in their mean or spread, and no outlier.
 
-Each figure is a probability that independent, equal, roughly normal batches would look so odd; nan for fewer than LEAST.
+Each number is the probability that independent, equal, roughly normal batches look so odd; nan for fewer than
+LEAST.
 """
 
 from __future__ import annotations
@@ -9,15 +10,16 @@ import math
 
 import numpy as np
 
-MASKED = 5  # batches that may stand above all others together
-LEAST = 16  # batches: of fewer a perfect order is no rarity
+MASKED = 5  # batches that may together be outliers above all others
+LEAST = 16  # batches: with fewer a perfect order is not rare
 
 
 def trend_of(values: np.ndarray) -> float:
-    """That of a drift from batch to batch, (B,): of the halves' means, of ranks, of the halves' spreads, the oddest of three.
+    """Probability of a drift from batch to batch, (B,), as odd as this: of three tests the oddest.
 
-    Student's t between the halves, Spearman's rank correlation with the order, and Brown and Forsythe (1974) on the halves'
-    deviations from their medians: a mean without a trend, and an error that falls as N^-1/2.
+    The tests are Student's t between the halves, Spearman's rank correlation with the order, and Brown and
+    Forsythe (1974) on the halves' deviations from their medians: a constant mean, and an error that falls as
+    N^-1/2.
     """
     values = np.asarray(values, dtype=float)
     if len(values) < LEAST or not np.ptp(values) > 0:
@@ -29,9 +31,9 @@ def trend_of(values: np.ndarray) -> float:
 
 
 def outlier_of(values: np.ndarray) -> float:
-    """That of the largest of the batches, (B,), or of the MASKED largest, each so far above all that are smaller.
+    """Probability that the largest batch, (B,), or one of the MASKED largest is so far above the others.
 
-    Grubbs 1950; Rosner 1983 for several, of which one would hide the other.
+    Grubbs 1950; Rosner 1983 for several outliers, of which one would hide another.
     """
     values = np.sort(np.asarray(values, dtype=float))
     if len(values) < LEAST or not np.ptp(values) > 0:
@@ -40,7 +42,7 @@ def outlier_of(values: np.ndarray) -> float:
 
 
 def _grubbs(values: np.ndarray) -> float:
-    """Of the largest alone."""
+    """Probability for the largest value alone."""
     many = len(values)
     if not np.ptp(values) > 0:
         return 1.0
@@ -51,7 +53,7 @@ def _grubbs(values: np.ndarray) -> float:
 
 
 def _two_samples(first: np.ndarray, last: np.ndarray) -> float:
-    """Two-sided, by the difference of their means."""
+    """Two-sided probability for the difference of the means."""
     dof = len(first) + len(last) - 2
     pooled = (((first - first.mean()) ** 2).sum() + ((last - last.mean()) ** 2).sum()) / dof
     error = math.sqrt(pooled * (1 / len(first) + 1 / len(last)))
@@ -60,7 +62,7 @@ def _two_samples(first: np.ndarray, last: np.ndarray) -> float:
 
 
 def _ranks(values: np.ndarray) -> float:
-    """Two-sided, by the correlation of ranks with the order; ties share their mean rank."""
+    """Two-sided probability for the correlation of ranks with the order; ties share their mean rank."""
     _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
     ranks = (np.cumsum(counts) - 0.5 * counts)[places]
     r, dof = float(np.corrcoef(ranks, np.arange(len(values)))[0, 1]), len(values) - 2
@@ -68,7 +70,7 @@ def _ranks(values: np.ndarray) -> float:
 
 
 def _beyond(t: float, dof: int) -> float:
-    """The probability of more than t."""
+    """Probability of a value above t."""
     from scipy.special import stdtr
 
     return float(stdtr(dof, -t))

@@ -1,7 +1,7 @@
-"""What a run knows of the quality of its numbers: the findings about its detectors and sources, in a table and in words.
+"""The findings of a run about its detectors and sources, as objects and as warnings.
 
-What no finding tells of: a batch of numbers that chance made wrong, light that leaves a scene through a gap that no finding
-names, and errors of the scene itself.
+No finding covers a batch of numbers that chance made wrong, light that leaves a scene through a gap that no
+finding names, and errors of the scene itself.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from transport.results.record import Record
 
 OUT_OF_REACH = 1e12  # particles
-BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores come
-MANY = 0.05  # of the bins that scored: so many may have too few scores without a warning
+BY_NUMBER = ("path class", ALL_LIGHT, "strong rays", FEW_CARRIERS)  # whose bounds fall as scores arrive
+MANY = 0.05  # share of the scored bins that may have too few scores without a warning
 
 SIDES = {
     "flux_in": ARRIVALS, "irradiance": ARRIVALS, "energy_in": ARRIVALS,
@@ -51,7 +51,7 @@ SIDES = {
 
 
 def quality_in(result: Record, name: str | EstimateOrArray) -> Quality:
-    """The quality of the quantity called "detector.quantity", or of an Estimate or an array of them."""
+    """The quality of the quantity "detector.quantity", or of an Estimate or EstimateArray."""
     seconds = result.cost.seconds if result.cost else math.nan
     if not isinstance(name, str):
         return quality_of(name, None, result.particles, seconds, more_of(result.choice))
@@ -62,7 +62,7 @@ def quality_in(result: Record, name: str | EstimateOrArray) -> Quality:
 
 
 def findings_of(result: Record) -> tuple[Finding, ...]:
-    """All that a reader should know before trusting the numbers: of sources and particles, then of each detector."""
+    """All findings to read before the numbers are used: of sources and particles, then of each detector."""
     found = [_note("lost particles", what) for what in _of_particles(result)]
     found += [_note("faint source", what) for what in faint_sources(result.plan, result.particles)]
     looks = (*result.scene.meters, *result.scene.volumes, *result.scene.points, *result.scene.instruments)
@@ -82,7 +82,7 @@ def _note(name: str, what: str, title: str = "") -> Finding:
 
 
 def in_words(findings: Iterable[Finding], particles: int) -> list[str]:
-    """A warning for each finding of a run that is a note or a doubt; those of several detectors that are alike become one."""
+    """A warning per finding that is a note or doubtful; equal findings of several detectors are merged."""
     alike: dict[tuple[str, str], list[Finding]] = {}
     ordered = []
     for finding in findings:
@@ -97,7 +97,7 @@ def in_words(findings: Iterable[Finding], particles: int) -> list[str]:
 
 
 def _warning(findings: list[Finding], particles: int) -> str:
-    """A doubt about one or several detectors."""
+    """The warning about a doubtful number of one or several detectors."""
     titles: dict[str, list[str]] = {}
     for finding in findings:
         titles.setdefault(finding.object, []).append(finding.quantity)
@@ -118,7 +118,7 @@ def _warning(findings: list[Finding], particles: int) -> str:
 
 
 def _in_numbers(cure: str, particles: float) -> str:
-    """What to do, with about how many particles it takes, where that is known and not out of reach."""
+    """The cure, with the approximate number of particles if it is known and within reach."""
     if not particles < OUT_OF_REACH:
         return cure
     power = 10 ** math.floor(math.log10(particles))
@@ -129,7 +129,10 @@ def _in_numbers(cure: str, particles: float) -> str:
 
 
 def _of_detector(result: Record, reading) -> Iterator[Finding]:
-    """A note why it counted nothing; the worst finding about each of its totals, or about its bins, that is more than a note."""
+    """A note if the detector has no score.
+
+    Else the worst finding per total, or about its bins, beyond a note.
+    """
     title = f"{reading.title}{reading.name!r}"
     if (note := reading.note) is not None:
         yield _note(*note, title)
@@ -166,17 +169,17 @@ def _of_detector(result: Record, reading) -> Iterator[Finding]:
 
 
 def _times(finding: Finding, total: Estimate) -> float:
-    """As many histories after which a finding is none, where that is foretold by how many scores have come; else nan."""
+    """Factor of histories after which a finding is settled, if the number of scores predicts it; else nan."""
     if finding.name not in BY_NUMBER:
         return math.nan
     return max(times_needed([finding], total.value, total.error, total.allowed)[:2])
 
 
 def _in_its_unit(finding: Finding, reading) -> Finding:
-    """A finding about a total in the unit of that quantity, where this is one number."""
+    """Convert a finding about a total to the unit of the quantity, if that is one number."""
     try:
         quantity = getattr(reading, finding.quantity, None)
-    except SceneError:  # it is there, but not for the bins of this detector
+    except SceneError:  # the quantity exists, but not for the bins of this detector
         quantity = None
     if not isinstance(quantity, Estimate) or not finding.value:
         return finding
@@ -185,12 +188,12 @@ def _in_its_unit(finding: Finding, reading) -> Finding:
 
 
 def _worst(quantity: EstimateOrArray) -> Finding | None:
-    """The worst finding about a quantity that is more than a note."""
+    """The worst finding about a quantity beyond a note."""
     return next((each for each in quantity.findings if each.severity != NOTE), None)
 
 
 def _of_bins(reading, title: str) -> Iterator[Finding]:
-    """The worst finding about the bins of which any is doubtful though the total is sound."""
+    """The worst finding about the bins, if any bin is doubtful although the total is sound."""
     for name, array in reading.binned():
         worst = next(
             (each for each in array.findings if each.severity == DOUBTFUL and each.name != UNKNOWN),
@@ -206,7 +209,7 @@ def _of_bins(reading, title: str) -> Iterator[Finding]:
 
 
 def _totals(reading) -> Iterator[tuple[str, Estimate]]:
-    """What a detector counted over its whole shape, all times and speeds, on each side."""
+    """The total of a detector on each side, over its whole shape, all times and speeds."""
     if isinstance(reading, PointReading):
         yield "fluence_rate", reading.fluence_rate
     elif isinstance(reading, VolumeReading):
@@ -221,22 +224,23 @@ def _totals(reading) -> Iterator[tuple[str, Estimate]]:
 
 
 def _of_particles(result: Record) -> Iterator[str]:
-    """Particles that were lost or astray, and aims that nothing is born towards."""
+    """Messages about lost particles and contradictory media, and about aims without births."""
     batches = result.batches
     if lost := sum(batch.lost for batch in batches):
         yield (
-            f"{lost} histories were lost; their weight is in the ledger: in a finite body of a medium without a surface"
-            " ahead (its surfaces leave a gap, or a ray ran along an edge), or given up after 2^24 events"
+            f"{lost} histories were lost, and their weight is in the ledger as `lost`: a history in a finite"
+            " body of a medium had no surface ahead (the surfaces leave a gap, or a ray ran along an edge),"
+            " or had more than 2^24 events"
         )
     if unseen := sum(batch.unseen for batch in batches):
         yield (
-            f"{unseen} times a particle left a body of a medium that it was not seen to enter: its surfaces leave a"
-            " gap, or rays ran along an edge"
+            f"{unseen} times a particle left a body of a medium without having entered it: its surfaces"
+            " leave a gap, or rays ran along an edge"
         )
     if astray := sum(batch.astray for batch in batches):
         yield (
-            f"{astray} times light came to a Dielectric from another index than it was in: close its gaps, or give"
-            " what lies next to one another the same index"
+            f"{astray} times light reached a Dielectric from a medium of another index than the surface"
+            " separates: close its gaps, or give adjacent media the same index"
         )
     is_aimed = result.plan.turned is None and any(
         emitter.target is not None for emitter in result.plan.emitters
@@ -246,7 +250,7 @@ def _of_particles(result: Record) -> Iterator[str]:
 
 
 def _of_aims(result: Record) -> Iterator[str]:
-    """The detectors to which an aim does not cover every path."""
+    """The detectors for which an aim does not cover every path."""
     scene = result.scene
     aims = [source.aim for source in scene.sources if source.aim is not None and result.plan.turned is None]
     for detector in scene.meters if aims else ():
@@ -261,7 +265,7 @@ def _of_aims(result: Record) -> Iterator[str]:
 
 
 def _scores_behind(reading: object, quantity: str) -> Scores | None:
-    """The scores that add up to a quantity; None where their sizes are not known."""
+    """The scores that add up to a quantity; None if their sizes are not known."""
     if isinstance(reading, PointReading) and quantity == "fluence_rate":
         return reading.scores
     if isinstance(reading, Reading) and quantity in SIDES:

@@ -1,9 +1,10 @@
-"""Whether a small wall close to what looks by rays has been visited at all: the classic trap of next-event estimation.
+"""Diagnostic "unvisited surface": whether any history reached a small wall close to a detector.
 
-A detector to which every event tells what it sends there is sure of its light from afar after a few histories.  What a
-small wall close to it sends comes by the few histories that come to that wall, each with a score that is larger by
-the inverse square of the distance: until the first of these the mean is too low, and nothing in the scores tells.  The ledger does:
-it knows how much each surface has absorbed, and so how many histories have come to it; geometry knows what one of them would add.
+A detector with next-event estimation knows the light from afar after a few histories.  The light of a small
+wall close to it comes from the few histories that reach that wall, each with a score larger by the inverse
+square of the distance.  Before the first of them the mean is too low, and nothing in the scores shows it.
+The energy balance does: it has the absorbed weight of each surface, and so the number of histories that
+reached it; geometry gives the score of one of them.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def unvisited_walls_of_detector(sums: MeterSums, total: Estimate) -> Iterator[Finding]:
-    """Of a detector that events tell what they send there; total: the mean weight that arrived of a history."""
+    """Findings for a detector with next-event estimation; total: mean weight of arrivals per history."""
     plan, detector, shape = sums.plan, sums.detector, sums.shape
     if not (plan.expects and plan.turned is None and expects(plan.scene, detector) and total.error > 0):
         return
@@ -52,10 +53,10 @@ def unvisited_walls(
     light: float,
     detector: Detector | None = None,
 ) -> Iterator[Finding]:
-    """The wall that may add most, with a bound of the irradiance, or of the fluence rate [W m^-2]; nothing where none may.
+    """The wall that may add most, if any; the bound is an irradiance or fluence rate [W m^-2].
 
-    place: of the middle of what looks [m];  size: its extent [m], closer than which a wall is not taken to be;
-    light: its irradiance, or a quarter of its fluence rate [W m^-2].
+    place: centre of the detector [m];  size: its extent [m], the least distance of a wall;  light: its
+    irradiance, or a quarter of its fluence rate [W m^-2].
     """
     histories = sum(batch.histories for batch in batches)
     found = []
@@ -69,7 +70,7 @@ def unvisited_walls(
                 found.append((unseen * added, distance, titled(surface, number)))
     most, distance, wall = max(found, default=(0.0, 0.0, ""))
     if most > 0:
-        what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has come to it"
+        what = f"light of {wall}, {distance:.3g} m away, not sampled: hardly any history has reached it"
         yield Finding(
             DOUBTFUL,
             title,
@@ -82,21 +83,21 @@ def unvisited_walls(
 
 
 def _cannot_light(plan: Plan, surface: Surface, detector: Detector | None) -> bool:
-    """Whether a surface lies behind the side that a flat detector looks from."""
+    """Whether a surface lies behind the active side of a flat detector."""
     shape = None if detector is None else plan.scene.shape_of(detector)
     return isinstance(shape, FlatShape) and is_behind(surface.shape, shape, detector.side)
 
 
 def _sent(surface: Surface) -> float:
-    """The largest share of what comes to a surface that leaves it diffusely."""
+    """Largest share of the incident weight that leaves a surface diffusely."""
     parts = [part for part in simple_parts(surface.material) if isinstance(part, Diffuse)]
     return max((part.albedo + part.transmission for part in parts), default=0.0)
 
 
 def _visits(plan: Plan, batches: list[Batch], number: int, share: float, light: float) -> float:
-    """About how many histories of full weight have come to a surface, going by what it absorbed.
+    """Approximate number of histories of full weight that reached a surface, from its absorbed weight.
 
-    One that absorbs nothing is taken to be lit as the detector is.
+    A surface that absorbs nothing is assumed to receive the irradiance of the detector.
     """
     shape, histories = plan.scene.surfaces[number].shape, sum(batch.histories for batch in batches)
     if share >= 1:

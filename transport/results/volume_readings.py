@@ -1,4 +1,4 @@
-"""What a VolumeDetector read: means over the cells of a volume, each with its standard error."""
+"""The readings of a VolumeDetector: means over the cells of a volume, each with its standard error."""
 
 from __future__ import annotations
 
@@ -29,16 +29,34 @@ from transport.validation import SceneError
 from transport.volumes import VolumeDetector
 
 VOLUME_QUANTITIES = (
-    "fluence_rate", "absorbed_power", "absorbed_density", "radiance", "counts", "fluence", "absorbed_energy",
+    "fluence_rate", "absorbed_power", "absorbed_density", "radiance", "counts", "fluence",
+    "absorbed_energy",
 )  # fmt: skip
 VOLUMES_CLOCKED = ("fluence", "absorbed_energy")
-FAINT = 1e-6  # of what a cell would absorb of what absorbs most: below, it is asked whether it absorbs at all
+# Absorbed share of what a cell of the most absorbing medium would absorb; below it, geometry decides whether
+# it absorbs.
+FAINT = 1e-6
 
 
 class VolumeReading(Quantified):
-    """One VolumeDetector's quantities, with the dims of its cells, (x, y, z) or (r,); plain Estimates without cells.
+    """The quantities of one VolumeDetector, from `result["name"]`.
 
-    Raises SceneError for a quantity that it was not set up for.
+    Parameters
+    ----------
+    result : Result
+        The run.
+    detector : VolumeDetector
+        The detector of the scene.
+
+    Raises
+    ------
+    SceneError
+        When a quantity is read for which the detector or the scene has not the options.
+
+    Notes
+    -----
+    With cells each quantity is an EstimateArray with the axes of the cells, (x, y, z) or (r,); without cells
+    it is an Estimate.  Sources of particles give s^-1 in place of W, and 1 in place of J.
     """
 
     known, title = VOLUME_QUANTITIES, "volume detector "
@@ -53,40 +71,102 @@ class VolumeReading(Quantified):
 
     @cached_property
     def volumes(self) -> np.ndarray:
-        """Volume of each cell [m^3]."""
+        """Volume of each cell [m^3].
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape of the cells.
+        """
         return self.detector.volumes(self._volume.shape)
 
     @cached_property
     def fluence_rate(self) -> EstimateOrArray:
-        """Mean of ∫ L dω over each cell, φ [W m^-2 or s^-1 m^-2]; with a clock over its duration as well."""
+        """Mean of ∫ L dω over each cell, φ [W m^-2 or s^-1 m^-2]; with a clock also over its duration.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-2 or s^-1 m^-2]
+        """
         return self._per_volume(self._plan.tempo, self._rate)
 
     @cached_property
     def fluence(self) -> EstimateOrArray:
-        """Fluence rate over the duration, H [J m^-2 or m^-2]; mean over each cell."""
+        """Fluence rate integrated over the duration, H [J m^-2 or m^-2]; mean over each cell.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J m^-2 or m^-2]
+
+        Raises
+        ------
+        SceneError
+            If the scene has no `duration`.
+        """
         self._need_clock("fluence")
         return self._per_volume(1.0, self._rate * Unit.parse("s"))
 
     @cached_property
     def absorbed_power(self) -> EstimateOrArray:
-        """What the media absorb in each cell [W or s^-1]: absorption coefficient times fluence rate, over its volume."""
+        """Power absorbed by the media in each cell [W or s^-1].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W or s^-1]: absorption coefficient times fluence rate, integrated over the cell's volume.
+
+        Raises
+        ------
+        SceneError
+            If no medium in the volume absorbs.
+        """
         return self._absorbed(self._kept / self._plan.tempo, self._rate, self._plan.tempo)
 
     @cached_property
     def absorbed_energy(self) -> EstimateOrArray:
-        """What the media absorb in each cell within the duration [J], or particles."""
+        """Energy [J], or particles, absorbed by the media in each cell within the duration.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [J or 1]
+
+        Raises
+        ------
+        SceneError
+            If the scene has no `duration`, or no medium in the volume absorbs.
+        """
         self._need_clock("absorbed_energy")
         return self._absorbed(self._kept, self._rate * Unit.parse("s"), 1.0)
 
     @cached_property
     def absorbed_density(self) -> EstimateOrArray:
-        """Absorbed power per volume [W m^-3 or s^-1 m^-3]."""
+        """Absorbed power per volume [W m^-3 or s^-1 m^-3].
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [W m^-3 or s^-1 m^-3]
+        """
         values = self._kept / self._plan.tempo / self.volumes
         return self._absorbed(values, self._rate / Unit.parse("m^3"), self._plan.tempo, self.volumes)
 
     @cached_property
     def radiance(self) -> EstimateArray:
-        """Mean over each cell and each bin of direction of flight, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]."""
+        """Mean over each cell and each bin of flight direction, L [W m^-2 sr^-1 or s^-1 m^-2 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            [W m^-2 sr^-1 or s^-1 m^-2 sr^-1]
+
+        Raises
+        ------
+        SceneError
+            If the detector has no `directions`.
+        """
         directions = self.detector.directions
         if directions is None:
             self._refuse(
@@ -101,13 +181,25 @@ class VolumeReading(Quantified):
 
     @cached_property
     def counts(self) -> EstimateOrArray:
-        """Number of scores in the whole run: of ways through each cell, or of collisions there."""
+        """Number of scores in the whole run: of paths through each cell, or of collisions there.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1]
+        """
         counts = self._counts.sum(axis=-1)
         return self._estimate(counts * float(self._run.sizes.sum()), Unit.parse("1"), counts)
 
     @cached_property
     def note(self) -> Note | None:
-        """Why it counted nothing, where that is known."""
+        """The reason why the detector has no score: (name of the diagnostic, text).
+
+        Returns
+        -------
+        tuple of str or None
+            None if it has scores or no reason is known.
+        """
         title, shape, particles = (
             f"volume detector {self.name!r}",
             self._volume.shape,
@@ -121,7 +213,7 @@ class VolumeReading(Quantified):
 
     @cached_property
     def _missing(self) -> list[Finding]:
-        """What may be missing, with bounds as a mean way of weight [scene lengths]."""
+        """Findings, with bounds as a mean path length times weight [scene lengths]."""
         title, particles = f"volume detector {self.name!r}", int(self._run.sizes.sum())
         if self.is_blind and self.note:
             return []
@@ -130,10 +222,10 @@ class VolumeReading(Quantified):
         if self._plan.attenuates and not self._plan.scatters:
             passes = most_that_passes(self._plan, self._volume.shape)
             largest *= passes
-            # Ways of light weights, however many, do not show those of full weight.
+            # Many paths of small weight do not represent those of full weight.
             heavy = int(totals_of(self._sums).sum() / (self._mean_way * passes)) if passes > 0 else number
             if heavy < number:
-                what, number = "light that media have hardly weakened", heavy
+                what, number = "light that media hardly attenuate", heavy
         few = PathClass(what, number, largest, MORE, name=ALL_LIGHT).finding(title, particles)
         found = [] if few is None else [few]
         middle, most = self._volume.shape.middle, self._way_through_cell()
@@ -145,52 +237,57 @@ class VolumeReading(Quantified):
 
     @cached_property
     def whole(self) -> Estimate:
-        """The mean way of weight through the whole volume [scene lengths], of which the fluence rate is made."""
+        """Mean path length times weight through the whole volume [scene lengths], without findings."""
         return Estimate(totals_of(self._sums) / self._run.sizes, self._run, Unit(), counts=self.scores.number)
 
     def why_unscored(self) -> list[Finding]:
-        """What is known of why it counted nothing."""
+        """Findings that explain why the detector has no score."""
         return self._missing
 
     def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
-        """The fluence rate by cell."""
+        """Yield the fluence rate by cell."""
         if self._axes:
             yield "fluence_rate", self.fluence_rate
 
     @property
     def total(self) -> Estimate:
-        """The same with its findings."""
+        """The mean path length times weight through the whole volume, with its findings."""
         return Estimate(self.whole.values, self._run, Unit())._with_findings(
             lambda: self._missing, self._allowed
         )
 
     @cached_property
     def scores(self) -> Scores:
-        """How many scores there are, in all cells, as if they were alike."""
+        """The scores in all cells, counted as if they had one size."""
         number = int(totals_of(self._counts).sum())
         return scores_alike(number)
 
     @property
     def _mean_way(self) -> float:
-        """What a history of full weight brings on a mean chord, 4 V / A (Cauchy), where the volume absorbs most [scene lengths]."""
+        """Score of full weight along a mean chord, 4 V / A (Cauchy), at most absorption [scene lengths]."""
         shape, unit = self._volume.shape, self._volume.unit
         chord, absorption = 4 * shape.volume / shape.area, most_absorption(self._plan.scene, shape)
         return (-math.expm1(-absorption * chord) / absorption if absorption > 0 else chord) / unit
 
     def _way_through_cell(self) -> float:
-        """About the mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
+        """Approximate mean chord of a cell [scene lengths]: four times its volume over its area (Cauchy)."""
         shape, counts, unit = self._volume.shape, self._sums.shape[1:-1], self._volume.unit
         if len(counts) == 3:
             return 2 / sum(count / side for side, count in zip(shape.size, counts, strict=True)) / unit
         return 4 * shape.volume / shape.area / unit / max(math.prod(counts), 1)
 
     def _way_through(self) -> float:
-        """The longest way through the whole volume [scene lengths]."""
+        """The longest chord of the whole volume [scene lengths]."""
         return 2 * self._volume.shape.extent / self._volume.unit
 
     @property
     def is_blind(self) -> bool:
-        """Whether nothing was counted at all."""
+        """Whether the detector has no score.
+
+        Returns
+        -------
+        bool
+        """
         return not self._counts.any()
 
     def __repr__(self) -> str:
@@ -200,7 +297,7 @@ class VolumeReading(Quantified):
 
     @cached_property
     def _sums(self) -> np.ndarray | Stacked:
-        """(B, *cells, 1 + bins of direction): sums of weight times way."""
+        """(B, *cells, 1 + bins of direction): sums of weight times path length."""
         return self._rows("weights", "first", int(self._volume.row["rows"]))
 
     @cached_property
@@ -209,7 +306,7 @@ class VolumeReading(Quantified):
 
     @property
     def _unit(self) -> float:
-        """What a sum of 1 is [m W, m s^-1, m J or m]."""
+        """The quantity for a sum of 1 [m W, m s^-1, m J or m]."""
         return self._volume.unit * self._plan.unit
 
     @cached_property
@@ -226,7 +323,7 @@ class VolumeReading(Quantified):
     def _may_absorb(self) -> np.ndarray:
         """Whether anything absorbs in each cell.
 
-        Where nothing does, rounding may still have left the end of a flight through what absorbs next to it.
+        Where nothing absorbs, rounding may still leave the end of a flight through an absorbing neighbour.
         """
         scene, shape = self._plan.scene, self._volume.shape
         found = np.full(np.shape(self.volumes), may_absorb(scene, shape))
@@ -236,7 +333,7 @@ class VolumeReading(Quantified):
         return found
 
     def _cell(self, index: tuple[int, ...]) -> tuple[Box | Sphere, Sphere | None]:
-        """One cell, by its place along each axis; of a shell the ball about it, and the one within it."""
+        """One cell by its index along each axis; a shell as its outer ball and its inner one."""
         shape = self._volume.shape
         spans = [edges[k : k + 2].tolist() for edges, k in zip(self._axes.values(), index, strict=True)]
         if isinstance(shape, Box):
@@ -247,7 +344,7 @@ class VolumeReading(Quantified):
 
     @property
     def _is_faint(self) -> np.ndarray:
-        """The cells that absorb hardly anything of what they could, if they were of what absorbs most."""
+        """The cells whose absorbed share is below FAINT of that of the most absorbing medium."""
         kept = over_batches(self._rows("weights", "kept", 1).sum(axis=-1))
         ways = over_batches(self._sums.sum(axis=-1)) * self._volume.unit
         most = max(float(np.max(medium.absorption)) for medium in self._plan.distinct_media)
@@ -279,7 +376,7 @@ class VolumeReading(Quantified):
         return self._with_findings(made, most * self._unit / seconds / volumes)
 
     def _with_findings(self, made: EstimateOrArray, factor: float | np.ndarray) -> EstimateOrArray:
-        """A quantity with its findings; factor: what a mean way of 1 is in it, of each cell."""
+        """Attach the findings to a quantity; factor: the quantity for a mean path of 1, per cell."""
         shape = made._replicates.shape
 
         def findings() -> Iterator[Finding]:
@@ -296,7 +393,7 @@ class VolumeReading(Quantified):
         axes: dict[str, np.ndarray] | None = None,
         is_sure: bool = False,
     ) -> EstimateOrArray:
-        """Sums (B, *axes) of a run's batches as means over its histories."""
+        """Turn sums (B, *axes) of the batches into means over histories."""
         axes = self._axes | (axes or {})
         values = values / self._run.sizes.reshape(-1, *(1,) * (values.ndim - 1))
         counts = counts_told(counts)
@@ -313,7 +410,7 @@ class VolumeReading(Quantified):
 
 
 def _by_direction(rows: np.ndarray | Stacked, bins: tuple[int, ...]) -> np.ndarray | Stacked:
-    """Rows (B, *cells, 1 + bins of direction) by these, without what fell into none of them."""
+    """Rows (B, *cells, 1 + bins of direction) by direction bin, without the scores outside all bins."""
     shape = (*rows.shape[:-1], *bins)
     if not isinstance(rows, Stacked):
         return rows[..., 1:].reshape(shape)
