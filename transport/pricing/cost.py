@@ -64,6 +64,13 @@ class CostOfAccuracy:
     Notes
     -----
     Seconds are CPU seconds of all threads together; `wall` of a point is elapsed time.
+
+    Examples
+    --------
+    `cost_of_accuracy` makes it; it needs some seconds of runs:
+
+    >>> cost = tp.cost_of_accuracy(scene, "meter.flux_in")  # doctest: +SKIP
+    >>> cost["analog"].price(1e-3)  # doctest: +SKIP
     """
 
     quantity: str

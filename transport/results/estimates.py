@@ -57,7 +57,7 @@ class Estimate(Quantity[float, str | None]):
     Notes
     -----
     The value is the mean over all histories, and the error is one standard error of that mean from the spread
-    of the batches.  Arithmetic (+, -, *, /, ** and mixed with numbers) propagates errors with the
+    of the batches.  Arithmetic (``+ - * / **``, also with numbers) propagates errors with the
     correlations of the run; nonlinear operations use the jackknife (Quenouille 1956; Tukey 1958).
     `float(estimate)` is the bare value.  Estimates have no order: `<` and `>` raise TypeError.
 
@@ -164,7 +164,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     Parameters
     ----------
     values : numpy.ndarray
-        Means of the batches [unit], shape (B, *dims).
+        Means of the batches [unit], shape ``(B, *dims)``.
     run : Batches
         The batches of the run, as for Estimate.
     unit : Unit or str
@@ -174,7 +174,7 @@ class EstimateArray(Quantity[np.ndarray, np.ndarray]):
     coords : dict of str to numpy.ndarray
         For each name in `dims` the n + 1 edges of its n bins; "time" may have n instants instead.
     counts : numpy.ndarray, optional
-        Number of scores in each bin, shape (*dims); None if it is not known.
+        Number of scores in each bin, shape ``(*dims)``; None if it is not known.
     exact : bool, default False
         As for Estimate.
     axis_units : mapping of str to str, optional
@@ -462,7 +462,7 @@ def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> 
 
 
 def _together(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
-    """Bound of a sum over bins (*dims).
+    """Bound of a sum over bins ``(*dims)``.
 
     With `adds` the bounds of the bins add; otherwise the missing score falls into any one bin, and the
     largest counts.

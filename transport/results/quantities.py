@@ -82,7 +82,7 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         float or numpy.ndarray
-            A float for an Estimate, an array (*dims) for an EstimateArray.
+            A float for an Estimate, an array ``(*dims)`` for an EstimateArray.
         """
         return _plain(self._replicates.value)
 
@@ -105,7 +105,7 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         str, None or numpy.ndarray
-            None where the error is known; an object array (*dims) for an EstimateArray.
+            None where the error is known; an object array ``(*dims)`` for an EstimateArray.
         """
         return _plain(self._replicates.reason)
 
@@ -177,7 +177,7 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         numpy.ndarray
-            Shape (B, *dims).
+            Shape ``(B, *dims)``.
 
         Raises
         ------
@@ -215,7 +215,7 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         str or numpy.ndarray
-            An array (*dims) of str for an EstimateArray.
+            An array ``(*dims)`` of str for an EstimateArray.
 
         Notes
         -----
@@ -234,18 +234,18 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         bool or numpy.ndarray
-            An array (*dims) of bool for an EstimateArray.
+            An array ``(*dims)`` of bool for an EstimateArray.
         """
         return _plain(np.equal(self.verdict, DOUBTFUL))
 
     @property
     def _is_known(self) -> np.ndarray:
-        """Where the error is known, (*dims) of bool."""
+        """Where the error is known, ``(*dims)`` of bool."""
         return ~np.isnan(self._error_bars.error)
 
     @property
     def _is_known_but_doubtful(self) -> np.ndarray:
-        """Where the error is known but doubtful, (*dims) of bool."""
+        """Where the error is known but doubtful, ``(*dims)`` of bool."""
         value, error = self._replicates.value, np.asarray(self._error_bars.error)
         doubts = [np.asarray(self._error_bars.is_doubtful)]
         doubts += [severities(each, value, error, self.allowed) == DOUBTFUL for each in self._raw_findings]
@@ -270,7 +270,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _error_of_all(self) -> np.ndarray:
-        """One standard error that includes the uncertainty of equal batches, (*dims); infinite if unknown."""
+        """One standard error that includes the uncertainty of equal batches, ``(*dims)``; infinite if unknown."""
         from scipy.special import ndtri
 
         reason, error = self._replicates.reason, np.asarray(self._error_bars.error)
@@ -313,7 +313,7 @@ class Quantity(Generic[Number, Reason]):
 
     @cached_property
     def _limits_of_unknown(self) -> np.ndarray:
-        """Limits of numbers with unknown error besides the findings, (*dims); 0 if the error is known."""
+        """Limits of numbers with unknown error besides the findings, ``(*dims)``; 0 if the error is known."""
         runs = self._replicates.runs
         histories = min((run.sizes.sum() for run in runs), default=0)
         is_sure = all(run.is_even or len(run) >= ALIKE for run in runs)
@@ -341,7 +341,7 @@ class Quantity(Generic[Number, Reason]):
         Returns
         -------
         numpy.ndarray
-            Values [unit], shape (*dims).
+            Values [unit], shape ``(*dims)``.
         """
         return np.array(self.value)
 
@@ -351,7 +351,7 @@ class Quantity(Generic[Number, Reason]):
         Parameters
         ----------
         too_few : numpy.ndarray
-            Array (*dims) of bool: where there are too few scores to know the error.
+            Array ``(*dims)`` of bool: where there are too few scores to know the error.
 
         Returns
         -------
@@ -402,7 +402,7 @@ class Quantity(Generic[Number, Reason]):
 
     @property
     def _bounds(self) -> tuple[np.ndarray | float, np.ndarray | float]:
-        """How far the true value may lie below and above the estimate besides its error, each (*dims)."""
+        """How far the true value may lie below and above the estimate besides its error, each ``(*dims)``."""
         below, above, value = 0.0, 0.0, self._replicates.value
         for finding in self._raw_findings:
             matters = severities(finding, value, np.asarray(self._error_bars.error), self.allowed) != SOUND
@@ -516,7 +516,7 @@ class Quantity(Generic[Number, Reason]):
 
     @cached_property
     def _error_bars(self) -> Pooled:
-        """Error, degrees of freedom and doubt of each bin, each (*dims)."""
+        """Error, degrees of freedom and doubt of each bin, each ``(*dims)``."""
         if self._bars_from is not None:
             return self._bars_from()
         return error_bars_of(self._replicates, self.coords, AXIS_UNITS | dict(self.axis_units))

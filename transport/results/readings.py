@@ -269,7 +269,7 @@ class Reading(Quantified):
 
     @cached_property
     def flux_density(self) -> EstimateOrArray:
-        """Arriving flux per area and solid angle by direction bin: n v |cosθ| = L |cosθ| [W m^-2 sr^-1].
+        """Arriving flux per area and solid angle by direction bin: ``n v |cosθ| = L |cosθ|`` [W m^-2 sr^-1].
 
         Returns
         -------
@@ -280,7 +280,7 @@ class Reading(Quantified):
 
     @cached_property
     def intensity(self) -> EstimateOrArray:
-        """Arriving flux per solid angle through the whole shape, I = ∫ L |cosθ| dA [W sr^-1 or s^-1 sr^-1].
+        """Arriving flux per solid angle through the whole shape, I = ``∫ L |cosθ| dA`` [W sr^-1 or s^-1 sr^-1].
 
         Returns
         -------
@@ -311,7 +311,7 @@ class Reading(Quantified):
 
         Notes
         -----
-        Each crossing scores weight/|μ|.  Below the grazing cut |μ| = 1e-3 it scores its expectation for
+        Each crossing scores weight/``|μ|``.  Below the grazing cut ``|μ|`` = 1e-3 it scores its expectation for
         constant radiance, 2/cut, so that the variance stays finite (MacMillan, Doster 1971).  This is wrong
         for a beam closer to grazing than the cut, and the number is doubtful if such light matters.
         """

@@ -45,7 +45,7 @@ class FlatShape(Shape):
         return local_frame(self.normal, self.up)
 
     def projected_area(self, direction: Vector) -> float:
-        """Area [m^2] seen along a direction, area times |cosθ|.
+        """Area [m^2] seen along a direction, area times ``|cosθ|``.
 
         Parameters
         ----------

@@ -282,7 +282,7 @@ class Cone(Revolved):
     def profile(self) -> Profile:
         """Conic section of the cone, from its centre, or from its apex if it is pointed.
 
-        rho = mean radius + slope w from the centre; rho = |slope w| from the apex. Relative to the centre
+        rho = mean radius + slope w from the centre; rho = ``|slope w|`` from the apex. Relative to the centre
         rho^2 would cancel near a narrow end; relative to the apex the heights of a nearly cylindrical cone
         would.
         """
