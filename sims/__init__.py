@@ -1,6 +1,6 @@
 """The experiments: each module a short paper with derivation, scene, exact values and figure.
 
-What they have in common is told in transport/experiment.py.  `python -m sims.sun` runs one and prints its table, and
+What they have in common is told in transport/verification/experiment.py.  `python -m sims.sun` runs one and prints its table, and
 `transport run sun` does so with its picture.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from transport import Estimate, Result
-from transport.experiment import Outcome, experiment, run_experiment
+from transport.verification.experiment import Outcome, experiment, run_experiment
 
 ROUNDING = 1e-12  # of the terms of a difference: what is smaller is left over from their cancellation
 
@@ -63,7 +63,7 @@ def furthest(outcomes: list[Outcome]) -> str:
 
 def draw_rows(outcomes: list[Outcome], path: str, title: str) -> None:
     """Every reading of every case beside its exact value."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {
         "\n".join(filter(None, (row.name, o.title))): (row.estimate, row.exact)

@@ -22,7 +22,7 @@ import numpy as np
 
 import transport as tp
 from sims import furthest, provenance
-from transport.experiment import Outcome
+from transport.verification.experiment import Outcome
 
 law = "L along a ray, R L by a mirror (first law of radiometry); L = ρ Φ/(π A(1 - ρ f)) in a diffuse sphere (Ulbricht 1900)"
 question = "Does a camera read the radiance of what it looks at?"

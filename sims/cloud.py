@@ -6,7 +6,7 @@ and Greenstein 1941, g = 0.85, albedo 0.999).  The sun shines from a side; the g
 fifth.
 
 What is known.  (1) What comes straight through: E exp(-τ), τ the sum over the voxels along the ray, and its
-mean over each bin of the ground in closed form (transport/theory/voxels.py); the scattered light is told from
+mean over each bin of the ground in closed form (transport/theory/attenuation.py); the scattered light is told from
 it by events=0.  The rows are means over zones of the shadow; the verdict tells χ² of all bins at once, over
 what chance makes it.  (2) All light goes somewhere: what the ground and the cloud keep and what flies off up
 is what came, in the mean, for roulette ends some histories and strengthens others.  (3) Layers: voxels as
@@ -32,10 +32,10 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import ordinates
-from transport.theory.equilibrium import chi_square_values
-from transport.theory.voxels import optical_depths, shadow_means
+from transport.theory.attenuation import optical_depths, shadow_means
+from transport.theory.enclosures import chi_square_values
+from transport.verification.experiment import Outcome
 
 law = (
     "E = E₀ cosθ exp(−τ) straight through, R + T + A = 1, R(τ) and T(τ) of layers "

@@ -27,7 +27,7 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
+from transport.verification.experiment import Outcome
 
 law = "L_in = n² L in glass, L behind it (Straubel 1902)"
 question = "What does a digit cost where all light comes through glass?"

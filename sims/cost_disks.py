@@ -26,8 +26,8 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
 from transport.theory.view_factors import coaxial_disks
+from transport.verification.experiment import Outcome
 
 law = "Φ = π L A₁ F₁₂, F₁₂ = (2 r₂/(p + m))² of coaxial disks (Howell, C-41)"
 question = "What does a digit cost where a large lamp lights a large meter, with nothing between?"

@@ -32,8 +32,8 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
 from transport.theory.enclosures import sphere_irradiance_of_wall_patch
+from transport.verification.experiment import Outcome
 
 law = "E = ρ Φ/(A(1 - ρ)) in a diffuse sphere, by reflected light (Ulbricht 1900; Jacquez, Kuppenheim 1955)"
 question = "What does a digit cost in a closed white room, at a small meter that the lamp does not light?"

@@ -31,9 +31,9 @@ from __future__ import annotations
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
 from transport.theory.emitters import point_flux_through_disk
 from transport.theory.fog_balls import LARGEST, escape
+from transport.verification.experiment import Outcome
 
 law = "Φ_meter = P Φ(1 - cosα)/2, r φ = ½ ∫ E₁(|r - t|)(ϖ t φ + t q) dt (Davison 1957; Case et al. 1953)"
 question = "What does a digit cost outside of thick fog that hides the lamp?"

@@ -28,8 +28,8 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
-from transport.theory.integrating_sphere import lamp_irradiance
+from transport.theory.enclosures import lamp_irradiance
+from transport.verification.experiment import Outcome
 
 law = "L = Φ/(π f A) along a ray; L_wall = ρ Φ/(π A(1 - ρ f_w)) in a diffuse sphere (Ulbricht 1900; Goebel 1967)"
 question = "What does a digit cost of the radiance within one direction of ten thousand?"

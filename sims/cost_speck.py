@@ -29,8 +29,8 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
 from transport.theory.view_factors import coaxial_disks
+from transport.verification.experiment import Outcome
 
 law = "Φ = s P of a point, a glowing ball, a diffuse sphere, s = (1 - cosα)/2; F₁₂ P of a disk (Newton 1687; Howell, C-41, C-136)"
 question = "What does a digit cost where one particle in ten thousand million comes to the meter?"

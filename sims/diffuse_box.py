@@ -21,9 +21,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
 from transport.theory import enclosures
 from transport.theory.view_factors import box_view_factors
+from transport.verification.experiment import Outcome
 
 law = "M - ρE = M_emitted, Σ(1 - ρ)Φ = P, E = M0/(1 - ρ) where all walls emit (Goral et al. 1984; Kirchhoff 1860)"
 question = "Where does the light of a closed room go, and what does each wall receive?"
@@ -118,7 +118,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{_setting(o.result.scene)}": (row.estimate, row.exact)

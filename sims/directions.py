@@ -28,9 +28,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.counting import counted_solid_angle, solid_angle_scene
-from transport.experiment import Outcome
-from transport.theory import polygons, solid_angles
+from transport.analysis.solid_angle import counted_solid_angle, solid_angle_scene
+from transport.theory import solid_angles
+from transport.verification.experiment import Outcome
 
 law = (
     "dω = sinθ dθ dφ, ∫dω = 4π, ∫cosθ dω = π; Ω = 4π times the share of directions that meet a shape"
@@ -122,8 +122,8 @@ def exact(subject: str = "isotropic", power: float = 1.0, size: float = 1.0) -> 
             sides = shape.width, shape.height, shape.center[2]
             return {"solid angle": float(solid_angles.rectangle_solid_angle(*sides))}
         case "dodecahedron":
-            return {FACE: polygons.DODECAHEDRON_FACE, FACES: 4 * math.pi}
-    return {"solid angle": polygons.triangle_solid_angle(SHAPES[subject].vertices)}
+            return {FACE: solid_angles.DODECAHEDRON_FACE, FACES: 4 * math.pi}
+    return {"solid angle": solid_angles.triangle_solid_angle(SHAPES[subject].vertices)}
 
 
 # ---- the laws of directions ----
@@ -225,7 +225,7 @@ def face_shares(result: tp.Result) -> list[tp.Estimate]:
 
 def _triangles(size: float) -> list[np.ndarray]:
     """The twelve faces as fans of three triangles, normals outwards."""
-    faces = polygons.dodecahedron_faces(size)
+    faces = solid_angles.dodecahedron_faces(size)
     return [face[[0, i, i + 1]] for face in faces for i in (1, 2, 3)]
 
 
@@ -269,7 +269,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """All solid angles; as <name>_isotropic and <name>_cosine_law the shares by angle; as <name>_radiance their map."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     path, paths = Path(path), []
     table = {}
@@ -293,7 +293,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_law(outcome: Outcome, path: Path) -> None:
     """Share of the directions per degree of polar angle, against the law."""
-    from viz import profile
+    from viz.profiles import profile
 
     result = outcome.result
     if "sky" in result:
@@ -318,7 +318,7 @@ def draw_law(outcome: Outcome, path: Path) -> None:
 
 def draw_radiance(outcome: Outcome, path: Path) -> None:
     """The directions of the cosine law over cosθ dω: the same radiance up to the horizon."""
-    from viz import radiance_map
+    from viz.radiance import radiance_map
 
     leaving = outcome.result["leaving"]
     level = outcome.result.ledger["emitted"].value / (math.pi * leaving.area)

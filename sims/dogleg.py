@@ -33,8 +33,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory.ray_integrals import Region, Space, mean_uncollided_fluence, uncollided_fluence
+from transport.verification.experiment import Outcome
 
 law = (
     "φ = ∫ Q exp(−τ)/(4π r²) dV where nothing scatters, and GMVP's values where half does "

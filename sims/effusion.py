@@ -30,8 +30,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import effusion as theory
+from transport.verification.experiment import Outcome
 
 law = (
     "flux n v̄/4, energy 2 kT and mean speed (3/4)√(2π) σ of what leaves, N = N₀ exp(-A v̄ t/4V), in a drift"
@@ -260,7 +260,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """A figure a setting: the first one at `path`, the others with the setting's name behind it."""
-    from viz import profile
+    from viz.profiles import profile
 
     path, paths = Path(path), []
     for setting in SETTINGS:

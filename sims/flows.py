@@ -28,9 +28,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
-from transport.theory import gas
-from transport.theory.prisms import in_oblique_prism
+from transport.theory import effusion
+from transport.theory.solid_angles import in_oblique_prism
+from transport.verification.experiment import Outcome
 
 law = "Q = n v cosθ dA dt, Φ = dQ/dt = n v·dA; ∮ n v·dA = power inside (Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Which particles of a stream cross a patch within dt, and what flows out of a closed meter?"
@@ -93,7 +93,7 @@ def exact(
     if meter == "closed":
         return {f"{NET}, {name}": inside * power for name, inside in METERS.items()}
     mu, area, duration = _cosine(tilt), WIDTH * HEIGHT, REACH / speed
-    along, against = (float(gas.stream_flux_density(density, speed, cosine)) for cosine in (mu, -mu))
+    along, against = (float(effusion.stream_flux_density(density, speed, cosine)) for cosine in (mu, -mu))
     through = (along + against) * area
     return {
         STARTED: through * duration,
@@ -253,7 +253,7 @@ def _sorted(outcomes: list[Outcome]) -> tuple[list[Outcome], list[Outcome]]:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Prisms with who crosses; as <name>_tilt the net flux by angle, as <name>_closed the closed meters."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     patches, closed = _sorted(outcomes)
     path, paths = Path(path), []
@@ -281,7 +281,7 @@ def _angle(outcome: Outcome) -> float:
 
 
 def _draw_tilts(patches: list[Outcome], path: Path) -> None:
-    from viz import profile
+    from viz.profiles import profile
 
     ordered = sorted(patches, key=_angle)
     emission = ordered[0].result.scene.sources[0].emission
@@ -304,7 +304,7 @@ def _draw_tilts(patches: list[Outcome], path: Path) -> None:
 
 def _draw_closed(closed: list[Outcome], path: Path) -> None:
     """The net flux of each meter, and what goes out and in for it."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {}
     for outcome in closed:
@@ -317,7 +317,7 @@ def _draw_closed(closed: list[Outcome], path: Path) -> None:
 
 def _draw_prisms(patches: list[Outcome], path: Path) -> None:
     """Seen from the side: along the stream and across it."""
-    from viz import Starts, prisms
+    from viz.prisms import Starts, prisms
 
     panels = {}
     for outcome in patches:

@@ -31,8 +31,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
-from transport.theory import attenuation, sun
+from transport.theory import attenuation, emitters
+from transport.verification.experiment import Outcome
 
 law = "L = L0 exp(-τ) along a ray, E = 2π L ∫ μ exp(-τ/μ) dμ (Bouguer 1729; Beer 1852; Chandrasekhar 1960)"
 question = "Is radiance the same all along a ray in fog, and what of the light that reaches us came straight?"
@@ -47,7 +47,7 @@ LAMP_G = 0.8  # mean cosine of the scattering angle
 WALL = np.linspace(0, 1, 5)  # cosines of directions at the room's wall
 SURFACE, GROUND = 2.3e7, 1.4e7  # W m^-2 sr^-1, the sun's radiance
 ATMOSPHERE = math.log(SURFACE / GROUND)
-SUN_ANGLE = math.asin(float(sun.sphere_radius(sun.AREA)) / tp.au)
+SUN_ANGLE = math.asin(float(emitters.sphere_radius(emitters.AREA)) / tp.au)
 AIR = (1e3, 1e4)  # m: where the atmosphere begins above the meter, and its thickness
 READINGS, PLACES = ("disk", "lamp", "room", "sun"), ("slab", "box", "everywhere")
 IRRADIANCE, DIRECT = "irradiance", "irradiance, direct"
@@ -301,7 +301,7 @@ def draw_ways(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
     """Irradiance against the optical depth, with the guess that forgets the slant."""
-    from viz import profile
+    from viz.profiles import profile
 
     profile(
         [_given(o, "tau") for o in outcomes],
@@ -319,7 +319,7 @@ def draw_irradiance(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_room(outcomes: list[Outcome], path: Path) -> None:
     """All rows of the room beside their exact values."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {row.name: (row.estimate, row.exact) for row in outcomes[0].rows}
     title = "A glowing room full of fog: as bright as an empty one"
@@ -328,7 +328,7 @@ def draw_room(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_sun(outcomes: list[Outcome], path: Path) -> None:
     """The sun's radiance against the depth of air before it."""
-    from viz import profile
+    from viz.profiles import profile
 
     profile(
         [_air(o) for o in outcomes],

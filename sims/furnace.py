@@ -19,7 +19,7 @@ only they do not.
 
 Chi-square.  With d = L/(n² L₀) − 1 and w a bin's throughput, X² = Σ w (mean of d)² over all bins, over its
 expectation, which the spread of the batches tells.  Bins are correlated, as one history crosses many of them;
-`transport.theory.equilibrium` says how the error follows all the same.
+`transport.theory.enclosures` says how the error follows all the same.
 
 Scene.  A box 2.8 m long, whose floor is a mirror and whose ceiling is white, both without end; four black walls glow,
 and a black disk plugs the hole in one.  In it stand all shapes and all materials, on a grid of 0.7 m, with meters on
@@ -32,9 +32,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
-from transport.theory.equilibrium import chi_square_values, escape_cosine
+from transport.theory.enclosures import chi_square_values, escape_cosine
 from transport.theory.solid_angles import bin_projected_solid_angles
+from transport.verification.experiment import Outcome
 
 law = "L/n² = L₀ in all directions; Φ(A → B) = Φ(B → A) (Kirchhoff 1860; Clausius 1864; Helmholtz 1867)"
 question = "What can be told from what in an enclosure of one temperature?"

@@ -12,7 +12,7 @@ shines by its depth, a thick one as a black body.  A ball of radius R sends out 
 ε = 1 - (1 - (1 + 2x) e^(-2x))/2x², x = σ_a R; a slab (1 - 2 E₃(τ))/2τ (Case, de Hoffmann and Placzek 1953).
 
 Chi-square.  As in `furnace`, for the verdict: X² = Σ w (mean of d)² over all bins, d = L/(n² L₀) - 1, over its
-expectation; bins are correlated, which `transport.theory.equilibrium` deals with.
+expectation; bins are correlated, which `transport.theory.enclosures` deals with.
 
 Scenes.  "furnace": a grey room of 1.2 m, in which air scatters but does not absorb, with a thin fog, a thick one that
 touches it, a ball, glass that absorbs, scatters and glows (so that it is bright beyond its escape cone as well), and
@@ -28,9 +28,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import glow as theory
-from transport.theory.equilibrium import chi_square_values
+from transport.theory.enclosures import chi_square_values
+from transport.verification.experiment import Outcome
 
 law = "L = n² L₀ between walls, L₀ (1 − e^(−σ_a s)) without; P = 3ε/4x, (1 − 2E₃)/2τ (Kirchhoff 1860; Case et al. 1953)"
 question = "What does hot fog look like between hot walls, and in the dark?"
@@ -291,7 +291,7 @@ def _words(outcome: Outcome) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Radiance by the length of the ray, in the dark and between walls; or, of a furnace alone, all its rows."""
-    from viz import comparison
+    from viz.comparisons import comparison
     from viz.rays import Rays, glowing_rays
 
     path, lit = Path(path), [o for o in outcomes if show_of(o.result) == "furnace"]

@@ -32,8 +32,8 @@ import numpy as np
 
 import transport as tp
 from sims import provenance, sharp
-from transport.experiment import Outcome
 from transport.theory import goniometry, microfacets
+from transport.verification.experiment import Outcome
 
 law = (
     "f = dL_out/dE_in, f(i → o) = f(o → i), L_out = ∫ f L_in cosθ dω (Nicodemus et al. 1977; Helmholtz 1856;"
@@ -246,7 +246,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """f by direction, a panel a beam; beside it, as <name>_laws, the other shows against exact values."""
-    from viz import comparison
+    from viz.comparisons import comparison
     from viz.lobes import lobes
 
     path, paths = Path(path), []

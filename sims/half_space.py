@@ -30,9 +30,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import half_space as theory
 from transport.theory import ordinates
+from transport.verification.experiment import Outcome
 
 law = (
     "L = a H(μ)H(μ0)/4π(μ + μ0) E, R = 1 - √(1 - a) H(μ0), T = (4/3)/(τ + 2q), q = 0.710446,"

@@ -30,8 +30,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory import integrating_sphere as theory
+from transport.theory import enclosures as theory
+from transport.verification.experiment import Outcome
 
 law = (
     "M = ρ/(1 − ρ(1 − f)), E = Φ/A(1 − Σ aᵢfᵢ) everywhere"

@@ -19,8 +19,8 @@ import math
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import emitters
+from transport.verification.experiment import Outcome
 
 law = "E = P cosθ/4πr²; a disk from five diameters: 1/1.01 of it, a sphere: 1 (Lambert 1760; Akenine-Möller et al. 2008)"
 question = (
@@ -110,7 +110,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz import comparison, profile
+    from viz.comparisons import comparison
+    from viz.profiles import profile
 
     points = [o for o in outcomes if o.parameters.get("emitter", "point") == "point"]
     if not points:

@@ -41,8 +41,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
+from transport.geometry import solid_angles as solid_angles_geometry
 from transport.theory import emitters, solid_angles
+from transport.verification.experiment import Outcome
 
 law = (
     "P = π L A, E = π L sin²θ, radiance invariant along a ray, L = d²Φ/dA⊥dω = dE⊥/dω = dI/dA⊥, φ = Φ/πr²"
@@ -210,7 +211,7 @@ def exact(
     if reading == "ball":
         return {BALL: fluence_rate}
     if reading == "turned":
-        seen = solid_angles.cone_projected_solid_angle(math.atan(radius / distance), math.cos(tilt))
+        seen = solid_angles_geometry.cone_projected_solid_angle(math.atan(radius / distance), math.cos(tilt))
         return {"irradiance": float(radiance * seen), IN_CONE: radiance}
     if offset != 0:
         irradiance = emitters.disk_irradiance(radiance, radius, distance, abs(offset))
@@ -259,7 +260,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 def draw_distances(outcomes: list[Outcome], path: Path) -> None:
     """Radiance by polar angle, seen from the axis."""
-    from viz import radiance_cuts
+    from viz.cuts import radiance_cuts
 
     curves, laws = {}, {}
     for outcome in outcomes:
@@ -274,7 +275,7 @@ def draw_distances(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_map(outcomes: list[Outcome], path: Path) -> None:
     """The disk as the meter off its axis sees it: L within an oval, 0 beside it, and how well that is known."""
-    from viz import radiance_map
+    from viz.radiance import radiance_map
 
     outcome = outcomes[0]
     source, meter = outcome.result.scene.sources[0], outcome.result.scene.detectors[1].shape
@@ -291,7 +292,7 @@ def draw_map(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_turned(outcomes: list[Outcome], path: Path) -> None:
     """Irradiance over that of the sheet face on, which falls with the cosine."""
-    from viz import profile
+    from viz.profiles import profile
 
     cosines, shares = [], []
     for outcome in outcomes:
@@ -322,7 +323,7 @@ def _is_whole(scene: tp.Scene) -> bool:
 
 def draw_ways(outcomes: list[Outcome], path: Path) -> None:
     """All rows beside their exact values, but for the irradiance of a turned sheet."""
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {
         _label(row.name, o): (row.estimate, row.exact)

@@ -15,7 +15,7 @@ particles halve the best element and quarter its error.  There is no limit witho
 Scenes.  "area": the penumbra of a straight edge before a diffuse disk, by strips ΔA along the edge; the point is
 halfway into the shadow.  "solid angle": two diffuse disks, by sectors Δω of azimuth; the point is the middle of one.
 "time": a Gaussian burst, by spans Δt; the point is its peak.  The bins are fine, and elements are made of them.  Exact
-means and variances are integrals over the elements (theory/penumbra.py, theory/sectors.py, the error function).  The
+means and variances are integrals over the elements (theory/shadows.py, theory/solid_angles.py, the error function).  The
 meter for directions is half a millimetre, which moves their means by about (a/d)² ≲ 1e-6.
 
 Measured.  Each batch, and in it each of 16 equal parts of the meter, is a measurement of its own with its share of the
@@ -33,9 +33,9 @@ import numpy as np
 
 import transport as tp
 from sims import provenance
-from transport.experiment import Outcome
-from transport.theory import counting, penumbra, sectors
+from transport.theory import counting, shadows, solid_angles
 from transport.theory.counting import Moments
+from transport.verification.experiment import Outcome
 
 law = "mean over an element: off by f'' h²/24; best element (144 c/(f''² N))^(1/5) (Rosenblatt 1956)"
 question = "How small should an element be, for a given number of particles?"
@@ -60,12 +60,12 @@ class Penumbra:
     @property
     def span(self) -> float:
         """From the point to the end of the bins, where the source is seen in full; as far on the other side [m]."""
-        return 1.5 * penumbra.half_width(self.radius, self.gap, self.distance)
+        return 1.5 * shadows.half_width(self.radius, self.gap, self.distance)
 
     @property
     def place(self) -> float:
         """The point's x [m]."""
-        return -penumbra.half_width(self.radius, self.gap, self.distance) / 2
+        return -shadows.half_width(self.radius, self.gap, self.distance) / 2
 
     def scene(self) -> tp.Scene:
         center, side = (self.place, 0, self.distance), 10 * self.radius
@@ -80,13 +80,11 @@ class Penumbra:
 
     def moments(self, low: np.ndarray, high: np.ndarray) -> Moments:
         meter = 4 * self.radius * self.span
-        return penumbra.penumbra_moments(
-            self.place + low, self.place + high, meter, RADIANCE, *self._geometry
-        )
+        return shadows.penumbra_moments(self.place + low, self.place + high, meter, RADIANCE, *self._geometry)
 
     @property
     def value(self) -> float:
-        return RADIANCE * penumbra.geometry_at(self.place, *self._geometry)
+        return RADIANCE * shadows.geometry_at(self.place, *self._geometry)
 
     @property
     def _geometry(self) -> tuple:
@@ -125,11 +123,11 @@ class TwoDisks:
 
     def moments(self, low: np.ndarray, high: np.ndarray) -> Moments:
         disk = self.radius, self.offset, self.height
-        return sectors.sector_moments(low, high, self.mu_range, (0.0, -self.separation), RADIANCE, *disk)
+        return solid_angles.sector_moments(low, high, self.mu_range, (0.0, -self.separation), RADIANCE, *disk)
 
     @property
     def value(self) -> float:
-        seen = sectors.projected_solid_angle_a_radian(0.0, self.radius, self.offset, self.height)
+        seen = solid_angles.projected_solid_angle_a_radian(0.0, self.radius, self.offset, self.height)
         return float(RADIANCE * seen / (np.diff(np.square(self.mu_range))[0] / 2))
 
 
@@ -294,7 +292,8 @@ def _count(number: float) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Deviation against the element's size; beside it, as <name>_seen, one measurement by elements of three sizes."""
-    from viz import resolutions, tradeoff
+    from viz.resolution import resolutions
+    from viz.tradeoff import tradeoff
 
     path = Path(path)
     paths, note = [path, path.with_stem(path.stem + "_seen")], provenance(outcomes)
@@ -308,7 +307,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
 
 
 def _panel(limit: Limit, result: tp.Result) -> tuple:
-    from viz import Curve, Tradeoff
+    from viz.tradeoff import Curve, Tradeoff
 
     half = limit.span * np.geomspace(0.8 / MIDDLE, 1, 80)
     of, percent = limit.moments(-half, half), 100 / limit.value
@@ -324,7 +323,7 @@ def _panel(limit: Limit, result: tp.Result) -> tuple:
 
 
 def _column(limit: Limit, result: tp.Result) -> tuple:
-    from viz import Resolved
+    from viz.resolution import Resolved
     from viz.style import with_unit
 
     few = budgets(result)[0]

@@ -15,7 +15,7 @@ were followed, up to 1e-3 more would come through near the rim.
 Exact values.  Traced back, every ray that meets the detector by the optic ends on the page (the scene is refused if one
 does not), which is so large for that.  So the detector's mean E is π L F with the view factor F to the lens or to the
 mirror's rim (Howell, C-41), without small angles: an aberration is a question of images, not of radiance.  For real
-glass it is a quadrature over detector, window and azimuth (transport/theory/glass_lenses.py).
+glass it is a quadrature over detector, window and azimuth (transport/theory/lenses.py).
 
 Optics.  "ideal lens": `ThinLens`, which adds -x/f to direction cosines and conserves throughput by that.  What textbooks draw
 adds it to tangents; by their lens radiance would grow by cos⁴θ/cos⁴θ', to 1.56 L at the rim of f/1, and E would be
@@ -36,9 +36,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory import emitters, glass_lenses, lenses, optical_paths, sun
+from transport.theory import emitters, lenses, optical_paths
 from transport.theory.optical_paths import Rays
+from transport.verification.experiment import Outcome
 
 law = "L behind = L in front × transmittance; E = π L sin²θ' (Straubel 1902; Hanrahan 2001; Winston et al. 2005, 1.2)"
 question = "Does radiance increase under a magnifying glass, or in the focus of a burning mirror?"
@@ -48,7 +48,7 @@ OPTICS = ("ideal lens", "glass ball", "biconvex lens", "burning mirror")
 FOCAL = 0.1  # m, focal length (of small angles) of each
 CONE = float(lenses.cone_of(1.0))  # of f/1
 PAGE, SUN = math.radians(7), math.radians(0.2666)  # half angles that they cover
-SUN_RADIANCE = sun.surface_radiance(sun.POWER, sun.AREA)
+SUN_RADIANCE = emitters.surface_radiance(emitters.POWER, emitters.AREA)
 FOCUS = 0.85  # where the biconvex lens' focus is taken, in focal lengths from its rim: light from all of it is near
 STOP = 0.96  # the same for the ball's stop, in its back focal length: close below it
 FINE = 5  # bins in a third of the cone, all of equal projected solid angle
@@ -71,7 +71,7 @@ class Optic(NamedTuple):
     height: float
     up: int
     steps: tuple[Callable[[Rays], Rays], ...]
-    faces: tuple[glass_lenses.Face, glass_lenses.Face] | None = None
+    faces: tuple[lenses.Face, lenses.Face] | None = None
 
     def way_back(self, rays: Rays) -> list[Rays]:
         """The rays after each step, those given first."""
@@ -162,8 +162,8 @@ def _ball(cone: float, index: float) -> Optic:
     stop = tp.Surface(
         tp.Disk(center=(0, 0, height), inner_radius=window, radius=FOCAL), tp.Black(), name="stop"
     )
-    front, faces = _above(FOCAL + radius, 0.72 * radius), glass_lenses.ball(FOCAL, radius)
-    return Optic((glass, stop), front, window, height, 1, glass_lenses.steps(faces, index), faces)
+    front, faces = _above(FOCAL + radius, 0.72 * radius), lenses.ball(FOCAL, radius)
+    return Optic((glass, stop), front, window, height, 1, lenses.steps(faces, index), faces)
 
 
 def _biconvex(cone: float, index: float) -> Optic:
@@ -185,9 +185,9 @@ def _biconvex(cone: float, index: float) -> Optic:
     surfaces = tp.Surface(lower, glass, name="lens"), tp.Surface(upper, glass, name="upper face")
     front, faces = (
         _above(height - depth + curvature, 1.01 * rim),
-        glass_lenses.biconvex(height, rim, curvature),
+        lenses.biconvex(height, rim, curvature),
     )
-    return Optic(surfaces, front, rim, height, 1, glass_lenses.steps(faces, index), faces)
+    return Optic(surfaces, front, rim, height, 1, lenses.steps(faces, index), faces)
 
 
 def _mirror(cone: float, _: float) -> Optic:
@@ -257,8 +257,8 @@ def exact(
         behind = float(emitters.mean_disk_irradiance(radiance, made.window, detector, made.height))
     else:
         thirds = made.theta_edges(detector)[: 3 * FINE + 1 : FINE]
-        shares = glass_lenses.mean_transmittances(made.faces, index, detector, thirds)
-        seen = glass_lenses.projected_solid_angle(made.faces, index, detector, made.window, made.height)
+        shares = lenses.mean_transmittances(made.faces, index, detector, thirds)
+        seen = lenses.projected_solid_angle(made.faces, index, detector, made.window, made.height)
         behind = radiance * seen
     radiances = {name: radiance * float(share) for name, share in zip(BEHIND, shares, strict=True)}
     return {L_FRONT: radiance} | radiances | {E_FRONT: before, E_FOCUS: behind, GAIN: behind / before}

@@ -9,7 +9,7 @@ over a horizontal plane is what a broad beam makes at each place: fluence by dep
 
 Fluence rate counts light from all directions.  Right below the surface it is five times the irradiance that comes to
 it: what is scattered back is held by total reflection.  Deep down it falls by diffusion, exp(-z sqrt(3 σ_a (σ_a + σ_s
-(1 - g)))), which is good there and 15 % off near the surface (transport/theory/turbid_diffusion.py).
+(1 - g)))), which is good there and 15 % off near the surface (transport/theory/turbid.py).
 
 "Diffuse reflectance" is what comes out of the medium; the specular share, which has not been in it, is a row of its own.
 
@@ -29,9 +29,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory.turbid import STEEPEST, WHITEST, Turbid, solved
-from transport.theory.turbid_diffusion import Diffusion
+from transport.theory.turbid import STEEPEST, WHITEST, Diffusion, Turbid, solved
+from transport.verification.experiment import Outcome
 
 law = "μ dL/dz = −σ_t L + σ_s ∫ p L dω behind Fresnel's boundary (Chandrasekhar 1950; here to 1e-9 by discrete ordinates)"
 question = "How much light comes back out of tissue or milk, and how bright is it within?"

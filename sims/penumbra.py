@@ -10,7 +10,7 @@ like the sun round the moon in an annular eclipse.
 
 A segment of a disk has a P in closed form, by the contour integral of Lambert (1760) and Sparrow (1963), and the means
 over bins are Gauss-Legendre sums of it to 1e-12 (theory/shadows.py).  Under a small angle E is the share of the lamp's
-area that is seen (theory/penumbra.py); here it is up to 1 % less, as cosines fall aside.
+area that is seen (theory/shadows.py); here it is up to 1 % less, as cosines fall aside.
 
 An element must be so small that what falls on it is constant, says the lesson whose cylinder throws this shadow
 (Scratchapixel, lesson on radiometry): one that takes in umbra, penumbra and light reads a mean that holds nowhere in it.
@@ -28,9 +28,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory import shadows
-from transport.theory.nodes import legendre_nodes
+from transport.verification.experiment import Outcome
 
 law = "E = L ∫ cosθ cosθ'/r² dA over what is seen of the lamp; penumbra 2R(1 − s)/s wide (Lambert 1760; Sparrow 1963)"
 question = "How dark is it where only a part of the lamp is seen, and is there a place where none is?"

@@ -32,9 +32,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, draw_rows, furthest
-from transport.experiment import Outcome
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory import phases
-from transport.theory.nodes import legendre_nodes
+from transport.verification.experiment import Outcome
 
 law = (
     "φ = P ∫ σ p(μ)/r² ds, scattered once: P ∫∫ σ exp(-τ) 2π p dμ ds"

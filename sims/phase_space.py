@@ -28,8 +28,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
 from transport.theory import free_flight, phase_mixing
+from transport.verification.experiment import Outcome
 
 law = (
     "n(x, v, t) = n(x - v t, v, 0); σ² = σ₀² + σ_v² t², u = x σ_v² t/σ², kT/m = (σ_v σ₀/σ)² (Liouville 1838)"
@@ -270,7 +270,8 @@ def _kept(outcome: Outcome, quantity: str, names: list[str]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Position against velocity in time, a picture a start; beside the cloud's, as <name>_velocity, its mean velocity."""
-    from viz import phase_portraits, profile
+    from viz.phase_space import phase_portraits
+    from viz.profiles import profile
 
     path, paths = Path(path), []
     for outcome in outcomes:

@@ -24,9 +24,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory import gas
+from transport.theory import effusion
 from transport.theory.solid_angles import bin_projected_solid_angles, bin_solid_angles
+from transport.verification.experiment import Outcome
 
 law = "flux density n v cosθ; one way n v/4, net 0, radiance n v/4π, fluence rate n v (Hanrahan 2001; Reif 1965, 7.11)"
 question = "How many particles of a gas cross a patch, and from which directions?"
@@ -101,25 +101,25 @@ def exact(
     tilt: float = 0.0,
     stuff: str = "photons",
 ) -> dict[str, float]:
-    rows = {"fluence rate": gas.fluence_rate(density, speed)}
+    rows = {"fluence rate": effusion.fluence_rate(density, speed)}
     if motion == "stream":
         mu = math.cos(tilt)
-        one_way = gas.stream_flux_density(density, speed, mu)
+        one_way = effusion.stream_flux_density(density, speed, mu)
         rows |= {"leaving the front": one_way, "arriving at the back": one_way}
-        rows |= {"net": gas.net_flux_density(density, speed, mu)}
+        rows |= {"net": effusion.net_flux_density(density, speed, mu)}
     else:
-        one_way = gas.one_way_flux_density(density, speed)
+        one_way = effusion.one_way_flux_density(density, speed)
         rows |= {"one way, onto the front": one_way, "one way, onto the back": one_way}
-        rows |= {"net": gas.net_flux_density(density, speed)}
+        rows |= {"net": effusion.net_flux_density(density, speed)}
         rows |= _by_bin("flux density", flux_densities(density, speed))
-        rows |= _by_bin("radiance", np.full(CELLS, gas.radiance(density, speed)))
+        rows |= _by_bin("radiance", np.full(CELLS, effusion.radiance(density, speed)))
     return {name: float(value) * STUFF[stuff][0] for name, value in rows.items()}
 
 
 def flux_densities(density: float, speed: float) -> np.ndarray:
     """Flux density a steradian in each bin of an isotropic gas [m^-2 s^-1 sr^-1]: n v/4π times its mean cosine."""
     bins = np.linspace(0, 1, CELLS + 1), (0.0, 2 * math.pi)
-    flux = gas.flux_in_bin(density, speed, bin_projected_solid_angles(*bins))
+    flux = effusion.flux_in_bin(density, speed, bin_projected_solid_angles(*bins))
     return (flux / bin_solid_angles(*bins))[:, 0]
 
 
@@ -133,7 +133,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz import comparison, profile
+    from viz.comparisons import comparison
+    from viz.profiles import profile
 
     outcome = outcomes[0]
     front = outcome.result[outcome.result.scene.detectors[0].name]
@@ -147,7 +148,7 @@ def draw(outcomes: list[Outcome], path: str) -> None:
         front.flux_density.coords["mu"],
         front.flux_density,
         path,
-        exact=lambda mu: gas.radiance(emission.density, emission.speed) * mu,
+        exact=lambda mu: effusion.radiance(emission.density, emission.speed) * mu,
         xlabel="μ = cosθ",
         ylabel="flux density",
         title="An isotropic gas crosses a patch: n v cosθ / 4π a steradian",

@@ -37,8 +37,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import point_source, random_flights
+from transport.verification.experiment import Outcome
 
 law = (
     "φ = [B exp(-κr) + ∫ g exp(-sr) ds]/(4πr); net flux = what is not absorbed within; ⟨r²⟩ = 2(νt - 1 + exp(-νt))/ν²"
@@ -236,7 +236,7 @@ def draw_fluence(outcomes: list[Outcome], path: Path) -> None:
 
     Each shell's mean stands where the exact fluence rate has that value.
     """
-    from viz import profile
+    from viz.profiles import profile
 
     outcome = min(outcomes, key=lambda o: o.parameters.get("albedo", 0.8))
     albedo, length = (outcome.parameters.get(n, d) for n, d in (("albedo", 0.8), ("mean_free_path", 1.0)))

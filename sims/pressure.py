@@ -21,8 +21,8 @@ import math
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory import effusion, pressure
+from transport.theory import effusion
+from transport.verification.experiment import Outcome
 
 law = "p = u/3 of light, n k T of a gas, half on a black wall; u cos²θ of a beam (Boltzmann 1884; Reif 1965, 7.13)"
 question = "How hard do light and gas press on a mirror, on a black wall, and inside?"
@@ -140,12 +140,12 @@ def exact(
 ) -> dict[str, float]:
     if motion == "stream":
         momentum_flux = energy_density if stuff == "light" else density * MASS * SPEED**2
-        return {"pressure": pressure.stream_pressure(momentum_flux, math.cos(tilt), wall)}
+        return {"pressure": effusion.stream_pressure(momentum_flux, math.cos(tilt), wall)}
     if stuff == "light":
-        rows = {"pressure": pressure.light_pressure(energy_density, wall)}
-        rows["p / u, of u = 4E/c"] = pressure.light_pressure(1.0, wall)
+        rows = {"pressure": effusion.light_pressure(energy_density, wall)}
+        rows["p / u, of u = 4E/c"] = effusion.light_pressure(1.0, wall)
     else:
-        rows = {"pressure": pressure.gas_pressure(density, temperature, wall)}
+        rows = {"pressure": effusion.gas_pressure(density, temperature, wall)}
     if wall != "black":
         rows["pressure across the middle"] = rows["pressure"]
         if stuff == "gas":
@@ -174,7 +174,7 @@ def _words(outcome: Outcome) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{_words(outcome)}": (row.estimate, row.exact)

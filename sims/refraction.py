@@ -34,9 +34,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
 from transport.theory import fresnel, solid_angles
-from transport.theory import refraction as theory
+from transport.theory import fresnel as theory
+from transport.verification.experiment import Outcome
 
 law = (
     "L' = (1 − R) n² L in the escape cone, 0 beyond; Fresnel's R; plate (1 − R)/(1 + R); diffuse r, 1 − (1 − r)/n²"
@@ -318,7 +318,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """Radiance on both sides by direction; as <name>_shares beams and plates, as <name>_laws what is left."""
-    from viz import boundaries, comparison
+    from viz import boundaries
+    from viz.comparisons import comparison
 
     by_show = {show: [o for o in outcomes if show_of(o.result) == show] for show in SHOWS}
     index, path, paths = index_of(outcomes[0].result), Path(path), []

@@ -29,8 +29,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import ordinates
+from transport.verification.experiment import Outcome
 
 law = (
     "T straight = exp(-τ/μ0), R, T and radiance of μ dL/dτ = -L + a∫pL dω by doubling, R + T + A = 1"

@@ -7,7 +7,7 @@ ray, so it is the same at both planets; only the solid angle is not.  A square m
     Φ = L · 1 m² · π (R/d)²,   exactly, as long as the whole sun is above its horizon (Lambert 1760),
 
 where π (R/d)², the projected solid angle of a sphere, is what the lecture takes as the sun's solid angle; tilted by
-the zenith angle θ it receives cosθ of that, less what is below the horizon (theory/cones.py).
+the zenith angle θ it receives cosθ of that, less what is below the horizon (geometry/solid_angles.py).
 
 Two cases.  The lecture's solid angles 6.7e-5 and 2.92e-5 sr give 1374 and 599 W; they are the sun's from 1.505e11 and
 2.280e11 m.  The planets' mean distances 1.496e11 and 2.279e11 m give 1390 and 599 W.  At the Earth the two differ by
@@ -23,17 +23,17 @@ import math
 
 import transport as tp
 from sims import provenance
-from transport.experiment import Outcome
-from transport.theory import emitters, sun
+from transport.theory import emitters
+from transport.verification.experiment import Outcome
 
 law = "L = P/(π A) = 2.05e7 W m^-2 sr^-1, power on 1 m²: L π (R/d)² cosθ (Bala 2009, Cornell CS 6620, lecture 2)"
 question = "What power of the sun falls on a square metre at the Earth and on Mars, and is its radiance the same there?"
 particles = 10_000_000
 
-RADIUS = float(sun.sphere_radius(sun.AREA))  # m
+RADIUS = float(emitters.sphere_radius(emitters.AREA))  # m
 DISTANCES = {  # m
-    ("Earth", "solid angle"): float(sun.distance_of_projected_area(RADIUS, sun.SOLID_ANGLE_EARTH)),
-    ("Mars", "solid angle"): float(sun.distance_of_projected_area(RADIUS, sun.SOLID_ANGLE_MARS)),
+    ("Earth", "solid angle"): float(emitters.distance_of_projected_area(RADIUS, emitters.SOLID_ANGLE_EARTH)),
+    ("Mars", "solid angle"): float(emitters.distance_of_projected_area(RADIUS, emitters.SOLID_ANGLE_MARS)),
     ("Earth", "distance"): 1.496e11,  # one astronomical unit (IAU 2012), rounded
     ("Mars", "distance"): 2.279e11,  # 1.5237 au, its semi-major axis (Standish, JPL: elements of the planets)
 }
@@ -51,7 +51,7 @@ def scene(planet: str = "Earth", given: str = "distance", zenith_angle: float = 
     meter = tp.Rectangle(center=(distance, 0, 0), normal=normal, width=1, height=1)
     face = tp.Directions.cone((-1, 0, 0), math.asin(RADIUS / distance))
     return tp.Scene(
-        sources=tp.Source(tp.Sphere(radius=RADIUS), tp.Lambertian(power=sun.POWER), aim=meter),
+        sources=tp.Source(tp.Sphere(radius=RADIUS), tp.Lambertian(power=emitters.POWER), aim=meter),
         detectors=tp.Detector(meter, name="meter", directions=face),
     )
 
@@ -68,7 +68,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 
 def exact(planet: str = "Earth", given: str = "distance", zenith_angle: float = 0.0) -> dict[str, float]:
-    radiance, distance = sun.surface_radiance(sun.POWER, sun.AREA), _distance(planet, given)
+    radiance, distance = emitters.surface_radiance(emitters.POWER, emitters.AREA), _distance(planet, given)
     power = emitters.sphere_irradiance(radiance, RADIUS, distance, math.cos(zenith_angle))
     return {POWER: float(power), RADIANCE: radiance}
 
@@ -89,7 +89,7 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 
 def draw(outcomes: list[Outcome], path: str) -> None:
-    from viz import comparison
+    from viz.comparisons import comparison
 
     table = {
         f"{row.name}\n{o.parameters['planet']}, by {o.parameters['given']}": (row.estimate, row.exact)

@@ -32,9 +32,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
-from transport.theory import elements, etendue, glass_lenses, optical_paths
+from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import Rays, reach_at
+from transport.verification.experiment import Outcome
 
 law = "T in = T out, T = ∬ cosθ dω dA; R = L T (Straubel 1902; Hanrahan 2001, Stanford CS 348B, lecture 4)"
 question = "Do mirrors and lenses keep the number of rays, and does a sensor read radiance times throughput?"
@@ -122,7 +122,7 @@ def _flat(size: float) -> Beam:
     two = tp.Disk(center=(FAR, 0, 0), normal=(-1, 0, 0), radius=0.7 * size)
     mirror = tp.Rectangle(normal=(1, 0, -1), up=(0, 1, 0), width=4 * size, height=4 * size)
     fold = [tp.Disk(normal=disk.normal, radius=size) for disk in (one, two)]  # where the beam is no wider
-    rays = elements.disks_throughput(size, two.radius, NEAR + FAR)
+    rays = etendue.disks_throughput(size, two.radius, NEAR + FAR)
     return Beam(one, two, tuple(fold), (tp.Surface(mirror, tp.Mirror(), name="optic"),), float(rays))
 
 
@@ -165,16 +165,16 @@ def _on_axis(
     rays = step(optical_paths.between_disks(size, z_1, radius, height))
     one, two = _facing(size, z_1, height - z_1), _facing(ROOM * reach_at(rays, z_2), z_2, height - z_2)
     aim = tp.Disk(center=(0, 0, height), radius=radius)
-    rays = elements.disks_throughput(size, radius, abs(height - z_1))
+    rays = etendue.disks_throughput(size, radius, abs(height - z_1))
     return Beam(one, two, (aim, aim), (optic,), float(rays))
 
 
 def _ball(size: float, index: float) -> Beam:
     """A ball of glass about the origin behind a black stop."""
     stop, z_1, z_2 = -1.1 * BALL, -2.5 * BALL, 2.5 * BALL
-    faces, height = glass_lenses.ball(-z_1, BALL), stop - z_1
+    faces, height = lenses.ball(-z_1, BALL), stop - z_1
     rays = optical_paths.between_disks(size, 0.0, WINDOW, height)
-    passed = glass_lenses.trace(rays, faces, index)
+    passed = lenses.trace(rays, faces, index)
     beyond, wide = (ROOM * reach_at(passed, z - z_1) for z in (-stop, z_2))
     one, two = _facing(size, z_1, 1), _facing(wide, z_2, -1)
     surfaces = (
@@ -184,7 +184,7 @@ def _ball(size: float, index: float) -> Beam:
         ),
     )
     aims = tp.Disk(center=(0, 0, stop), radius=WINDOW), tp.Disk(center=(0, 0, -stop), radius=beyond)
-    seen = glass_lenses.projected_solid_angle(faces, index, size, WINDOW, height)
+    seen = lenses.projected_solid_angle(faces, index, size, WINDOW, height)
     return Beam(one, two, aims, surfaces, one.area * seen, 2)
 
 
@@ -217,7 +217,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
 
 def sensor_throughput(distance: float) -> float:
     """Of the hole and a sensor so far behind it [m^2 sr]."""
-    return float(elements.disks_throughput(HOLE, SENSOR, distance))
+    return float(etendue.disks_throughput(HOLE, SENSOR, distance))
 
 
 def exact(
@@ -267,8 +267,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """The lens' beam in phase space at four places; beside it, as <name>_laws, all rows against exact values."""
-    from viz import comparison
     from viz.beams import beam_portraits
+    from viz.comparisons import comparison
 
     path, paths = Path(path), []
     for outcome in [o for o in outcomes if PLANES[0] in o.result][:1]:

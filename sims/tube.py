@@ -27,9 +27,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
 from transport.theory import clausing
 from transport.theory.round_view_factors import base_to_base
+from transport.verification.experiment import Outcome
 
 law = "W = F + 2a ∫ H f dx, H = f + a ∫ K H dy, wall hits l/R (Clausing 1932)"
 question = "How much gets through a tube with a diffuse wall, and how often does it meet the wall on its way?"
@@ -186,7 +186,7 @@ def draw_walls(outcomes: list[Outcome], path: Path) -> None:
 
 def draw_lengths(outcomes: list[Outcome], path: Path) -> None:
     """W by length, beside the long tube's law and the two resistances added."""
-    from viz import profile
+    from viz.profiles import profile
 
     lengths, albedo = np.array([_length(o) for o in outcomes]), _albedo(outcomes[0].result)
     nodes = np.geomspace(0.8 * lengths.min(), min(1.25 * lengths.max(), clausing.LONGEST), 100)

@@ -29,8 +29,8 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance, sharp
-from transport.experiment import Outcome
-from transport.theory import chords, elements
+from transport.theory import enclosures, etendue
+from transport.verification.experiment import Outcome
 
 law = "L₁ dω₁ dA₁ cosθ₁ = L₂ dω₂ dA₂ cosθ₂; T = ∬ cosθ₁ cosθ₂/r² dA₁ dA₂; mean chord 4V/S (Hanrahan 2001; Cauchy 1850)"
 question = "Do rays that join two elements carry the same radiance at both ends?"
@@ -193,7 +193,7 @@ def measure(result: tp.Result) -> dict[str, tp.Estimate]:
         fluxes = {AT_2: at_2.flux_in, AT_1: at_1.flux_in, UP: up.flux_out, DOWN: down.flux_in}
         rows = {name: flux / shine for name, flux in fluxes.items()}
         one, two = at_1.detector.shape, at_2.detector.shape
-        by_middles = elements.element_throughput(one.area, 1.0, two.area, 1.0, two.center[2])
+        by_middles = etendue.element_throughput(one.area, 1.0, two.area, 1.0, two.center[2])
         return rows | {BIAS: rows[AT_2] / constant(result, by_middles, "m^2 sr") - 1}
     if "dA2 via dA1" in names:
         there, back = result["dA2 via dA1"].flux_in, result["dA1 via dA2"].flux_in
@@ -216,7 +216,7 @@ def _first_law(result: tp.Result) -> dict[str, tp.Estimate]:
 
 def throughput_of(one: tp.Rectangle, two: tp.Rectangle) -> float:
     """All rays that join two squares [m^2 sr], by quadrature."""
-    return elements.tilted_throughput(one.center, sides_of(one), two.center, sides_of(two))
+    return etendue.tilted_throughput(one.center, sides_of(one), two.center, sides_of(two))
 
 
 def exact(
@@ -231,18 +231,18 @@ def exact(
 ) -> dict[str, float]:
     if show == "chord":
         shape = _body(body, size_1)
-        return {CHORD: float(chords.mean_chord(shape.volume, shape.area))}
+        return {CHORD: float(enclosures.mean_chord(shape.volume, shape.area))}
     if show == "first law":
         one, two = squares(size_1, size_2, tilt_1, tilt_2, distance)
-        by_middles = elements.element_throughput(
+        by_middles = etendue.element_throughput(
             one.area, math.cos(tilt_1), two.area, math.cos(tilt_2), distance
         )
         seen = radiance * throughput_of(one, two) / by_middles
         return {L1: seen, L2: seen, SAME: 0.0, WHOLE: radiance}
-    rays = float(elements.disks_throughput(size_1, size_2, distance))
+    rays = float(etendue.disks_throughput(size_1, size_2, distance))
     if show == "lines":
         return {THERE: rays, BACK: rays, ALL: math.pi * math.pi * size_1**2}
-    bias = float(elements.disks_bias(size_1 / distance, size_2 / distance))
+    bias = float(etendue.disks_bias(size_1 / distance, size_2 / distance))
     return {AT_2: rays, AT_1: rays, UP: rays, DOWN: rays, BIAS: bias}
 
 
@@ -277,7 +277,8 @@ def _alike(outcomes: list[Outcome]) -> list[Outcome]:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """The bias of elements against their size; beside it, as <name>_laws, the laws against exact values."""
-    from viz import comparison, profile
+    from viz.comparisons import comparison
+    from viz.profiles import profile
 
     path, alike = Path(path), _alike(outcomes)
     paths = [path]
@@ -289,7 +290,7 @@ def draw(outcomes: list[Outcome], path: str) -> list[Path]:
             ratios,
             [-1 * o[BIAS].estimate for o in alike],
             path,
-            exact=lambda ratio: -elements.disks_bias(ratio, ratio),
+            exact=lambda ratio: -etendue.disks_bias(ratio, ratio),
             guides={"2 (a/r)²": lambda ratio: 2 * ratio**2, "falls with a/r only": lambda ratio: ratio},
             xlabel="radius of both disks over their distance, a/r",
             ylabel="1 − L by the middles / L",

@@ -21,8 +21,8 @@ import math
 
 import transport as tp
 from sims import draw_rows, furthest
-from transport.experiment import Outcome
 from transport.theory import fresnel
+from transport.verification.experiment import Outcome
 
 law = "P = R(θ)^k after k reflections, R = (R_s + R_p)/2 (Fresnel 1823; Born and Wolf 1999, 1.5.2)"
 question = "How much of light is left after many reflections between two panes of glass?"

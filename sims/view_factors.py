@@ -38,11 +38,11 @@ import numpy as np
 
 import transport as tp
 from sims import provenance
-from transport.exchange import counted_view_factor, view_factor_scene
-from transport.experiment import Outcome
+from transport.analysis.view_factors import counted_view_factor, view_factor_scene
 from transport.theory import occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
+from transport.verification.experiment import Outcome
 
 law = (
     "F₁₂ = (1/A₁) ∬ V cosθ₁ cosθ₂/πr² dA₁ dA₂ (Howell, A Catalog of Radiation Heat Transfer Configuration"
@@ -294,8 +294,8 @@ def verdict(outcomes: list[Outcome]) -> str:
 
 def draw(outcomes: list[Outcome], path: str) -> list[Path]:
     """View factors along the ratios; beside it, as <name>_others, the rest against exact values."""
-    from viz import comparison
     from viz.catalogue import Entry, catalogue
+    from viz.comparisons import comparison
 
     path, paths = Path(path), []
     on_curves = {pair: [o for o in outcomes if _is_plain(o, pair)] for pair in CURVES}

@@ -8,15 +8,15 @@ Derivation.  "Does the brightness that a wall appears to the eye depend on the d
     R = L T,   T = ∬ cosθ cosθ'/r² dA dA' = π A F between pupil and cell (Howell, C-41, for coaxial disks),
 
 as long as every ray from the cell through the pupil ends on the wall.  Further away the wall is too small for that.  With
-a bare pupil R is L times the throughput of cell, pupil and wall (theory/apertures.py).  With a lens in the pupil that
+a bare pupil R is L times the throughput of cell, pupil and wall (theory/etendue.py).  With a lens in the pupil that
 looks sharply at the wall, R = L T until the wall's image is smaller than the cell.  Then all that enters the pupil falls
-on the cell, R = L T' with T' between wall and pupil: a star, too, is dimmer from further away (theory/eyes.py).
+on the cell, R = L T' with T' between wall and pupil: a star, too, is dimmer from further away (theory/etendue.py).
 
 The square panel.  "If you double your distance from the light, the number of photons through a unit surface area goes
 down by a factor of four.  However, the radiance is the same.  The solid angle has dropped to about one quarter"
 (Akenine-Möller, Haines, Hoffman 2008, 7.1).  On the axis of a panel of side a, E = L ∫cosθ dω and Ω = ∫dω are closed
 forms (Lambert 1760; Van Oosterom and Strackee 1983), whose ratios are a quarter, but for (a/2d)² and 3/4 (a/2d)² of it
-(theory/panels.py): within 1 % from five sides away.
+(theory/emitters.py): within 1 % from five sides away.
 
 Scenes.  "pupil" and "lens": a round wall shines at the pupil; behind it lies the retina, a middle cell and rings, which
 count what came through the pupil (`via`).  The eye has its pupil 17 mm before the retina, as the reduced eye has
@@ -39,9 +39,9 @@ import numpy as np
 
 import transport as tp
 from sims import constant, provenance
-from transport.experiment import Outcome
-from transport.theory import emitters, panels, view_factors
-from transport.theory.eyes import DEPTH, Eye
+from transport.theory import emitters, view_factors
+from transport.theory.etendue import DEPTH, Eye
+from transport.verification.experiment import Outcome
 
 law = "R = L T at any distance; doubling it: E/4, Ω/4, L (Hanrahan 2001, quiz 2; Akenine-Möller, Haines, Hoffman 2008, 7.1)"
 question = "Does the brightness that a wall appears to the eye depend on the distance of the viewer?"
@@ -171,7 +171,7 @@ def _exact_panel(distance: float, radiance: float, size: float) -> dict[str, flo
     for name, away in ((NEAR, distance), (FAR, 2 * distance)):
         factor = view_factors.opposed_rectangles((meter, meter), (size, size), away)
         rows[IRRADIANCE.format(name)] = float(math.pi * radiance * factor)
-        rows[SOLID_ANGLE.format(name)] = panels.mean_rectangle_solid_angle(size, size, away, meter)
+        rows[SOLID_ANGLE.format(name)] = emitters.mean_rectangle_solid_angle(size, size, away, meter)
         rows[RADIANCE.format(name)] = radiance
     values = list(rows.values())
     return rows | {ratio: values[3 + k] / values[k] for k, ratio in enumerate(RATIOS)}
@@ -294,7 +294,7 @@ def draw_panel(outcomes: list[Outcome], path: Path) -> None:
     """Ratios at twice the distance, from near to far."""
     d = _beyond([_sides(o) for o in outcomes])
     words = "irradiance, E(2d)/E(d)", "solid angle, Ω(2d)/Ω(d)", "radiance, L(2d)/L(d)"
-    curves = panels.doubled_irradiance(1.0, d), panels.doubled_solid_angle(1.0, d), np.ones_like(d)
+    curves = emitters.doubled_irradiance(1.0, d), emitters.doubled_solid_angle(1.0, d), np.ones_like(d)
     title = "Twice as far from a square panel: a quarter of E and of Ω, the same L"
     laws = dict(zip(words, zip(RATIOS, curves, strict=True), strict=True))
     _panel_chart(
@@ -305,11 +305,11 @@ def draw_panel(outcomes: list[Outcome], path: Path) -> None:
 def draw_excess(outcomes: list[Outcome], path: Path) -> None:
     """How much more than a quarter, beside what it tends to far away."""
     d = _beyond([_sides(o) for o in outcomes])
-    curves = 4 * panels.doubled_irradiance(1.0, d) - 1, 4 * panels.doubled_solid_angle(1.0, d) - 1
+    curves = 4 * emitters.doubled_irradiance(1.0, d) - 1, 4 * emitters.doubled_solid_angle(1.0, d) - 1
     words = "irradiance, 4 E(2d)/E(d) − 1", "solid angle, 4 Ω(2d)/Ω(d) − 1"
     laws = dict(zip(words, zip(RATIOS[:2], curves, strict=True), strict=True))
-    guides = {"far away: (a/2d)²": (d, panels.far_irradiance_excess(1.0, d))}
-    guides["far away: 3/4 (a/2d)²"] = d, panels.far_solid_angle_excess(1.0, d)
+    guides = {"far away: (a/2d)²": (d, emitters.far_irradiance_excess(1.0, d))}
+    guides["far away: 3/4 (a/2d)²"] = d, emitters.far_solid_angle_excess(1.0, d)
     title, ylabel = "How far away must one be for a quarter?", "more than a quarter, by a share of"
     _panel_chart(
         outcomes,

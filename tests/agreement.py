@@ -10,8 +10,8 @@ import math
 import numpy as np
 from scipy.special import bdtr, bdtrc, chdtr, chdtrc, nctdtrinc, ndtr, ndtri
 
-from transport.results.quantities import Quantity
-from transport.results.statistics import normal_score, student_quantile
+from transport.statistics.batches import normal_score, student_quantile
+from transport.statistics.quantities import Quantity
 
 _SMALLEST_EXPECTATION = 20.0  # counts in a bin below which chi-square would not be trusted far out
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import transport as tp
-from transport.shapes import Shape
+from transport.geometry.shape import Shape
 
 T, M, V = tp.Transparent(), tp.Medium, tp.Vacuum()
 LAMP = tp.Source(tp.Point(position=(1, 1.1, 1.2)), tp.Isotropic(power=1))

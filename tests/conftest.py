@@ -57,7 +57,7 @@ def press_ctrl_c():
 @pytest.fixture
 def small_groups(monkeypatch):
     """Of a cluster: so that many are out when something happens."""
-    monkeypatch.setattr("transport.cluster.crew.SECONDS", 0.01)
+    monkeypatch.setattr("transport.run.dask.executor.SECONDS", 0.01)
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def call(tmp_path, monkeypatch):
     """Call the command line in a folder of its own, with experiment files written there: call("run", "disk.py")."""
     from typer.testing import CliRunner
 
-    from transport.command import cli
+    from transport.cli import commands
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("COLUMNS", raising=False)  # which readline sets for the suite's workers
@@ -77,4 +77,4 @@ def call(tmp_path, monkeypatch):
         "endless": "\nparticles = 10**11\n",
     }.items():
         Path(f"{name}.py").write_text(EXPERIMENT + more, encoding="utf-8")
-    return lambda *arguments: CliRunner().invoke(cli.app, list(map(str, arguments)))
+    return lambda *arguments: CliRunner().invoke(commands.app, list(map(str, arguments)))

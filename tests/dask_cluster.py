@@ -18,8 +18,8 @@ from unittest.mock import patch
 
 from distributed import Client
 
-from transport.cluster.crew import ClusterCrew
-from transport.cluster.line import Line
+from transport.run.dask.client import Line
+from transport.run.dask.executor import ClusterCrew
 
 ROOT = Path(__file__).resolve().parents[1]
 SOON = 30.0  # [s] in which each of them must be there

@@ -28,9 +28,9 @@ import typer
 import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.fuzz.properties import quantities_of
-from transport.estimators.methods import ESTIMATORS, why_not
-from transport.experiment import cases_of, experiment, experiment_names
-from transport.hard.cases import cases_of as hard_cases
+from transport.compile.methods import ESTIMATORS, why_not
+from transport.verification.experiment import cases_of, experiment, experiment_names
+from transport.verification.hard.cases import cases_of as hard_cases
 
 PARTICLES, WORLDS, SEED = 100_000, 200, 1
 WAYS = "estimator", "sampling", "batches", "tracking"  # what a sim may choose of its runs

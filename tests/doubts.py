@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from transport.results.findings import DOUBTFUL, NOTE
+from transport.statistics.findings import DOUBTFUL, NOTE
 
 
 def doubts(result, name: str) -> list[str]:

@@ -9,8 +9,7 @@ from numba import config
 
 from transport.compile import layout
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.passes import Pass
-from transport.engine.registry import NOTHING
+from transport.engine.registry import NOTHING, Pass
 
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint64, ctypes.c_uint64)
 UNIT = np.array([2.0**-32, 2.0**-63])  # of the limbs of a weight

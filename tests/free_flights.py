@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from tests.driven import Lanes
 from transport.compile import layout
-from transport.engine import collisions, forcing
+from transport.engine.passes import collisions, variance_reduction
 from transport.physics import paths
 
 FALSE_ALARM = 1e-6
@@ -56,5 +56,5 @@ def draw_only(word, monkeypatch):
     """Let free paths be made of this word alone, in plain Python."""
     monkeypatch.setattr(paths, "event_words", lambda *_: (np.uint64(word),) * 4)
     plain = getattr(paths.free_flight, "py_func", paths.free_flight)
-    for module in (collisions, forcing):
+    for module in (collisions, variance_reduction):
         monkeypatch.setattr(module, "free_flight", plain)

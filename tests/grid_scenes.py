@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from transport.compile import compile_scene, grids
-from transport.results.estimates import Estimate
-from transport.runs.machines import program_for
+from transport.compile import grids
+from transport.compile.compiler import compile_scene
+from transport.run.programs import program_for
+from transport.statistics.estimates import Estimate
 
 FALSE_ALARM = 1e-6
 SIZE = (2.0, 1.0, 1.5)

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 
 from tests.synthetic import EVEN_RUN
-from transport.results.estimates import EstimateArray
+from transport.statistics.estimates import EstimateArray
 
 VOID = {"br", "img", "hr"}
 

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from transport.detectors import Detector, Directions
-from transport.materials import Black, Dielectric, Diffuse, Mirror, Mixture, Surface, Transparent
-from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated
-from transport.points import PointDetector
-from transport.pulses import Instant
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Plane, Point, Slab, Sphere
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
-from transport.speeds import Maxwellian
-from transport.tracking import Splitting, Tracking
-from transport.volumes import VolumeDetector
+from transport.geometry.flat import Disk, Plane, Slab
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Directions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Dielectric, Diffuse, Mirror, Mixture, Surface, Transparent
+from transport.scene.media import Grid, Medium
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.points import PointDetector
+from transport.scene.pulses import Instant
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
+from transport.scene.speeds import Maxwellian
+from transport.scene.tracking import Splitting, Tracking
+from transport.scene.volumes import VolumeDetector
 
 GLOW, LIGHT, CLEAR = Isotropic(power=1.0), Lambertian(power=1.0), Transparent()
 TABLE = Tabulated(mu=(-1.0, -0.5, 0.2, 0.9, 1.0), density=(0.3, 0.1, 0.2, 1.0, 4.0))

@@ -2,7 +2,7 @@
 
 import warnings
 
-from transport.shapes import Mesh
+from transport.geometry.mesh import Mesh
 
 CUBE = Mesh.box(size=2.0)
 BALL = Mesh.sphere(radius=2.0, center=(1, -2, 3), triangles=500)

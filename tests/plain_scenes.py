@@ -1,10 +1,17 @@
 """Scenes that together call for every pass, each by the estimator that it is run with."""
 
 from tests import backward_scenes, expected_scenes, media_scenes
-from transport.cameras import Camera, EnvironmentMap
-from transport.detectors import Detector, Directions, Positions
-from transport.estimators.methods import Method
-from transport.materials import (
+from transport.compile.methods import Method
+from transport.geometry.flat import Disk, Plane, Rectangle, Triangle
+from transport.geometry.mesh import Mesh  # fmt: skip
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.shape import Cloud, Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Directions, Positions
+from transport.scene.cameras import Camera, EnvironmentMap
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.materials import (  # fmt: skip
     Black,
     Dielectric,
     Diffuse,
@@ -14,27 +21,13 @@ from transport.materials import (
     Surface,
     ThinLens,
     TwoSided,
-)  # fmt: skip
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.points import PointDetector
-from transport.pulses import BoxPulse, GaussianPulse, Instant
-from transport.scene import Scene
-from transport.shapes import (
-    Box,
-    Cloud,
-    Cone,
-    Cylinder,
-    Disk,
-    Mesh,
-    Paraboloid,
-    Plane,
-    Point,
-    Rectangle,
-    Sphere,
-    Triangle,
-)  # fmt: skip
-from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian, Source
-from transport.speeds import Maxwellian, SpeedTable
+)
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.points import PointDetector
+from transport.scene.pulses import BoxPulse, GaussianPulse, Instant
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
+from transport.scene.speeds import Maxwellian, SpeedTable
 
 LIGHT, GLOW = Lambertian(power=1.0), Isotropic(power=1.0)
 

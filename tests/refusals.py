@@ -2,12 +2,15 @@
 
 import pytest
 
-from transport.detectors import Detector
-from transport.materials import Black, Surface
-from transport.phase_space import PhaseSpace
-from transport.shapes import Box, Disk, Rectangle, Sphere
-from transport.sources import Gas, Instant, Isotropic, Lambertian, Source
-from transport.speeds import Maxwellian, SpeedTable
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.solid import Box, Sphere
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Surface
+from transport.scene.phase_space import PhaseSpace
+from transport.scene.pulses import Instant
+from transport.scene.sources import Source
+from transport.scene.speeds import Maxwellian, SpeedTable
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=(1, 2, 3))

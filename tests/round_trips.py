@@ -13,12 +13,12 @@ import numpy as np
 import transport as tp
 from tests import backward_scenes, expected_scenes, media_scenes, plain_scenes, point_scenes, volume_scenes
 from tests.fuzz.properties import are_the_same
-from transport.compile import compile_scene
-from transport.estimators.methods import ANALOG, Method
-from transport.experiment import cases_of, experiment, experiment_names
-from transport.runs.machines import program_for
-from transport.written.differences import differences
-from transport.written.schema import schema
+from transport.compile.compiler import compile_scene
+from transport.compile.methods import ANALOG, Method
+from transport.io.json.differences import differences
+from transport.io.json.schema import schema
+from transport.run.programs import program_for
+from transport.verification.experiment import cases_of, experiment, experiment_names
 
 MODULES = (plain_scenes, media_scenes, backward_scenes, expected_scenes, point_scenes, volume_scenes)
 

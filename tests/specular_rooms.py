@@ -14,8 +14,8 @@ from math import pi
 import numpy as np
 
 import transport as tp
-from transport.materials import Material
-from transport.shapes import Shape
+from transport.geometry.shape import Shape
+from transport.scene.materials import Material
 from transport.vectors import Vector
 
 ROOMS = 300

@@ -20,7 +20,7 @@ from functools import cache
 import numpy as np
 
 import transport as tp
-from transport.materials import Material
+from transport.scene.materials import Material
 
 RADII = (1e-3, 1e-2, 1e-1)  # of detectors [m]
 DISH_RADII = (1e-3, 1e-2, 5e-2)

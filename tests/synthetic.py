@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.results.statistics import standard_error, weighted_mean
+from transport.statistics.batches import standard_error, weighted_mean
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.replicates import Batches
 
 RUN = Batches(np.r_[np.full(10, 4), np.full(22, 3)])
 OTHER_RUN = Batches(np.full(16, 100))

@@ -15,8 +15,8 @@ from tests.agreement import assert_follows
 from tests.driven import Lanes
 from tests.free_flights import FALSE_ALARM, LAST
 from transport.compile import layout
-from transport.engine import collisions, roulette
 from transport.engine.bundle import LANES
+from transport.engine.passes import collisions, variance_reduction
 
 
 @pytest.mark.parametrize("survival", [0.0, 1e-3, 0.2, 0.9, 1 - 1e-9, 1.0])
@@ -56,8 +56,8 @@ def test_weights_fall_exponentially_along_the_way_and_nothing_is_lost(least):
 
 
 GAMES = {  # where it is played, what says so, and the number that decides
-    "in flight": (roulette.play_roulette_in_flight, {"collides": 1}, "u0"),
-    "at walls": (roulette.play_roulette, {"hit": 1}, "u2"),
+    "in flight": (variance_reduction.play_roulette_in_flight, {"collides": 1}, "u0"),
+    "at walls": (variance_reduction.play_roulette, {"hit": 1}, "u2"),
 }
 
 
@@ -88,7 +88,7 @@ def test_roulette_keeps_the_expectation_and_tells_the_ledger(threshold, level, g
     spread = math.sqrt((before * (level - before)).sum())
     assert abs((after - before).sum()) < -ndtri(FALSE_ALARM / 2) * spread
     assert abs((after - np.sqrt(before)).sum()) > -ndtri(FALSE_ALARM / 2) * spread  # another chance is seen
-    if play is roulette.play_roulette_in_flight:  # where it serves again
+    if play is variance_reduction.play_roulette_in_flight:  # where it serves again
         assert_follows(np.histogram(numbers, 20, (0, 1))[0], np.full(20, 0.05), FALSE_ALARM)
 
 
@@ -111,6 +111,6 @@ def test_extreme_draws_absorb_or_leave_a_number_below_one(survival, u):
 def test_extreme_draws_in_roulette(u):
     for weight in (5e-324, 1e-300, 0.25, 0.5 - 2.0**-54):
         lanes = Lanes(collides=1, weight=weight, u0=u)
-        lanes.run_plainly(roulette.play_roulette_in_flight, threshold=0.5, level=1.0)
+        lanes.run_plainly(variance_reduction.play_roulette_in_flight, threshold=0.5, level=1.0)
         assert np.isin(lanes["weight"], (0.0, 1.0)).all()
         assert ((lanes["u0"] >= 0) & (lanes["u0"] < 1)).all()

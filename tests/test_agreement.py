@@ -7,8 +7,8 @@ import pytest
 
 from tests.agreement import assert_agrees, assert_follows, assert_z_spread, smallest_bias
 from tests.synthetic import EVEN_RUN, RUN, grid, noisy, t_scores, with_error
-from transport.results.estimates import Estimate, EstimateArray
-from transport.results.statistics import normal_score
+from transport.statistics.batches import normal_score
+from transport.statistics.estimates import Estimate, EstimateArray
 
 
 def test_agreement_is_judged_by_the_estimates_own_error():

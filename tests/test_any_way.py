@@ -17,8 +17,8 @@ import transport as tp
 from tests.ctrl_c import pressing_ctrl_c
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.runs.crew import InOrder
-from transport.runs.running import Run
+from transport.run.run import Run
+from transport.run.threads import InOrder
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster, disturbed
@@ -32,7 +32,7 @@ MANY = {"particles": 150_000, "batches": EACH * len(PARTS), "seed": 3}
 pytestmark = [
     pytest.mark.usefixtures("small_groups"),
     pytest.mark.filterwarnings(
-        "ignore::transport.runs.progress.WaitingWarning"
+        "ignore::transport.run.progress.WaitingWarning"
     ),  # which a scheduler that restarts is meant to give
 ]
 

@@ -9,15 +9,16 @@ import pytest
 
 import transport as tp
 from tests.body_scenes import AFAR, LAMP, M, T, V, can, corner, filled, lens
-from transport.bodies.listing import (
+from transport.scene.bodies import (
     bodies_of,
     body_bits_around,
     has_media,
+    held_by,
     media_at,
     media_of,
     sides_of,
+    skin_of,
 )
-from transport.bodies.regions import held_by, skin_of
 
 
 def test_nested_boxes_that_share_faces():
@@ -122,7 +123,7 @@ def test_sides_of_surfaces_say_which_bodies_they_bound():
 
 def test_crossing_each_surface_leads_from_the_bodies_behind_to_those_ahead():
     """Along 300 lines: bits that change by what sides_of says are those that hold the place, in every gap."""
-    from transport.shapes.crossings import crossings
+    from transport.geometry.line_crossings import crossings
 
     shapes = [corner(100), corner(50), corner(10), tp.Sphere(center=(75, 75, 75), radius=20)]
     surfaces = [filled(shape, M(k + 1)) for k, shape in enumerate(shapes)]

@@ -10,24 +10,20 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.command.effects import effects_of
-from transport.compile import compile_scene
-from transport.engine import (
-    bank,
-    bodies,
-    casting,
+from transport.cli.effects.passes import effects_of
+from transport.compile.compiler import compile_scene
+from transport.engine.passes import (
     collisions,
-    densities,
-    detours,
-    forcing,
-    grids,
-    importances,
-    shadows,
+    once_more_collided,
+    regions,
+    shadow_rays,
+    variance_reduction,
     volume_cells,
     volumes,
+    voxels,
 )
-from transport.engine.passes import Pass
 from transport.engine.program import program_of
+from transport.engine.registry import Pass
 
 LAMP = tp.Source(tp.Point(position=(0.1, 0.2, 0.3)), tp.Isotropic(power=1.0))
 WALLS = tp.Surface(tp.Box(size=4.0), tp.Diffuse(0.5), "walls")
@@ -61,8 +57,8 @@ def assert_adds(more, less, added, dropped=()):
     assert (more - less, less - more) == (set(added), set(dropped))
 
 
-OF_MEDIA = of(bodies, collisions, grids, forcing, importances, bank)
-OF_LOOKS = of(volumes, volume_cells, casting, densities, detours, shadows)
+OF_MEDIA = of(regions, collisions, voxels, variance_reduction, variance_reduction, variance_reduction)
+OF_LOOKS = of(volumes, volume_cells, shadow_rays, shadow_rays, once_more_collided, shadow_rays)
 BORDERS = {"bound_rectangle", "begin_inside", "cross_boundary", "know_surroundings", "know_body"}
 BORDERS |= {"remember_ray", "resume_ray", "settle_at_edges", "tell_leaving", "lose_strays"}
 FLIGHTS = {"set_out", "fly", "collide", "part", "escape_at_once"}
@@ -132,7 +128,7 @@ def test_grids_add_walks_through_voxels():
 
 
 def test_forcing_and_splitting_are_there_only_where_asked_for():
-    copies = of(bank, forcing, importances)
+    copies = of(variance_reduction, variance_reduction, variance_reduction)
     for filling in (None, SMOKE, WHITE, FOG, CLOUD):
         assert not passes(filling) & copies
     force = {"begin_fresh", "fly_or_be_forced", "force_collision", "deposit_forced", "withdraw"}

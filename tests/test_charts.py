@@ -11,9 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-import viz
 from tests.synthetic import EVEN_RUN, noisy
-from transport.results.estimates import Estimate, EstimateArray
+from transport.statistics.estimates import Estimate, EstimateArray
+from viz import comparisons, cuts, profiles, radiance
 from viz.directions import direction_bins
 from viz.profiles import in_standard_errors
 from viz.style import unit_label
@@ -97,7 +97,7 @@ def assert_drawn(path, figure):
 def test_a_radiance_map_is_drawn_with_units(tmp_path, figures, polar, edges, law):
     path = tmp_path / "new" / "map.png"
     L = seen(law, polar, edges)
-    assert viz.radiance_map(L, path, exact=law, title="Law", note="384 particles, seed 1") == path
+    assert radiance.radiance_map(L, path, exact=law, title="Law", note="384 particles, seed 1") == path
     assert_drawn(path, figures[0])
     said = words(figures[0])
     for part in (
@@ -113,7 +113,7 @@ def test_a_radiance_map_is_drawn_with_units(tmp_path, figures, polar, edges, law
 
 
 def test_rings_are_labelled_at_30_60_and_90_degrees(tmp_path, figures):
-    viz.radiance_map(seen(lobe), tmp_path / "map.png")
+    radiance.radiance_map(seen(lobe), tmp_path / "map.png")
     assert {"30°", "60°", "θ = 90°"} <= set(words(figures[0]).splitlines())
 
 
@@ -130,13 +130,13 @@ def test_a_map_survives_bins_without_a_value_or_an_error(tmp_path, figures, gap)
         values[...] = 2.0
     coords = {"mu": MU, "phi": TURN}
     L = EstimateArray(values, EVEN_RUN, "W m^-2 sr^-1", ("mu", "phi"), coords, exact=gap == "exact")
-    viz.radiance_map(L, tmp_path / "map.png", exact=lobe)
+    radiance.radiance_map(L, tmp_path / "map.png", exact=lobe)
     assert_drawn(tmp_path / "map.png", figures[0])
 
 
 def test_a_map_without_azimuth_or_with_axes_exchanged_is_drawn(tmp_path, figures):
     L = seen(disk, phi=TURN[[0, -1]])[:, 0]
-    viz.radiance_map(L, tmp_path / "round.png", exact=disk)
+    radiance.radiance_map(L, tmp_path / "round.png", exact=disk)
     assert "all φ" in words(figures[0])
     turned = seen(lobe)
     turned = EstimateArray(
@@ -148,12 +148,12 @@ def test_a_map_without_azimuth_or_with_axes_exchanged_is_drawn(tmp_path, figures
 def test_a_map_refuses_other_axes_directions_and_azimuths(tmp_path):
     grid = EstimateArray(np.ones((32, 2, 2)), EVEN_RUN, "1", ("u", "v"), {"u": [0, 1, 2], "v": [0, 1, 2]})
     with pytest.raises(ValueError, match="mu or theta"):
-        viz.radiance_map(grid, tmp_path / "map.png")
+        radiance.radiance_map(grid, tmp_path / "map.png")
     world = EstimateArray(np.ones((32, 2)), EVEN_RUN, "1", ("mu",), {"mu": [-1, 0, 1]})
     with pytest.raises(ValueError, match="one hemisphere"):
-        viz.radiance_map(world, tmp_path / "map.png")
+        radiance.radiance_map(world, tmp_path / "map.png")
     with pytest.raises(ValueError, match="azimuth must be 0 to 1"):
-        viz.radiance_map(seen(disk, phi=np.array([0.0, 1.0])), tmp_path / "map.png", azimuth=2.0)
+        radiance.radiance_map(seen(disk, phi=np.array([0.0, 1.0])), tmp_path / "map.png", azimuth=2.0)
     assert not list(tmp_path.iterdir())
 
 
@@ -187,7 +187,7 @@ def irradiance(distance):
 def test_a_profile_over_six_decades_is_drawn_with_units_and_residuals(tmp_path, figures):
     distance = np.logspace(-3, 3, 13)
     estimates = [noisy(irradiance(d), irradiance(d) / 10, k, unit="W m^-2") for k, d in enumerate(distance)]
-    viz.profile(
+    profiles.profile(
         distance,
         estimates,
         tmp_path / "profile.png",
@@ -218,7 +218,7 @@ def test_a_profile_over_bins_survives_empty_ones(tmp_path, figures, truth):
     values[:, 0], values[:, 3] = 0.0, np.nan
     crossings = EstimateArray(values, EVEN_RUN, "m^-2 s^-1", ("mu",), {"mu": MU})
     known = {"exact": {"exact": lambda mu: 200 * mu}, "expected": {"expected": 100 * (MU[1:] + MU[:-1])}}
-    viz.profile(MU, crossings, tmp_path / "gas.png", xlabel="μ", **known.get(truth, {}))
+    profiles.profile(MU, crossings, tmp_path / "gas.png", xlabel="μ", **known.get(truth, {}))
     assert_drawn(tmp_path / "gas.png", figures[0])
     assert len(figures[0].axes) == (1 if truth == "neither" else 2)
 
@@ -232,7 +232,9 @@ def test_residuals_are_in_standard_errors_and_a_wrong_exact_number_is_far_off():
 
 def test_a_residual_beyond_the_panel_is_an_arrow_at_its_edge(tmp_path, figures):
     estimates = [noisy(1.0, 0.1, k) for k in range(4)]
-    viz.profile([1, 2, 3, 4], estimates, tmp_path / "far.png", exact=lambda x: np.where(x == 3, 2.0, 1.0))
+    profiles.profile(
+        [1, 2, 3, 4], estimates, tmp_path / "far.png", exact=lambda x: np.where(x == 3, 2.0, 1.0)
+    )
     arrows = [
         line for line in figures[0].axes[1].lines if line.get_marker() in ("^", "v") and len(line.get_xdata())
     ]
@@ -242,13 +244,13 @@ def test_a_residual_beyond_the_panel_is_an_arrow_at_its_edge(tmp_path, figures):
 def test_a_profile_refuses_what_does_not_fit(tmp_path):
     path, pair = tmp_path / "profile.png", [noisy(1, 0.1, 1), noisy(2, 0.1, 2)]
     with pytest.raises(ValueError, match="2 places or 3 edges"):
-        viz.profile([1.0], pair, path)
+        profiles.profile([1.0], pair, path)
     with pytest.raises(ValueError, match="one unit"):
-        viz.profile([1, 2], [pair[0], noisy(2, 0.1, 2, unit="m")], path)
+        profiles.profile([1, 2], [pair[0], noisy(2, 0.1, 2, unit="m")], path)
     with pytest.raises(ValueError, match="one axis"):
-        viz.profile([1, 2], seen(lobe), path)
+        profiles.profile([1, 2], seen(lobe), path)
     with pytest.raises(ValueError, match="expected must have shape"):
-        viz.profile([1, 2], pair, path, expected=[1.0])
+        profiles.profile([1, 2], pair, path, expected=[1.0])
 
 
 # Cuts at several places, and tables
@@ -261,21 +263,21 @@ def test_radiance_at_several_distances_is_drawn_with_units(tmp_path, figures):
         law = laws[f"d = {distance} m"]
         L = seen(lambda t, p, law=law: law(t), "theta", theta, TURN[[0, -1]], seed=k)
         curves[f"d = {distance} m"] = L if k else L[:, 0]
-    viz.radiance_cuts(curves, tmp_path / "cuts.png", exact=laws, title="Invariance")
+    cuts.radiance_cuts(curves, tmp_path / "cuts.png", exact=laws, title="Invariance")
     assert_drawn(tmp_path / "cuts.png", figures[0])
     said = words(figures[0])
     assert all(part in said for part in (UNIT, "[deg]", *curves))
-    viz.radiance_cuts(curves, tmp_path / "log.png", exact=laws, log_x=True)
+    cuts.radiance_cuts(curves, tmp_path / "log.png", exact=laws, log_x=True)
     assert_drawn(tmp_path / "log.png", figures[1])
     left, right = figures[1].axes[0].get_xlim()
     points = np.concatenate([bars.lines[0].get_xdata() for bars in figures[1].axes[0].containers])
     assert left < points.min() < points.max() < right
     with pytest.raises(ValueError, match="one bin of phi"):
-        viz.radiance_cuts({"map": seen(lobe)}, tmp_path / "no.png")
+        cuts.radiance_cuts({"map": seen(lobe)}, tmp_path / "no.png")
     with pytest.raises(ValueError, match="no curves"):
-        viz.radiance_cuts({}, tmp_path / "no.png")
+        cuts.radiance_cuts({}, tmp_path / "no.png")
     with pytest.raises(ValueError, match="the curves are"):
-        viz.radiance_cuts(curves, tmp_path / "no.png", exact={"d = 3 m": disk})
+        cuts.radiance_cuts(curves, tmp_path / "no.png", exact={"d = 3 m": disk})
 
 
 def test_a_comparison_shows_every_kind_of_row(tmp_path, figures):
@@ -288,7 +290,7 @@ def test_a_comparison_shows_every_kind_of_row(tmp_path, figures):
         "empty": (Estimate(np.zeros(32), EVEN_RUN, "W"), 1.0),
         "ratio": (noisy(-0.5, 0.01, 4, unit="1"), -0.5),
     }
-    viz.comparison(table, tmp_path / "table.png", title="All", note="seed 1")
+    comparisons.comparison(table, tmp_path / "table.png", title="All", note="seed 1")
     assert_drawn(tmp_path / "table.png", figures[0])
     said = words(figures[0])
     for part in (
@@ -302,11 +304,11 @@ def test_a_comparison_shows_every_kind_of_row(tmp_path, figures):
     ):
         assert part in said
     with pytest.raises(ValueError, match="must have a row"):
-        viz.comparison({}, tmp_path / "no.png")
+        comparisons.comparison({}, tmp_path / "no.png")
 
 
 def test_a_comparison_of_precise_numbers_counts_in_ppm(tmp_path, figures):
-    viz.comparison({"one": (noisy(1.0, 1e-5, 1), 1.0)}, tmp_path / "ppm.png")
+    comparisons.comparison({"one": (noisy(1.0, 1e-5, 1), 1.0)}, tmp_path / "ppm.png")
     assert "[ppm]" in words(figures[0])
 
 
@@ -321,7 +323,7 @@ def test_units_are_written_in_mathtext():
 
 def test_drawing_leaves_the_settings_of_matplotlib_alone(tmp_path):
     before = dict(matplotlib.rcParams)
-    viz.comparison({"one": (noisy(1.0, 0.1, 1), 1.0)}, tmp_path / "one.png")
+    comparisons.comparison({"one": (noisy(1.0, 0.1, 1), 1.0)}, tmp_path / "one.png")
     assert dict(matplotlib.rcParams) == before
 
 

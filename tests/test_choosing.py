@@ -13,22 +13,15 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from transport.estimators import aimed, methods
-from transport.estimators.choosing import (
-    Choice,
-    Pilot,
-    cheapest,
-    choose,
-    chosen,
-    price_of,
-    seen_of,
-    usual_quantities,
-)
-from transport.estimators.methods import Method
-from transport.results.estimates import Batches, Estimate
-from transport.results.findings import Finding
-from transport.runs.progress import Progress
-from transport.runs.running import Run
+from transport.compile import method_aimed, methods
+from transport.compile.methods import Method
+from transport.results.choice import Choice, Pilot
+from transport.run.auto import cheapest, choose, chosen, price_of, seen_of, usual_quantities
+from transport.run.progress import Progress
+from transport.run.run import Run
+from transport.statistics.estimates import Estimate
+from transport.statistics.findings import Finding
+from transport.statistics.replicates import Batches
 
 ANALOG, AIMED, EXPECTED = (Method(name) for name in ("analog", "aimed", "expected"))
 RADIANCE, RADIUS = 100.0, 0.01
@@ -86,7 +79,7 @@ def one(error, value=1.0, findings=()):
 
 def stand_in_choice(monkeypatch, errors, pace, targets=None):
     """A choice with stand-in runs and a stand-in clock that goes `pace` seconds a particle."""
-    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: list(errors))
+    monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: list(errors))
     calls = []
 
     def clock():
@@ -170,7 +163,7 @@ def test_where_the_ways_that_reach_it_are_refused_a_detector_is_not_said_to_get_
 
 
 def test_a_quantity_that_a_way_cannot_read_is_a_refusal_of_that_way(monkeypatch):
-    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG, AIMED])
+    monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: [ANALOG, AIMED])
 
     def run(method, particles):
         def quantity(name):
@@ -222,7 +215,7 @@ def test_auto_keeps_to_the_sampling_that_is_said():
 
 
 def test_the_only_way_is_taken_without_a_pilot(monkeypatch):
-    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: [ANALOG])
+    monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: [ANALOG])
     choice = choose(scene(), None, None, run=None)
     assert choice == Choice(ANALOG, (Pilot(ANALOG),))
     assert "the only method" in choice.lines[0]
@@ -276,10 +269,10 @@ def test_aimed_is_refused_by_name_for_all_else_that_it_cannot_see():
         "scatters": scene(medium=tp.Medium(absorption=0.1, scattering=0.1)),
     }
     for words, refused in reasons.items():
-        assert words in aimed.why_not(refused)
+        assert words in method_aimed.why_not(refused)
         assert AIMED not in methods.methods_for(refused)
     black = tp.Surface(tp.Disk(center=(3, 0, 0), radius=1), tp.Black())
-    assert aimed.why_not(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
+    assert method_aimed.why_not(scene(surfaces=black, medium=tp.Medium(absorption=1.0))) is None
 
 
 def test_a_sampling_that_no_estimator_of_the_scene_takes_is_refused():
@@ -394,7 +387,7 @@ def test_what_is_refused_is_refused_before_a_pilot_runs(monkeypatch):
 
 def test_a_camera_is_run_backwards_without_a_pilot(monkeypatch):
     camera = tp.Camera(name="c", position=(3, 0, 3), look_at=(0, 0, 0), pixels=(8, 8), field_of_view=1)
-    monkeypatch.setattr("transport.estimators.choosing._trial", lambda *_: pytest.fail("a pilot ran"))
+    monkeypatch.setattr("transport.run.auto._trial", lambda *_: pytest.fail("a pilot ran"))
     result = tp.simulate(scene(detectors=camera), seconds=0.05)
     assert (
         result.plan.method == Method("backward")
@@ -516,7 +509,7 @@ def test_pilots_are_named_on_the_bar_and_count_as_preparation(monkeypatch):
             self.particles.append(particles)
 
     recorder = Recorder()
-    monkeypatch.setattr("transport.runs.running.GLANCE", 0.0)
+    monkeypatch.setattr("transport.run.run.GLANCE", 0.0)
     result = tp.simulate(scene(), error=ERROR, progress=recorder)
     assert set(recorder.tried) == {each.method.title for each in result.choice.pilots}
     # Those of the run alone: pilots would begin at 0 again, where two threads merely pass each other.

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 from tests.own_experiments import ROOT
 from transport import __version__
-from transport.command import bench, cli, printout
+from transport.cli import commands, printout
+from transport.cli.bench import benchmarks
 
 
 def test_version(call):
@@ -28,7 +29,7 @@ def test_interruption_before_the_first_batch_has_status_130(call, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", interrupted)
+    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", interrupted)
     answer = call("run", "disk.py")
     assert answer.exit_code == 130
     assert len(answer.output.splitlines()) == 1
@@ -43,7 +44,7 @@ def test_bench_prints_its_rows_and_json(call, monkeypatch):
             "ratio": 4.0,
         }
     ]
-    monkeypatch.setattr(bench, "bench", lambda **_: rows)
+    monkeypatch.setattr(benchmarks, "bench", lambda **_: rows)
     assert json.loads(call("bench", "--json").output) == rows
     assert "4.00" in call("bench").output
 
@@ -51,7 +52,7 @@ def test_bench_prints_its_rows_and_json(call, monkeypatch):
 def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeypatch):
     asked = {"a": ("Why?", "A = 1"), "b": ("How?", "B = 2"), "c": ("Why?", "C = 3")}
     modules = {name: SimpleNamespace(question=question, law=law) for name, (question, law) in asked.items()}
-    for module in (cli, printout):
+    for module in (commands, printout):
         monkeypatch.setattr(module, "experiment_names", lambda: list(modules))
         monkeypatch.setattr(module, "experiment", modules.__getitem__)
     assert "..." not in call("--help").output.partition("Commands:")[2]  # each command in a line of 80
@@ -63,7 +64,7 @@ def test_bare_command_is_a_menu_of_experiments_grouped_by_question(call, monkeyp
 
 def test_list_loads_no_compiler_and_no_plotting(call):
     code = (
-        "import sys\nfrom transport.command.cli import app\napp(['list'], standalone_mode=False)\n"
+        "import sys\nfrom transport.cli.commands import app\napp(['list'], standalone_mode=False)\n"
         "heavy = {'numba', 'scipy', 'matplotlib', 'pyvista', 'xarray'} & set(sys.modules)\nassert not heavy, heavy"
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}

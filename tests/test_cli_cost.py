@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.own_experiments import EXPERIMENT
-from transport.command import costs, effect_costs
-from transport.command.effect_costs import EffectCost
+from transport.cli import costs
+from transport.cli.effects import costs as effect_costs
+from transport.cli.effects.costs import EffectCost
 
 UNAIMED = (
     EXPERIMENT.replace(", aim=meter", "")
@@ -23,7 +24,7 @@ def few_ways(monkeypatch):
     """Two ways, and effects that need no measuring."""
     monkeypatch.setattr(costs, "effect_costs", lambda scene: EFFECTS)
     ways = {"analog": {}, "aimed": {"estimator": "aimed"}}
-    monkeypatch.setattr("transport.pricing.cost.ways_for", lambda scene: ways)
+    monkeypatch.setattr("transport.analysis.cost.ways_for", lambda scene: ways)
     Path("open.py").write_text(UNAIMED + MEASURE, encoding="utf-8")
 
 
@@ -89,7 +90,7 @@ def test_an_effect_costs_its_passes_for_each_history():
 
 
 def test_every_file_of_passes_belongs_to_one_effect():
-    from transport.engine.families import FAMILIES
+    from transport.engine.registry import FAMILIES
 
     files = [file for members in effect_costs.EFFECTS.values() for file in members]
     assert len(set(files)) == len(files)
@@ -98,7 +99,7 @@ def test_every_file_of_passes_belongs_to_one_effect():
 
 def test_lanes_a_history_of_a_scene_are_counted(call):
     """A disk that aims at its meter: each history is born once and flies once, and then it is gone."""
-    from transport.experiment import experiment
+    from transport.verification.experiment import experiment
 
     scene = experiment("disk.py").scene()
     told = {effect.name: effect for effect in costs.effect_costs(scene)}

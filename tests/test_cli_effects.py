@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.own_experiments import EXPERIMENT
-from transport.command import effect_report, effects, measuring
-from transport.command.effect_prices import prices_of
-from transport.command.price_list import ADDITIONS, base_room
-from transport.command.treatment import Treatment
+from transport.cli import measure
+from transport.cli.effects import passes, report
+from transport.cli.effects.prices import ADDITIONS, base_room, prices_of
+from transport.cli.effects.treatment import Treatment
 
 
 def test_effects_tell_passes_in_order_fields_and_what_is_absent(call, monkeypatch):
-    for module in (measuring, effect_report):
+    for module in (measure, report):
         monkeypatch.setattr(module, "costs_of", lambda scene: {"begin": 0.5})
     record = json.loads(call("effects", "disk.py", "--json", "--quick").output)
     assert list(record) == ["passes", "fields", "absent", "ns", "scenes"]
@@ -39,7 +39,7 @@ def test_effects_are_told_before_anything_is_compiled(call, monkeypatch):
         raise Forbidden
 
     monkeypatch.setattr("transport.engine.driver.machine_of", forbidden)
-    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", forbidden)
+    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", forbidden)
     answer = call("effects", "disk.py")
     assert isinstance(answer.exception, Forbidden)
     assert all(word in answer.output for word in ("carried", "scratch", "absent", "memory"))
@@ -96,8 +96,8 @@ def test_a_pass_that_no_lane_reaches_is_told_so(call):
 
 
 def test_the_cost_of_a_pass_is_that_of_the_first_scene_which_reaches_it():
-    told = effects.Effects((), ("move", "meet"), {})
-    record = effects.record_of_effects(
+    told = passes.Effects((), ("move", "meet"), {})
+    record = passes.record_of_effects(
         [(told, {"move": math.nan, "meet": 1.0}), (told, {"move": 2.0, "meet": 3.0})]
     )
     assert record["ns"] == {"move": 2.0, "meet": 1.0}

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from transport.command import gallery
-from transport.experiment import experiment, scene_of
-from transport.scene import Scene
+from transport.cli import gallery
+from transport.scene.scene import Scene
 from transport.validation import SceneError
+from transport.verification.experiment import experiment, scene_of
 
 CURATED = Path(__file__).resolve().parents[1] / "viz" / "gallery"
 LARGEST = 300_000  # bytes of a picture in the repository

@@ -8,9 +8,10 @@ from contextlib import suppress
 import pytest
 
 from tests.ctrl_c import pressing_ctrl_c
-from transport.hard import cases
-from transport.hard.cases import Case, Seen
-from transport.results.estimates import Batches, Estimate
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
+from transport.verification.hard import cases
+from transport.verification.hard.cases import Case, Seen
 
 NOISY = Estimate([1.0, 1.1, 0.9, 1.05, 0.95], Batches([10] * 5), "1")
 
@@ -26,8 +27,8 @@ def hard(call, monkeypatch):
     """Call `verify --hard` with these cases alone."""
 
     def verify(*made, more=()):
-        monkeypatch.setattr("transport.command.hard_cases.cases_of", lambda families: iter(made))
-        monkeypatch.setattr("transport.command.hard_cases.family_title", lambda name: f"All about {name}.")
+        monkeypatch.setattr("transport.cli.verify.cases_of", lambda families: iter(made))
+        monkeypatch.setattr("transport.cli.verify.family_title", lambda name: f"All about {name}.")
         return call("verify", "--hard", *more)
 
     return verify

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.own_experiments import EXPERIMENT
-from transport.command import long_proof, verifying
-from transport.hard.cases import Case, Seen
+from transport.cli import verify
+from transport.verification.hard.cases import Case, Seen
 
 
 def hard(found):
@@ -18,10 +18,10 @@ def hard(found):
 @pytest.fixture
 def proof(call, monkeypatch):
     """All experiments, which are the disks, and these hard cases."""
-    monkeypatch.setattr(verifying, "experiment_names", lambda: ["disks.py"])
+    monkeypatch.setattr(verify, "experiment_names", lambda: ["disks.py"])
 
     def prove(*made, more=()):
-        monkeypatch.setattr(long_proof, "cases_of", lambda: list(made))
+        monkeypatch.setattr(verify, "cases_of", lambda: list(made))
         return call("verify", "--long", "--particles", "20000", *more)
 
     return prove
@@ -58,7 +58,7 @@ def test_machines_are_told_every_row(proof):
 @pytest.mark.parametrize(("how", "first"), [(["--long"], 6), ([], 2)], ids=["long", "plain"])
 def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, first):
     """Ctrl-C before the first batch of the second case; the long proof has had two pilots of both cases."""
-    from transport.experiment import simulate_for_any_reader as simulate
+    from transport.simulate import simulate_for_any_reader as simulate
 
     calls = count(1)
 
@@ -67,14 +67,14 @@ def test_what_is_known_when_it_is_interrupted_is_told(call, monkeypatch, how, fi
             raise KeyboardInterrupt
         return simulate(*arguments, **limits)
 
-    monkeypatch.setattr("transport.experiment.simulate_for_any_reader", interrupted)
+    monkeypatch.setattr("transport.verification.experiment.simulate_for_any_reader", interrupted)
     answer = call("verify", "disks.py", "--particles", "2000", *how)
     assert answer.exit_code == 130
     assert "1 of 1 rows" in answer.stdout and "the rows are incomplete" in answer.stderr
 
 
 def test_what_it_cannot_run_is_refused_before_the_pilots(call, monkeypatch):
-    monkeypatch.setattr(long_proof, "known_outcomes", None)
+    monkeypatch.setattr(verify, "known_outcomes", None)
     Path("good.py").write_text(EXPERIMENT, encoding="utf-8")
     for arguments in (["--particles", "0"], ["good.py", "nowhere.py"], ["--hard"], ["geometry"]):
         answer = call("verify", "--long", *arguments)

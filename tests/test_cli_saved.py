@@ -6,11 +6,13 @@ import re
 import pytest
 
 import transport as tp
-from tests.test_saved import SMALL, assert_same
-from transport import experiment
-from transport.runs import progress, running
-from transport.saved import checkpoints
-from transport.saved.whole import FileError
+from tests.same_batches import assert_same
+from tests.test_saved import SMALL
+from transport.io import resuming
+from transport.io.atomic import FileError
+from transport.run import progress
+from transport.run import run as running
+from transport.verification import experiment
 
 
 @pytest.fixture
@@ -134,8 +136,8 @@ def test_where_the_last_checkpoint_fails_the_run_is_told_all_the_same(run, monke
     def full(*_):
         raise FileError("cannot write run.npz: No space left")
 
-    monkeypatch.setattr(checkpoints, "save", full)
-    with pytest.warns(checkpoints.CheckpointWarning, match="the run is not saved"):
+    monkeypatch.setattr(resuming, "save", full)
+    with pytest.warns(resuming.CheckpointWarning, match="the run is not saved"):
         answer = run("--checkpoint", "run.npz", "--json")
     assert answer.exit_code == 2 and json.loads(answer.stdout)["quantities"], answer.output
     assert "not saved at its end: cannot write run.npz" in answer.stderr

@@ -7,8 +7,8 @@ import pytest
 
 import transport as tp
 from tests.round_trips import faults_of
-from transport.command.site import GUIDES
-from transport.written.schema import schema_text
+from transport.cli.docs import GUIDES
+from transport.io.json.schema import schema_text
 
 GUIDE = (GUIDES / "scenes.md").read_text(encoding="utf-8")
 LAMP = next(iter(re.findall(r"^```json\n(.*?)^```$", GUIDE, re.M | re.S)))

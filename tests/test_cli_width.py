@@ -2,8 +2,8 @@
 
 import pytest
 
-from transport.command import tables
-from transport.command.console import say, say_labelled
+from transport.cli import tables
+from transport.cli.console import say, say_labelled
 
 CELLS = (
     "a room that is told of in more words than eighty columns hold",

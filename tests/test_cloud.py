@@ -15,7 +15,8 @@ import pytest
 import transport as tp
 from sims import cloud as sim
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
+from transport.theory import ordinates
+from transport.verification.experiment import run_experiment
 from viz.clouds import Voxels, along_sight
 
 FALSE_ALARM = 1e-5
@@ -114,7 +115,7 @@ def test_equal_layers_are_a_homogeneous_medium(g):
     medium = tp.Medium(absorption=2e-4, scattering=3.8e-3, phase=tp.HenyeyGreenstein(g))
     layers = sim.scene(sky="layers", g=g)
     box = layers.surfaces[0].shape
-    slab = sim.ordinates.slab(640 * 4e-3, 0.95, sim.ordinates.henyey_greenstein(g), -DOWN[2])
+    slab = ordinates.slab(640 * 4e-3, 0.95, ordinates.henyey_greenstein(g), -DOWN[2])
     bodies = [
         tp.Surface(tp.Slab(center=box.center, thickness=640.0), tp.Transparent(), "cloud", inside=medium)
     ]
@@ -149,7 +150,7 @@ def test_layers_that_absorb_nothing_keep_nothing():
 def test_layers_of_another_order_are_the_same_and_of_another_depth_are_not(outcomes):
     rows, shallow = (
         outcomes[1],
-        sim.ordinates.slab(3.8, 0.999, sim.ordinates.henyey_greenstein(0.85), -DOWN[2]),
+        ordinates.slab(3.8, 0.999, ordinates.henyey_greenstein(0.85), -DOWN[2]),
     )
     assert_rejected(rows[sim.REFLECTED].estimate, shallow.reflected)
     assert_rejected(rows[sim.THROUGH].estimate, shallow.transmitted)

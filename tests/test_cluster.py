@@ -17,13 +17,13 @@ import pytest
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.cluster import line as lines
-from transport.cluster import posts
-from transport.cluster.crew import ClusterCrew
-from transport.estimators.methods import ANALOG
-from transport.runs import hiring
-from transport.runs.interruption import Interruption
-from transport.runs.progress import Progress, WaitingWarning
+from transport.compile.methods import ANALOG
+from transport.run import executors
+from transport.run.dask import client as lines
+from transport.run.dask import worker as posts
+from transport.run.dask.executor import ClusterCrew
+from transport.run.interruption import Interruption
+from transport.run.progress import Progress, WaitingWarning
 
 pytest.importorskip("distributed")
 from tests.dask_cluster import ROOT, DaskCluster
@@ -33,10 +33,10 @@ LIMITS = {
     "error": {"error": {"ball.flux_in": 0.02}, "estimator": "analog"},
     "nets": {"particles": 30_000, "sampling": "sobol"},
 }
-POSTS = "len(__import__('transport.cluster.posts', fromlist=['POSTS']).POSTS)"  # that a worker keeps
+POSTS = "len(__import__('transport.run.dask.worker', fromlist=['POSTS']).POSTS)"  # that a worker keeps
 KILLING = """
 import os, signal
-from transport.cluster.posts import Post
+from transport.run.dask.worker import Post
 
 work = Post.work
 
@@ -215,10 +215,10 @@ def test_what_is_waited_for_in_vain_is_told_without_a_terminal_and_by_ctrl_c(mon
             tell(self.doing)
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(hiring, "LONG", -1.0)
+    monkeypatch.setattr(executors, "LONG", -1.0)
     told = pytest.warns(WaitingWarning, match=r"no workers at tcp://10\.0\.0\.1:8786; the run begins")
     with told, pytest.raises(KeyboardInterrupt, match="before the run began: no workers at"):
-        hiring._wait_for(Nobody(), Progress(), Interruption())
+        executors._wait_for(Nobody(), Progress(), Interruption())
 
 
 def test_a_batch_that_kills_its_workers_is_named_and_no_other(whole, tmp_path, monkeypatch):
@@ -258,8 +258,8 @@ def test_an_error_travels_without_its_frames(monkeypatch):
 
 
 def test_a_worker_without_the_memory_for_it_says_so(monkeypatch):
-    monkeypatch.setattr("transport.runs.memory.ALWAYS", 0)
-    monkeypatch.setattr("transport.runs.memory.memory_left", lambda: 1000)
+    monkeypatch.setattr("transport.run.memory.ALWAYS", 0)
+    monkeypatch.setattr("transport.run.memory.memory_left", lambda: 1000)
     post = posts.Post(pickle.dumps((scene(), None, ANALOG)), threads=3)
     for _ in range(2):  # whoever asks
         with pytest.raises(

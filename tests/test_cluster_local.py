@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.cluster import line as lines
+from transport.run.dask import client as lines
 
 pytest.importorskip("distributed")
 import dask
@@ -23,7 +23,7 @@ LOCAL = {"cluster": "local", "threads": 2}
 SOON = 30.0  # [s] in which a run must end once its last worker has
 DYING = """
 import os, signal
-from transport.cluster.posts import Post
+from transport.run.dask.worker import Post
 
 def die(*_):
     os.kill(os.getpid(), signal.SIGKILL)

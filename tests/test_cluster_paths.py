@@ -15,15 +15,16 @@ import pytest
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_overruns import CLEAR, DOWN
-from tests.test_readme import GUIDES, fences
+from tests.test_readme import fences
 from tests.test_reproducible import scene
 from tests.test_saved import SMALL
-from transport.cluster import line as lines
-from transport.cluster import posts
+from transport.cli.docs import GUIDES
 from transport.compile.limits_exceeded import OverrunError
-from transport.estimators.methods import ANALOG
-from transport.runs import running
-from transport.runs.origins import this_origin
+from transport.compile.methods import ANALOG
+from transport.run import run
+from transport.run.dask import client as lines
+from transport.run.dask import worker
+from transport.run.provenance import this_origin
 
 pytest.importorskip("distributed")
 from distributed import Client
@@ -174,19 +175,19 @@ def test_a_worker_that_comes_back_at_its_address_is_told_anew():
 
 
 def test_a_worker_forgets_runs_whose_client_was_killed_and_late_news_of_others(monkeypatch):
-    monkeypatch.setattr(posts, "POSTS", {})
+    monkeypatch.setattr(worker, "POSTS", {})
     task, sources = pickle.dumps((SMALL, None, ANALOG)), this_origin().sources
-    posts.enlist("killed", task, sources)
-    posts.enlist("other", task, sources)
-    assert list(posts.POSTS) == ["killed", "other"]
-    for post in posts.POSTS.values():
-        post.used -= 2 * posts.IDLE
-    posts.POSTS["other"].work([(0, 100)], 0, 1)
-    posts.enlist("next", task, sources)
-    assert list(posts.POSTS) == ["other", "next"]
-    posts.dismiss("next")
-    posts.enlist("next", task, sources)
-    assert list(posts.POSTS) == ["other"]
+    worker.enlist("killed", task, sources)
+    worker.enlist("other", task, sources)
+    assert list(worker.POSTS) == ["killed", "other"]
+    for post in worker.POSTS.values():
+        post.used -= 2 * worker.IDLE
+    worker.POSTS["other"].work([(0, 100)], 0, 1)
+    worker.enlist("next", task, sources)
+    assert list(worker.POSTS) == ["other", "next"]
+    worker.dismiss("next")
+    worker.enlist("next", task, sources)
+    assert list(worker.POSTS) == ["other"]
 
 
 # ---- pilots ----
@@ -213,7 +214,7 @@ def test_pilots_run_here_and_the_way_that_they_choose_there(cluster, monkeypatch
 def test_who_did_no_batch_is_not_among_those_who_did(cluster, tmp_path, monkeypatch):
     """A run is begun by workers, and gone on with by them, from a machine of another kind."""
     other = replace(this_origin(), machine="a machine of another kind")
-    monkeypatch.setattr(running, "this_origin", lambda: other)
+    monkeypatch.setattr(run, "this_origin", lambda: other)
     there = {"cluster": cluster.address}
     stopped(monkeypatch, scene(), 5, **MANY, **there).save(tmp_path / "begun.npz")
     ended = tp.simulate(scene(), resume=tmp_path / "begun.npz", **there)

@@ -7,7 +7,7 @@ import pytest
 
 import transport as tp
 from transport.compile.contacts import contacts_of
-from transport.sheets import Member
+from transport.scene.sheets import Member
 from transport.vectors import unit_vector
 
 AXIS = unit_vector((0.3, -0.2, 0.9))

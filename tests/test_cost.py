@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.pricing.cost import cost_of_accuracy, ways_for
-from transport.pricing.slopes import line_through, pace_of
-from transport.pricing.trials import FEWEST, MOST, Trial, Trials, trials_of
-from transport.pricing.ways import best_estimate, way_of
-from transport.results.notation import duration, percent
+from transport.analysis.cost import cost_of_accuracy, ways_for
+from transport.analysis.work_precision import FEWEST, MOST, Trial, Trials, best_estimate, trials_of, way_of
+from transport.statistics.convergence import line_through, pace_of
+from transport.statistics.notation import duration, percent
 
 TRUTH, LATENCY, PACE = 2.0, 1e-3, 1e-8  # s, s a particle
 GAP, RADIUS = 1.0, 0.3

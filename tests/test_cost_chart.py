@@ -9,11 +9,11 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from transport.estimators.methods import ESTIMATORS, SAMPLINGS
-from transport.pricing.cost import CostOfAccuracy
-from transport.pricing.discretisation import BinsAgainstNoise
-from transport.pricing.slopes import Pace, line_through
-from transport.pricing.ways import Point, Way
+from transport.analysis.binning import BinsAgainstNoise
+from transport.analysis.cost import CostOfAccuracy
+from transport.analysis.work_precision import Point, Way
+from transport.compile.methods import ESTIMATORS, SAMPLINGS
+from transport.statistics.convergence import Pace, line_through
 from viz.costs import _apart, cost_diagram
 from viz.style import ESTIMATOR_COLOURS, SAMPLING_MARKS, TRACKING_MARKS
 

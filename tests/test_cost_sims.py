@@ -14,8 +14,8 @@ from scipy.integrate import quad
 import transport as tp
 from sims import cost_caustic, cost_disks, cost_enclosure, cost_fog, cost_glint, cost_speck
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
 from transport.theory import emitters, fresnel
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 RNG = np.random.default_rng(1)

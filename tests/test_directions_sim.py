@@ -13,9 +13,10 @@ import pytest
 import transport as tp
 from sims import directions
 from tests.agreement import assert_agrees, assert_follows, assert_z_spread
-from transport.experiment import run_experiment
-from transport.results.estimates import Batches, EstimateArray
+from transport.statistics.estimates import EstimateArray
+from transport.statistics.replicates import Batches
 from transport.theory import solid_angles
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 PARTICLES = 2_000_000

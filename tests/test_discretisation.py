@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from transport import SceneError, bins_against_noise
-from transport.results.estimates import Batches, EstimateArray
+from transport.statistics.estimates import EstimateArray
+from transport.statistics.replicates import Batches
 
 BATCHES, NOISE = 32, 0.02  # of one batch in one of FINE bins
 FINE = 48

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import transport as tp
-from transport.command.reference import READ
+from transport.cli.docs import READ
 
 PACKAGE = Path(tp.__file__).parent
 RETURNED = ("Result",)  # made by the library alone: documents Attributes instead of Parameters

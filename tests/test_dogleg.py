@@ -14,7 +14,7 @@ import pytest
 import transport as tp
 from sims import dogleg as sim
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 RUNS = 200_000

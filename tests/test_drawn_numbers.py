@@ -13,9 +13,9 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 import transport as tp
-import viz
 from tests.synthetic import EVEN_RUN, noisy
-from transport.results.estimates import Estimate, EstimateArray
+from transport.statistics.estimates import Estimate, EstimateArray
+from viz import cameras, convergence, irradiance, power_flow, profiles, radiance
 from viz.style import figure_at
 from viz.uncertainty import on_scale, value_norm
 
@@ -58,7 +58,7 @@ def test_a_radiance_map_has_each_direction_in_its_place_and_both_halves_of_its_c
     values[1, 2], values[2, 4] = 1000.0, 0.0
     L = array(values, ("theta", "phi"), (np.linspace(0, math.pi / 2, 4), np.linspace(0, 2 * math.pi, 7)))
     exact = lambda theta, phi: np.where(phi < math.pi, 1000.0, 10.0)  # noqa: E731
-    viz.radiance_map(L, tmp_path / "map.png", exact, azimuth=math.radians(150), decades=2)
+    radiance.radiance_map(L, tmp_path / "map.png", exact, azimuth=math.radians(150), decades=2)
     values_map, cut = figures[0].axes[0], figures[0].axes[4]
     (mesh,) = values_map.findobj(QuadMesh)
     x, y = brightest(mesh)
@@ -98,7 +98,7 @@ def test_a_disk_is_drawn_from_e_u_towards_e_v_and_a_cut_runs_where_it_is_marked(
     flat = array(values, ("u", "v"), ([0, 1, 2, 3], np.linspace(0, 4, 9)), "W m^-2")
     for shape, each in ((disk, round_one), (tp.Rectangle(width=3, height=4), flat)):
         reading = SimpleNamespace(name="meter", irradiance=each, sums=SimpleNamespace(shape=shape))
-        viz.irradiance_map(reading, tmp_path / "map.png", row=2)
+        irradiance.irradiance_map(reading, tmp_path / "map.png", row=2)
     (mesh,) = figures[0].axes[0].findobj(QuadMesh)
     x, y = brightest(mesh)
     assert math.atan2(y, x) == pytest.approx(math.radians(112.5), abs=0.02) and 1.4 < math.hypot(x, y) < 1.6
@@ -110,7 +110,7 @@ def test_a_map_of_all_directions_has_the_zenith_on_top_and_bins_as_wide_as_they_
     values[0, 1] = 5.0
     L = array(values, ("theta", "phi"), ([0.0, 0.5, math.pi], [0.0, 4.0, 5.0, 2 * math.pi]))
     reading = SimpleNamespace(name="sky", radiance=L, image=lambda: L.value, errors=lambda: L.error)
-    viz.seen(reading, tmp_path / "seen.png")
+    cameras.seen(reading, tmp_path / "seen.png")
     axes = figures[0].axes[0]
     (mesh,) = axes.findobj(QuadMesh)
     np.testing.assert_allclose(brightest(mesh), np.degrees([4.5, 0.25]))
@@ -119,7 +119,7 @@ def test_a_map_of_all_directions_has_the_zenith_on_top_and_bins_as_wide_as_they_
 
 def test_bars_of_a_profile_are_two_standard_errors(tmp_path, figures):
     estimates = array([1.0, 2.0, 4.0], ("x",), ([0, 1, 2, 3],))
-    viz.profile([1.0, 2.0, 3.0], estimates, tmp_path / "profile.png")
+    profiles.profile([1.0, 2.0, 3.0], estimates, tmp_path / "profile.png")
     _, value, bars = bars_of(figures[0].axes[0].containers[0])
     np.testing.assert_allclose(value, [1, 2, 4])
     np.testing.assert_allclose(bars, 2 * estimates.error)
@@ -132,7 +132,7 @@ def test_seconds_stand_over_the_particles_of_their_time_and_equal_first_batches_
     values = noisy(5.0, 1.0, 1).values.copy()
     values[:4] = 5.0
     estimate, cost = Estimate(values, EVEN_RUN, "W"), SimpleNamespace(seconds=8.0)
-    viz.convergence(SimpleNamespace(cost=cost), estimate, tmp_path / "course.png")
+    convergence.convergence(SimpleNamespace(cost=cost), estimate, tmp_path / "course.png")
     upper = figures[0].axes[0]
     (top,) = upper.child_axes
     ratio = np.array(top.get_xlim()) / upper.get_xlim()
@@ -141,7 +141,7 @@ def test_seconds_stand_over_the_particles_of_their_time_and_equal_first_batches_
 
 def test_a_run_backwards_has_no_flow_of_power(tmp_path):
     with pytest.raises(ValueError, match="estimator='analog'"):
-        viz.power_flow(SimpleNamespace(plan=SimpleNamespace(turned=object())), tmp_path / "flow.png")
+        power_flow.power_flow(SimpleNamespace(plan=SimpleNamespace(turned=object())), tmp_path / "flow.png")
 
 
 def test_charts_of_two_threads_wait_for_each_other_and_leave_the_settings_alone(tmp_path, figures):

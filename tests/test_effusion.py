@@ -15,8 +15,8 @@ import pytest
 import transport as tp
 from sims import effusion
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
 from transport.theory import effusion as theory
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 GAS = tp.Maxwellian(sigma=1.0, mass=2.0)

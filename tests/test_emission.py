@@ -13,21 +13,24 @@ import numpy as np
 import pytest
 
 from tests.agreement import assert_agrees
-from transport.bins import Positions
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.compile.layout import ABSORBED, BORN, LOST
-from transport.detectors import Detector
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
-from transport.materials import Black, Diffuse, Surface
-from transport.results.estimates import Batches, Estimate
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Surface
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.simulate import simulate
-from transport.sources import Isotropic, Lambertian, Source
-from transport.theory.emitters import point_flux_through_disk
-from transport.theory.sun import sphere_solid_angle
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
+from transport.theory.emitters import point_flux_through_disk, sphere_solid_angle
 from transport.theory.view_factors import coaxial_disks, opposed_rectangles, perpendicular_rectangles
 from transport.validation import SceneError
 

@@ -16,7 +16,7 @@ import pytest
 import transport as tp
 from sims import diffuse_box, sun
 from tests.agreement import assert_z_spread
-from transport.theory import emitters, gas
+from transport.theory import effusion, emitters
 
 SEEDS, PARTICLES, BATCHES = 2000, 10_000, 16
 RADIANCE, RADIUS = 100.0, 0.5
@@ -55,7 +55,7 @@ RUNS = {  # scene; name -> (estimate in its result, exact value)
     "gas": (
         _gas(),
         {
-            "flux of a gas": (lambda r: r["patch"].flux_in, gas.one_way_flux_density(1.0, 1.0)),
+            "flux of a gas": (lambda r: r["patch"].flux_in, effusion.one_way_flux_density(1.0, 1.0)),
             "net flux of a gas": (lambda r: r["patch"].net_flux_density, 0.0),
         },
     ),

@@ -10,7 +10,7 @@ import pytest
 
 from tests.agreement import assert_z_spread
 from tests.bench.error_bars import Way, scores
-from transport.estimators.methods import Method
+from transport.compile.methods import Method
 
 WAYS = (
     Way("cost_disks", 0, "flux", Method("aimed", "sobol")),

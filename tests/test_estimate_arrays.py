@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.synthetic import EDGES, EVEN_RUN, RUN, grid, noisy
-from transport.results.estimates import Batches, Estimate, EstimateArray
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.replicates import Batches
 
 
 def test_elements_and_slices_keep_names_and_edges():

@@ -7,7 +7,8 @@ import pytest
 
 from tests.agreement import assert_z_spread
 from tests.synthetic import EVEN_RUN, OTHER_RUN, RUN, noisy, with_error
-from transport.results.estimates import Batches, Estimate, EstimateArray
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.replicates import Batches
 from transport.units import UnitError
 
 # What an estimate says

@@ -15,7 +15,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread, smallest_bias
-from transport.exchange import counted_view_factor, view_factor_scene
+from transport.analysis.view_factors import counted_view_factor, view_factor_scene
 from transport.theory import occlusion, round_view_factors, view_factors
 
 FALSE_ALARM = 1e-5
@@ -149,8 +149,10 @@ def test_both_ways_are_one_and_the_factors_swapped_are_rejected():
 @pytest.mark.parametrize("is_aimed", [False, True])
 def test_every_way_of_counting_gives_the_same(start, is_aimed, monkeypatch):
     """Which one is taken is a matter of cost only."""
-    monkeypatch.setattr("transport.exchange._way", lambda a, b: (start, "b" if start == "a" else "a"))
-    monkeypatch.setattr("transport.exchange._is_far", lambda start, target: is_aimed)
+    monkeypatch.setattr(
+        "transport.analysis.view_factors._way", lambda a, b: (start, "b" if start == "a" else "a")
+    )
+    monkeypatch.setattr("transport.analysis.view_factors._is_far", lambda start, target: is_aimed)
     assert_agrees(counted(*disks(1, 0.7, 0.5)), view_factors.coaxial_disks(1, 0.7, 0.5), FALSE_ALARM)
     assert_agrees(counted(*corner(1, 0.3)), view_factors.perpendicular_rectangles(1, 0.3), FALSE_ALARM)
     balls = tp.Sphere(radius=1), tp.Sphere(center=(0, 0, 3), radius=0.5)

@@ -9,7 +9,7 @@ import pytest
 import transport as tp
 from sims import cost_disks
 from tests.test_choosing import glint
-from transport.experiment import run_experiment
+from transport.verification.experiment import run_experiment
 
 
 def experiment_that_runs(**run):

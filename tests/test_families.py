@@ -3,7 +3,7 @@
 import sys
 from threading import Barrier, Thread
 
-from transport.engine import families
+from transport.engine import registry
 
 SLOW = """
 import time
@@ -17,9 +17,9 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
     """As users' threads do that each begin a run: seven of eight raised "has no attribute 'begin'"."""
     file = tmp_path / "slow_family.py"
     file.write_text(SLOW, encoding="utf-8")
-    monkeypatch.setitem(sys.modules, "transport.engine.slow_family", None)
-    module, at_once, seen = families._unread(file), Barrier(4), []
-    assert type(module) is families.Unread
+    monkeypatch.setitem(sys.modules, "transport.engine.passes.slow_family", None)
+    module, at_once, seen = registry._unread(file), Barrier(4), []
+    assert type(module) is registry.Unread
 
     def look():
         at_once.wait()
@@ -35,8 +35,8 @@ def test_threads_that_look_at_once_see_a_module_that_is_read_to_its_end(tmp_path
 
 
 def test_what_is_put_into_a_file_before_it_is_read_stays(monkeypatch):
-    name = "transport.engine.told"
+    name = "transport.engine.passes.mis"
     monkeypatch.setitem(sys.modules, name, sys.modules[name])
-    module = families._unread(families.FOLDER / "told.py")
+    module = registry._unread(registry.FOLDER / "mis.py")
     module.tell_walls = "planted"
     assert module.tell_walls == "planted" and module.tell_collisions.name == "tell_collisions"

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
 import transport as tp
-import viz
 from tests.synthetic import EVEN_RUN, noisy
-from transport.results.estimates import EstimateArray
+from transport.statistics.estimates import EstimateArray
+from viz import cameras, convergence, irradiance, phase_density, power_flow, radiance
 from viz.convergence import course_of, strays
 from viz.places import places_of
 from viz.power_flow import PITCH, WHOLE, ends_of
@@ -84,7 +84,7 @@ def points_of(axes):
 
 
 def test_an_irradiance_map_and_its_cut_are_logarithmic_together(tmp_path, figures, result):
-    viz.irradiance_map(result["floor"], tmp_path / "map.png", decades=2)
+    irradiance.irradiance_map(result["floor"], tmp_path / "map.png", decades=2)
     values, cut = figures[0].axes[0], figures[0].axes[4]
     norm, (low, high) = values.images[0].norm, cut.get_ylim()
     assert cut.get_yscale() == "log"
@@ -94,7 +94,7 @@ def test_an_irradiance_map_and_its_cut_are_logarithmic_together(tmp_path, figure
 def test_an_irradiance_map_shows_the_values_their_relative_errors_and_a_cut(tmp_path, figures, result):
     path, floor = tmp_path / "map.png", result["floor"].irradiance
     exact = np.arange(32.0).reshape(8, 4)
-    assert viz.irradiance_map(result["floor"], path, exact=exact, row=1, note="small print") == path
+    assert irradiance.irradiance_map(result["floor"], path, exact=exact, row=1, note="small print") == path
     values, errors, cut = (figures[0].axes[k] for k in (0, 1, 4))
     np.testing.assert_array_equal(values.images[0].get_array(), floor.value.T)
     np.testing.assert_allclose(values.images[0].get_extent(), (-1, 1, -0.5, 0.5))
@@ -115,7 +115,7 @@ def test_an_irradiance_map_shows_the_values_their_relative_errors_and_a_cut(tmp_
 
 
 def test_a_disk_is_drawn_round_and_cut_from_rim_to_rim(tmp_path, figures, result):
-    viz.irradiance_map(result["round"], tmp_path / "map.png", row=2)
+    irradiance.irradiance_map(result["round"], tmp_path / "map.png", row=2)
     (mesh,) = figures[0].axes[0].findobj(QuadMesh)
     corners = mesh.get_coordinates().reshape(-1, 2)
     assert np.hypot(*corners.T).max() == pytest.approx(0.5)
@@ -151,12 +151,12 @@ SPOTS = {
 
 @pytest.mark.parametrize(("bright", "row"), SPOTS.values(), ids=SPOTS)
 def test_a_cut_runs_through_the_brightest_spot(tmp_path, figures, bright, row):
-    viz.irradiance_map(spots(bright), tmp_path / "map.png")
+    irradiance.irradiance_map(spots(bright), tmp_path / "map.png")
     np.testing.assert_allclose(figures[0].axes[0].lines[0].get_ydata(), row + 0.5)
 
 
 def test_a_cut_without_any_known_error_runs_through_the_greatest_value(tmp_path, figures):
-    viz.irradiance_map(spots({(2, 4): (9.0, 0.0)}, error=0.0), tmp_path / "map.png")
+    irradiance.irradiance_map(spots({(2, 4): (9.0, 0.0)}, error=0.0), tmp_path / "map.png")
     np.testing.assert_allclose(figures[0].axes[0].lines[0].get_ydata(), 4.5)
 
 
@@ -165,7 +165,7 @@ def test_a_cut_without_any_known_error_runs_through_the_greatest_value(tmp_path,
     [({(2, 3): (9.0, 0.02)}, 3), ({}, 0), ({(0, 2): (9.0, 0.95), (3, 1): (2.0, 0.02)}, 1)],
 )
 def test_a_cut_of_a_disk_starts_in_the_brightest_sector(tmp_path, figures, bright, sector):
-    viz.irradiance_map(spots(bright, tp.Disk(radius=4.0)), tmp_path / "map.png")
+    irradiance.irradiance_map(spots(bright, tp.Disk(radius=4.0)), tmp_path / "map.png")
     (x, y) = figures[0].axes[0].lines[0].get_data()
     assert math.degrees(math.atan2(y[-1], x[-1])) % 360 == pytest.approx(72 * sector + 36)
 
@@ -178,7 +178,7 @@ def test_a_tube_is_unrolled_with_its_azimuth_across_in_degrees(result):
 
 
 def test_bins_along_one_coordinate_are_a_cut_alone(tmp_path, figures, result):
-    viz.irradiance_map(result["rows"], tmp_path / "cut.png")
+    irradiance.irradiance_map(result["rows"], tmp_path / "cut.png")
     (axes,) = figures[0].axes
     np.testing.assert_allclose(points_of(axes)[0][1], result["rows"].irradiance.value)
 
@@ -211,22 +211,33 @@ def test_of_cells_in_space_one_layer_is_drawn(shape, at, taken):
     ("make", "message"),
     [
         (
-            lambda path, result: viz.irradiance_map(result["floor"], path, quantity="flux_in"),
+            lambda path, result: irradiance.irradiance_map(result["floor"], path, quantity="flux_in"),
             "has no bins of place",
         ),
-        (lambda path, result: viz.irradiance_map(result["floor"], path, exact=np.zeros(3)), r"bins \(8, 4\)"),
-        (lambda path, result: viz.irradiance_map(result["floor"], path, at={"z": 1}), r"no axes \['z'\]"),
         (
-            lambda path, result: viz.irradiance_map(cells(2, 3, dims=("time", "u")), path, quantity="glow"),
+            lambda path, result: irradiance.irradiance_map(result["floor"], path, exact=np.zeros(3)),
+            r"bins \(8, 4\)",
+        ),
+        (
+            lambda path, result: irradiance.irradiance_map(result["floor"], path, at={"z": 1}),
+            r"no axes \['z'\]",
+        ),
+        (
+            lambda path, result: irradiance.irradiance_map(
+                cells(2, 3, dims=("time", "u")), path, quantity="glow"
+            ),
             r"write at=\{'time': 0\}",
         ),
-        (lambda path, result: viz.convergence(result, "floor.irradiance", path), "take one of its bins"),
         (
-            lambda path, result: viz.convergence(result, result.ledger["emitted"], path),
+            lambda path, result: convergence.convergence(result, "floor.irradiance", path),
+            "take one of its bins",
+        ),
+        (
+            lambda path, result: convergence.convergence(result, result.ledger["emitted"], path),
             "needs batches that differ",
         ),
-        (lambda path, result: viz.phase_density(phase(dims=("x",)), path), "two are needed"),
-        (lambda path, result: viz.phase_density(phase(scale=0), path), "nothing was in the bins"),
+        (lambda path, result: phase_density.phase_density(phase(dims=("x",)), path), "two are needed"),
+        (lambda path, result: phase_density.phase_density(phase(scale=0), path), "nothing was in the bins"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_with_the_cure(tmp_path, result, make, message):
@@ -251,7 +262,7 @@ def phase(dims=("time", "x", "vx"), scale=1):
 @pytest.mark.parametrize("decades", [None, 2.0])
 def test_phase_density_stands_above_its_relative_error_at_each_time(tmp_path, figures, decades):
     reading, path = phase(), tmp_path / "phase.png"
-    assert viz.phase_density(reading, path, times=(0, 2), decades=decades) == path
+    assert phase_density.phase_density(reading, path, times=(0, 2), decades=decades) == path
     axes = figures[0].axes
     for column, time in enumerate((0, 2)):
         density = reading.density[time]
@@ -298,7 +309,7 @@ def test_standard_errors_of_few_batches_fall_within_the_grey_band():
 
 def test_convergence_is_drawn_with_guide_seconds_and_exact_value(tmp_path, figures, result):
     path = tmp_path / "course.png"
-    assert viz.convergence(result, "floor.flux_in", path, exact=8.0, title="Settles") == path
+    assert convergence.convergence(result, "floor.flux_in", path, exact=8.0, title="Settles") == path
     upper, lower = figures[0].axes[:2]
     course = course_of(result["floor"].flux_in)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), course.value)
@@ -323,7 +334,7 @@ def crowd(result):
 @pytest.mark.parametrize("kind", ["of a run", "many and small"])
 def test_the_flow_is_to_scale_and_adds_up_to_what_was_emitted(tmp_path, figures, result, kind):
     path, shown = tmp_path / "flow.png", result if kind == "of a run" else crowd(result)
-    assert viz.power_flow(shown, path) == path
+    assert power_flow.power_flow(shown, path) == path
     (axes,) = figures[0].axes
     ends = ends_of(shown)
     bands = [patch for patch in axes.patches if isinstance(patch, PathPatch)]
@@ -367,7 +378,7 @@ def sight(dark=False):
 
 def test_a_picture_stands_beside_its_relative_errors_in_percent(tmp_path, figures):
     reading = sight()
-    viz.seen(reading, tmp_path / "seen.png")
+    cameras.seen(reading, tmp_path / "seen.png")
     left, right = (figures[0].axes[k].images[0].get_array() for k in (0, 1))
     lit = reading.image() > 0
     np.testing.assert_allclose(left[lit], reading.image()[lit])
@@ -375,7 +386,7 @@ def test_a_picture_stands_beside_its_relative_errors_in_percent(tmp_path, figure
     assert np.ma.getmaskarray(right)[~lit].all()
     assert {"hatched: no error known", "relative standard error  [%]"} <= set(words(figures[0]).splitlines())
     with pytest.raises(ValueError, match="saw no light at all"):
-        viz.seen(sight(dark=True), tmp_path / "dark.png")
+        cameras.seen(sight(dark=True), tmp_path / "dark.png")
 
 
 def test_a_lamp_is_on_the_same_side_of_a_map_as_of_the_cameras_picture(tmp_path, figures):
@@ -386,7 +397,7 @@ def test_a_lamp_is_on_the_same_side_of_a_map_as_of_the_cameras_picture(tmp_path,
     around = tp.EnvironmentMap(name="around", theta=18, phi=32, **here)
     for instrument, ahead in ((camera, 11.5), (around, 90.0)):
         result = tp.simulate(tp.Scene([lamp], (), [instrument]), 50_000, seed=2, progress=False)
-        viz.seen(result[instrument.name], tmp_path / f"{instrument.name}.png")
+        cameras.seen(result[instrument.name], tmp_path / f"{instrument.name}.png")
         axes = figures[-1].axes[0]
         if instrument is camera:
             (drawn,) = axes.images
@@ -411,8 +422,8 @@ def test_a_lamp_at_the_side_of_u_is_on_the_right_of_a_floors_plans_by_place_and_
         tp.Detector(tp.Disk(radius=0.2), "directions", directions=tp.Directions(theta=9, phi=16)),
     ]
     result = tp.simulate(tp.Scene([lamp], (), meters), 50_000, seed=3, progress=False)
-    viz.irradiance_map(result["places"], tmp_path / "places.png")
-    viz.radiance_map(result["directions"].radiance, tmp_path / "directions.png")
+    irradiance.irradiance_map(result["places"], tmp_path / "places.png")
+    radiance.radiance_map(result["directions"].radiance, tmp_path / "directions.png")
     by_place = figures[0].axes[0].images[0].get_array().mean(axis=0)
     assert by_place.argmax() > 5
     (mesh,) = figures[1].axes[0].findobj(QuadMesh)
@@ -427,7 +438,7 @@ def test_a_lamp_above_a_ball_lights_the_top_of_its_map(tmp_path, figures):
     lamp = tp.Source(tp.Disk(center=(0, 0, 3), normal=(0, 0, -1), radius=0.5), tp.Lambertian(power=1.0))
     ball = tp.Detector(tp.Sphere(radius=1.0), "ball", positions=tp.Positions(u=6, v=8))
     result = tp.simulate(tp.Scene([lamp], (), [ball]), 50_000, seed=4, progress=False)
-    viz.irradiance_map(result["ball"], tmp_path / "ball.png")
+    irradiance.irradiance_map(result["ball"], tmp_path / "ball.png")
     axes = figures[0].axes[0]
     pole, floor = axes.transData.transform([(0, 0), (0, 180)])[:, 1]
     assert pole > floor
@@ -438,5 +449,5 @@ def test_names_with_dollar_signs_are_no_formulas(tmp_path, figures, result):
     emitted, name = result.ledger["emitted"], r"a $\bad{$ b"
     crowded = crowd(result)
     crowded.ledger.absorbed_by = {name: emitted}
-    viz.power_flow(crowded, tmp_path / "flow.png")
+    power_flow.power_flow(crowded, tmp_path / "flow.png")
     assert rf"absorbed by {as_it_stands(name)}" in words(figures[0])

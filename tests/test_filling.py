@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from tests.body_scenes import AFAR, GRID, LAMP, M, T, V, can, corner, filled, lens, stack
 from tests.refusals import assert_refused
-from transport.bodies.listing import has_media, media_at
+from transport.scene.bodies import has_media, media_at
 
 # ---- what is built ----
 

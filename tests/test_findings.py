@@ -18,18 +18,21 @@ import transport as tp
 from tests.bench.trust import judge_rooms, named_runs
 from tests.html_pages import page
 from tests.specular_scenes import CASES
-from transport.command.cli import app
-from transport.compile.expected import _slanted
+from transport.cli.commands import app
 from transport.compile.layout import SIZE_CELLS
-from transport.compile.sizes import EDGES
-from transport.results import findings, proofs
-from transport.results.backward_readings import missing_of_cells
-from transport.results.diagnostics import DIAGNOSTICS
-from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.results.findings import MIN_SCORES, Finding, carried, unknown_of_error, unseen_scores
-from transport.results.path_classes import ALL_LIGHT
-from transport.results.proofs import bound_by_lines, bound_by_probe, mirrors_of
-from transport.results.quality import quality_of
+from transport.compile.next_event import _slanted
+from transport.compile.volumes import EDGES
+from transport.results.backward import missing_of_cells
+from transport.results.diagnostics import proofs
+from transport.results.diagnostics.path_classes import ALL_LIGHT
+from transport.results.diagnostics.proofs import bound_by_lines, bound_by_probe, mirrors_of
+from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.statistics import findings
+from transport.statistics.batches import MIN_SCORES
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.findings import Finding, carried, unknown_of_error, unseen_scores
+from transport.statistics.quality import quality_of
+from transport.statistics.replicates import Batches
 
 RUN = Batches(np.full(32, 100))
 LAMP = tp.Source(tp.Disk(center=(0, 0, 1.9), normal=(0, 0, -1), radius=0.05), tp.Lambertian(power=100.0))
@@ -686,7 +689,7 @@ def test_the_table_of_diagnostics_is_printed_and_knows_every_finding():
     result = tp.simulate(mirror(), 2000, seed=1, estimator="analog", progress=False)
     assert {finding.name for finding in result.findings} <= names
     results = Path(findings.__file__).parent
-    code = "".join(path.read_text() for path in results.glob("*.py"))
+    code = "".join(path.read_text() for path in results.rglob("*.py"))
     written = set(re.findall(r"""(?:\bname=|_note\()"(.+?)\"""", code))
     assert len(written) > 12 and written <= names
     assert {findings.FEW_CARRIERS, findings.UNKNOWN, ALL_LIGHT} <= names

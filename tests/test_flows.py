@@ -13,10 +13,10 @@ import pytest
 import transport as tp
 from sims import flows
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
-from transport.theory import gas
-from transport.theory.prisms import in_oblique_prism
-from viz import Starts, prisms
+from transport.theory import effusion
+from transport.theory.solid_angles import in_oblique_prism
+from transport.verification.experiment import run_experiment
+from viz.prisms import Starts, prisms
 
 FALSE_ALARM = 1e-5
 PARTICLES = 400_000
@@ -120,7 +120,7 @@ def test_each_side_counts_its_own_positive_cosine(angle):
     assert_agrees(outcome[here].estimate, outcome[here].exact, FALSE_ALARM)
     assert outcome[there].estimate.value == 0 == outcome[there].exact
     assert_agrees(outcome[flows.NET].estimate, outcome[flows.NET].exact, FALSE_ALARM)
-    net = gas.net_flux_density(1e6, 500.0, math.cos(math.radians(angle)))
+    net = effusion.net_flux_density(1e6, 500.0, math.cos(math.radians(angle)))
     assert outcome[flows.NET].exact == pytest.approx(net, rel=1e-15)
 
 

@@ -13,8 +13,8 @@ import pytest
 import transport as tp
 from sims import fog
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
 from transport.theory import attenuation
+from transport.verification.experiment import run_experiment
 from viz.directions import direction_bins
 from viz.views import _means, _norm, _shown_on_map
 

@@ -24,8 +24,8 @@ from tests.free_flights import (
     worst,
 )
 from transport.compile import layout
-from transport.engine import collisions, forcing
 from transport.engine.bundle import LANES
+from transport.engine.passes import collisions, variance_reduction
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def exponential_cells(cells=64):
     return -np.log(np.maximum(survival, 1e-300)), -np.diff(survival)
 
 
-@pytest.mark.parametrize("fly", [collisions.fly, forcing.fly_or_be_forced], ids=lambda p: p.name)
+@pytest.mark.parametrize("fly", [collisions.fly, variance_reduction.fly_or_be_forced], ids=lambda p: p.name)
 def test_free_paths_follow_the_exponential_law(fly):
     path = flights(ROUNDS, fly, start=np.linspace(-1, 1, LANES), mfp=np.geomspace(1e-3, 1e3, LANES))[0]
     edges, probabilities = exponential_cells()
@@ -72,7 +72,7 @@ def test_what_waits_is_dead_or_meets_nothing_is_left_alone():
     lanes["hit"] = np.where(np.arange(LANES) % 4 == 0, 1, 0)
     lanes["distance"] = np.where(np.arange(LANES) % 4 == 1, np.inf, 0.5)
     lanes["weight"] = np.where(np.arange(LANES) % 4 == 2, 0.0, 1.0)
-    for step in (collisions.fly, forcing.fly_or_be_forced):
+    for step in (collisions.fly, variance_reduction.fly_or_be_forced):
         before = {name: lanes[name] for name in ("distance", "event", "start", "x")}
         lanes.run(step)
         still = np.arange(LANES) % 4 != 3
@@ -110,7 +110,7 @@ def test_a_collision_is_at_the_end_of_its_path_and_only_there():
 def test_extreme_draws_make_finite_paths(word, mfp, monkeypatch):
     """Plain Python with a stream of zeros, and of ones: no path is 0 or longer than 37 mean ones; none in vacuum ends."""
     draw_only(word, monkeypatch)
-    for step in (collisions.fly, forcing.fly_or_be_forced):
+    for step in (collisions.fly, variance_reduction.fly_or_be_forced):
         lanes = Lanes(mfp=mfp).run_plainly(step)
         depth = lanes["distance"] / mfp if 1e-200 < mfp < math.inf else lanes["distance"]
         assert (np.isinf(depth) if mfp == math.inf else (depth > 0) & (depth < 37.5)).all()

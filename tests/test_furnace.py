@@ -15,14 +15,15 @@ import transport as tp
 from sims import furnace
 from sims.furnace import CHI_SQUARE, DARK, ESCAPED, LOSSLESS, OWN
 from tests.agreement import assert_agrees, assert_z_spread
-from transport.experiment import run_experiment
-from transport.materials import Material, simple_parts
-from transport.results.estimates import Batches, Estimate
-from transport.shapes import Shape
-from transport.shapes.flat import FlatShape
-from transport.shapes.revolved import Revolved
+from transport.geometry.flat import FlatShape
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Shape
+from transport.scene.materials import Material, simple_parts
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
 from transport.theory import fresnel, microfacets
-from transport.theory.equilibrium import chi_square_values, escape_cosine
+from transport.theory.enclosures import chi_square_values, escape_cosine
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 LEAVING = ("radiance_out",)

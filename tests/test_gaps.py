@@ -12,8 +12,8 @@ import pytest
 import transport as tp
 from tests.body_scenes import LAMP, M, T, V, can, filled
 from tests.refusals import assert_refused
-from transport.bodies.listing import media_at
-from transport.shapes.distances import least_distance
+from transport.geometry.distances import least_distance
+from transport.scene.bodies import media_at
 
 FOG = M(1.0, 2.0)
 
@@ -21,7 +21,7 @@ FOG = M(1.0, 2.0)
 class Part(NamedTuple):
     """A shape, and whether the body is in front of it."""
 
-    shape: tp.shapes.Shape
+    shape: tp.geometry.shape.Shape
     is_front: bool = False
 
 

@@ -15,8 +15,8 @@ import transport as tp
 from sims import glow
 from sims.glow import ESCAPED, SHARE
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
 from transport.theory import glow as theory
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 SCENE = glow.scene()

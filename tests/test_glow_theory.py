@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from transport.theory import glow
-from transport.theory.chords import mean_chord
+from transport.theory.enclosures import mean_chord
 
 EDGES = np.array([0.0, 0.2, 0.7, 0.95, 1.0])
 

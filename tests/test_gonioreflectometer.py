@@ -15,8 +15,8 @@ import transport as tp
 from sims import gonioreflectometer as sim
 from sims.gonioreflectometer import ALBEDO, EYE, HERE, LAMP, NARROW, RATIO, SAMPLES, THERE, law_of
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
 from transport.theory import goniometry, microfacets
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 SPECULAR = "f at 42° to 48°"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.results.grazing import _is_sure
+from transport.results.diagnostics.rays import _is_sure
 
 DISK = tp.Disk(radius=0.5)
 METER = tp.Detector(DISK, "meter")

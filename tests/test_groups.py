@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from transport.cluster.groups import Groups, Pace
+from transport.run.dask.client import Groups, Pace
 
 
 def test_groups_take_half_a_second_and_less_towards_the_end():

@@ -8,12 +8,12 @@ import shlex
 import pytest
 import typer
 
-from transport.command.cli import app
-from transport.command.reference import command_pages
-from transport.command.settings import named_errors, named_values, number, tracking_of, whole_number
-from transport.estimators.methods import ESTIMATORS, SAMPLINGS
-from transport.experiment import experiment
-from transport.hard.cases import families
+from transport.cli.commands import app
+from transport.cli.docs import command_pages
+from transport.cli.options import named_errors, named_values, number, tracking_of, whole_number
+from transport.compile.methods import ESTIMATORS, SAMPLINGS
+from transport.verification.experiment import experiment
+from transport.verification.hard.cases import families
 
 HELP = dict(command_pages(typer.main.get_command(app)))
 

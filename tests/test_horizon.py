@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.refusals import LAMP, WALL, assert_refused, meter
-from transport.bins import Directions
-from transport.detectors import Detector
-from transport.horizon import is_in_sight
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Slab, Sphere
+from transport.geometry.flat import Disk, Slab
+from transport.geometry.solid import Box, Sphere
+from transport.geometry.solid_angles import projected_solid_angles
+from transport.scene.bins import Directions, is_in_sight
+from transport.scene.detectors import Detector
+from transport.scene.scene import Scene
 from transport.simulate import simulate
-from transport.theory.world_bins import projected_solid_angles
 from transport.vectors import unit_vector
 
 BELOW = {

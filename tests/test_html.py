@@ -14,13 +14,12 @@ from tests import plain_scenes
 from tests.browser import CHROMIUM, Browser
 from tests.html_pages import Page, column, page
 from tests.synthetic import EVEN_RUN, grid, noisy
-from transport.html.bars import FILL
-from transport.html.elements import STYLE, framed
-from transport.html.scenes import MOST_ROWS
-from transport.html.typesetting import plain_typeset, typeset
-from transport.pricing.slopes import Pace
-from transport.pricing.ways import Point, Way
-from transport.results.estimates import Estimate
+from transport.analysis.work_precision import Point, Way
+from transport.io.html.charts import FILL
+from transport.io.html.elements import STYLE, framed, plain_typeset, typeset
+from transport.io.html.scenes import MOST_ROWS
+from transport.statistics.convergence import Pace
+from transport.statistics.estimates import Estimate
 
 HOSTILE = """<i>"meter"</i> & co <script>alert(1)</script> e-9 ^2 {} %s"""
 
@@ -157,11 +156,11 @@ def test_prices_say_what_their_text_says():
 
 
 def test_a_reading_of_very_many_bins_works_out_one_of_its_quantities(monkeypatch, foggy):
-    from transport.html import readings
+    from transport.io.html import estimates
 
     result = tp.Result(foggy.plan, foggy.batches, 1, None, True, [])
     top = result[HOSTILE + "top"]
-    monkeypatch.setattr(readings, "HEAVY", 100)
+    monkeypatch.setattr(estimates, "HEAVY", 100)
     assert "not computed for so many bins" in page(top).text
     assert "intensity" in vars(top) and "intensity_out" not in vars(top)
 
@@ -227,7 +226,7 @@ def _shine(colour):
 
 
 def test_html_needs_nothing_but_numpy():
-    folder = Path(tp.__file__).parent / "html"
+    folder = Path(tp.__file__).parent / "io" / "html"
     known = {*sys.stdlib_module_names, "numpy", "transport"}
     for path in sorted(folder.glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

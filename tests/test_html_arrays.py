@@ -12,11 +12,9 @@ import pytest
 import transport as tp
 from tests.html_pages import column, page
 from tests.synthetic import EVEN_RUN, RUN, grid
-from transport.html.bars import HEIGHT, thumbnail
-from transport.html.gathering import gathered, gathered_edges
-from transport.html.rasters import VIRIDIS, png_url, shade
-from transport.html.scales import scale_of
-from transport.results.estimates import EstimateArray
+from transport.io.html.charts import HEIGHT, gathered, gathered_edges, scale_of, thumbnail
+from transport.io.html.maps import VIRIDIS, png_url, shade
+from transport.statistics.estimates import EstimateArray
 
 
 def test_an_array_tells_its_range_and_some_of_its_bins():
@@ -193,7 +191,7 @@ def test_of_many_axes_the_cut_through_the_largest_value_is_told():
         column(np.ones(9), "speed", np.r_[np.arange(9.0), np.inf]),
         EstimateArray(
             np.ones((1, 3, 1)),
-            tp.results.estimates.Batches([5]),
+            tp.statistics.estimates.Batches([5]),
             "1",
             ("x", "y"),
             {"x": [0, 1, 2, 3], "y": [0, 1]},
@@ -224,7 +222,7 @@ def test_a_million_cells_cost_little_and_make_no_long_page(shape):
     names = ("x", "y", "z")[: len(shape)]
     values = np.random.default_rng(1).normal(5, 1, size=(2, *shape))
     edges = {name: np.linspace(0, 1, n + 1) for name, n in zip(names, shape, strict=True)}
-    array = EstimateArray(values, tp.results.estimates.Batches([5, 5]), "W", names, edges)
+    array = EstimateArray(values, tp.statistics.estimates.Batches([5, 5]), "W", names, edges)
     repr(array)
     start = time.process_time()
     html = array._repr_html_()

@@ -6,20 +6,20 @@ import pytest
 
 import transport as tp
 from tests.test_saved import SMALL
-from transport.runs import running
+from transport.run import run
 
 TOLD = "2 batches for 3 threads leave 1 of them idle; start the run with batches={} or more"
 
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
-    monkeypatch.setattr(running, "SHORT", 0.0)
-    monkeypatch.setattr(running, "GLANCE", 0.0)
+    monkeypatch.setattr(run, "SHORT", 0.0)
+    monkeypatch.setattr(run, "GLANCE", 0.0)
 
 
 @pytest.mark.parametrize(("more", "enough"), [({"batches": 2}, 3), ({"batches": 8, "part": (1, 4)}, 12)])
 def test_idle_threads_are_told_of_once(more, enough):
-    with pytest.warns(running.IdleWarning) as told:
+    with pytest.warns(run.IdleWarning) as told:
         result = tp.simulate(SMALL, particles=20_000, threads=3, **more)
     assert len(told) == 1 and TOLD.format(enough) in str(told[0].message)
     assert sum(TOLD.format(enough) in warning for warning in result.warnings) == 1

@@ -7,7 +7,8 @@ import pytest
 
 from tests.agreement import assert_z_spread
 from tests.synthetic import OTHER_RUN, noisy
-from transport.results.estimates import Batches, Estimate, EstimateArray
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.replicates import Batches
 
 
 def test_errors_of_independent_runs_add_in_quadrature():

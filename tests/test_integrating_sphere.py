@@ -15,9 +15,9 @@ import pytest
 import transport as tp
 from sims import integrating_sphere as sim
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
 from transport.theory import enclosures
-from transport.theory import integrating_sphere as theory
+from transport.theory import enclosures as theory
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 REFERENCES = {  # D.integrating_sphere: albedo and port to multiplier and wall hits

@@ -12,8 +12,9 @@ import pytest
 import transport as tp
 from sims import lambert_disk
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
-from transport.theory import solid_angles
+from transport.geometry import solid_angles
+from transport.theory import solid_angles as solid_angles_theory
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 RADIANCE, RADIUS = 100.0, 0.5
@@ -91,7 +92,7 @@ def test_a_ball_reads_the_fluence_rate_whatever_its_size(distance, ball):
     solid_angle = 2 * math.pi * (1 - distance / math.hypot(distance, RADIUS))
     assert_agrees(reading, RADIANCE * solid_angle, FALSE_ALARM)
     assert_rejected(reading, RADIANCE * solid_angle / 4)  # flux over the area 4 π r²
-    projected = solid_angles.disk_projected_solid_angle(RADIUS, distance)
+    projected = solid_angles_theory.disk_projected_solid_angle(RADIUS, distance)
     if distance < 20:
         assert_rejected(reading, RADIANCE * projected)  # the irradiance of a plate
 

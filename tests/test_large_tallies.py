@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport import free_memory
-from transport.compile import compile_scene
-from transport.results import aside, footprint, in_parts, packed, stacked
-from transport.results.in_parts import InParts
-from transport.results.packed import Packed
-from transport.runs import memory
-from transport.runs.limits import checked_limits
-from transport.runs.schedules import batches_in, schedule_for
+from transport.compile.compiler import compile_scene
+from transport.results import footprint
+from transport.run import memory
+from transport.run.schedules import batches_in, schedule_for
+from transport.run.settings import checked_limits
+from transport.statistics import chunked, packed
+from transport.statistics.chunked import InParts
+from transport.statistics.packed import Packed
 
 
 def room(**bins):
@@ -107,12 +107,12 @@ def small_parts(monkeypatch):
     """Columns packed, in small pages and aside, and readings made of small parts."""
 
     def begin():
-        monkeypatch.setattr(aside, "LARGE", 1)
+        monkeypatch.setattr(chunked, "LARGE", 1)
         monkeypatch.setattr(packed, "MOST_PLAIN", 0)
         monkeypatch.setattr(packed, "PAGE", 64)
         monkeypatch.setattr(packed, "STRETCH", 256)
-        monkeypatch.setattr(stacked, "MOST_AT_ONCE", 300)
-        for module in (stacked, in_parts):
+        monkeypatch.setattr(chunked, "MOST_AT_ONCE", 300)
+        for module in (chunked, chunked):
             monkeypatch.setattr(module, "MOST_OF_A_PART", 500)
 
     return begin
@@ -259,17 +259,17 @@ def test_what_is_left_is_the_least_that_the_system_and_the_control_groups_leave(
     (groups / "a/b").mkdir(parents=True)
     (proc / "meminfo").write_text("MemTotal: 9000 kB\nMemAvailable:    8000 kB\n")
     (proc / "self/cgroup").write_text("0::/a/b\n")
-    monkeypatch.setattr(free_memory, "PROC", proc)
-    monkeypatch.setattr(free_memory, "GROUPS", groups)
-    assert free_memory.memory_left() == 8000 * 1024
+    monkeypatch.setattr(chunked, "PROC", proc)
+    monkeypatch.setattr(chunked, "GROUPS", groups)
+    assert chunked.memory_left() == 8000 * 1024
     for where, most in (("a/b", "max"), ("a", "5000000")):
         (groups / where / "memory.max").write_text(f"{most}\n")
         (groups / where / "memory.current").write_text("3000000\n")
         (groups / where / "memory.stat").write_text("anon 5\ninactive_file 1000000\n")
-    assert free_memory.memory_left() == 3_000_000
+    assert chunked.memory_left() == 3_000_000
     (proc / "meminfo").unlink()
     (groups / "a/memory.max").unlink()
-    assert free_memory.memory_left() is None
+    assert chunked.memory_left() is None
 
 
 def test_the_report_says_why_there_are_fewer_batches(monkeypatch):

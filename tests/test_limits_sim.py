@@ -13,12 +13,12 @@ import pytest
 from scipy.special import chdtr, chdtrc
 
 import transport as tp
-import viz
 from sims import limits
 from sims.limits import BINS, ELEMENTS, MIDDLE, PARTS, POINTS
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
-from transport.theory import counting, emitters, penumbra, sectors
+from transport.theory import counting, emitters, shadows, solid_angles
+from transport.verification.experiment import run_experiment
+from viz import resolution, tradeoff
 from viz.resolution import grouped
 
 FALSE_ALARM = 1e-5
@@ -60,38 +60,38 @@ def test_visible_part_of_a_disk_is_that_of_the_collection():
     u = np.array([-1, -0.9, -0.5, -0.1, 0, 0.1, 0.5, 0.9, 1])
     exact = [1, 0.9813069632657506, 0.8044988905221148, 0.563555714215231, 0.5, 0.4364442857847691]
     exact += [0.19550110947788538, 0.018693036734249324, 0]  # B.penumbra_small_angle
-    assert penumbra.visible_fraction(u) == pytest.approx(exact, abs=1e-15)
-    assert penumbra.visible_fraction(np.array([-3.0, 3.0])).tolist() == [1, 0]
+    assert shadows.visible_fraction(u) == pytest.approx(exact, abs=1e-15)
+    assert shadows.visible_fraction(np.array([-3.0, 3.0])).tolist() == [1, 0]
 
 
 def test_penumbra_of_a_small_source_tends_to_the_visible_part():
     """The difference falls with the square of the angles."""
     off = []
     for radius in (0.02, 0.01):
-        x = -penumbra.half_width(radius, 1, 2) * 0.5
-        value = penumbra.geometry_at(x, (-radius, radius), radius, 1, 2)
-        off.append(value / (penumbra.visible_fraction(0.5) * math.pi * radius**2 / 4) - 1)
+        x = -shadows.half_width(radius, 1, 2) * 0.5
+        value = shadows.geometry_at(x, (-radius, radius), radius, 1, 2)
+        off.append(value / (shadows.visible_fraction(0.5) * math.pi * radius**2 / 4) - 1)
     assert off[0] / off[1] == pytest.approx(4, rel=1e-3)
     assert abs(off[1]) < 2e-4
 
 
 def test_beyond_the_penumbra_the_whole_disk_shines_or_nothing():
     """Edges 1e-6 apart at 0.06 leave eleven digits of their distance."""
-    lit = penumbra.geometry_means([0.06, 0.060001], (-1e-9, 1e-9), *GEOMETRY[1:])[0]
+    lit = shadows.geometry_means([0.06, 0.060001], (-1e-9, 1e-9), *GEOMETRY[1:])[0]
     assert lit == pytest.approx(emitters.disk_irradiance(1.0, 0.05, 2.0, 0.0600005), rel=1e-10)
-    assert penumbra.geometry_means([-0.08, -0.06], *GEOMETRY)[0] == 0
+    assert shadows.geometry_means([-0.08, -0.06], *GEOMETRY)[0] == 0
 
 
 def test_means_over_strips_add_up_and_their_nodes_suffice(monkeypatch):
     edges = np.linspace(-0.08, 0.07, 7)  # the ends of the penumbra lie within bins
     for power in (1, 2):
-        fine = penumbra.geometry_means(edges, *GEOMETRY, power)
-        whole = penumbra.geometry_means(edges[[0, -1]], *GEOMETRY, power)[0]
+        fine = shadows.geometry_means(edges, *GEOMETRY, power)
+        whole = shadows.geometry_means(edges[[0, -1]], *GEOMETRY, power)[0]
         assert fine.mean() == pytest.approx(whole, rel=1e-8)
         with monkeypatch.context() as patch:
-            patch.setattr(penumbra, "ACROSS", 2 * penumbra.ACROSS)
-            patch.setattr(penumbra, "ALONG", 2 * penumbra.ALONG)
-            assert fine == pytest.approx(penumbra.geometry_means(edges, *GEOMETRY, power), rel=1e-8)
+            patch.setattr(shadows, "PENUMBRA_ACROSS", 2 * shadows.PENUMBRA_ACROSS)
+            patch.setattr(shadows, "PENUMBRA_ALONG", 2 * shadows.PENUMBRA_ALONG)
+            assert fine == pytest.approx(shadows.geometry_means(edges, *GEOMETRY, power), rel=1e-8)
 
 
 def test_means_over_strips_are_those_of_many_points():
@@ -103,24 +103,24 @@ def test_means_over_strips_are_those_of_many_points():
     big_x, big_y = (r[:, None] * f(phi) for f in (np.cos, np.sin))
     g = 4 / ((x - big_x.ravel()) ** 2 + (y - big_y.ravel()) ** 2 + 4) ** 2 * (big_x.ravel() > -x)
     for power in (1, 2):
-        value = penumbra.geometry_means([-0.02, 0.01], *GEOMETRY, power)[0]
+        value = shadows.geometry_means([-0.02, 0.01], *GEOMETRY, power)[0]
         assert value == pytest.approx((g**power).mean() * math.pi * 0.05**2, rel=1e-3)
 
 
 def test_sectors_of_a_disk_add_up_to_all_of_it():
     for edges in (np.linspace(-math.pi, math.pi, 98), np.array([-1.0, -0.2, 0.05, 0.19, 1.2])):
-        parts = sectors.projected_solid_angle_in(edges, *DISK)
+        parts = solid_angles.projected_solid_angle_in(edges, *DISK)
         assert parts.sum() == pytest.approx(emitters.disk_irradiance(1.0, 0.2, 1.0, 1.0), rel=1e-14)
         assert (parts >= 0).all()
 
 
 def test_a_narrow_sector_holds_what_its_middle_says():
     phi = np.array([-0.15, 0.0, 0.1])
-    narrow = [sectors.projected_solid_angle_in([p - 1e-5, p + 1e-5], *DISK)[0] / 2e-5 for p in phi]
-    assert narrow == pytest.approx(sectors.projected_solid_angle_a_radian(phi, *DISK), rel=1e-6)
-    assert sectors.projected_solid_angle_a_radian(0.3, *DISK) == 0
+    narrow = [solid_angles.projected_solid_angle_in([p - 1e-5, p + 1e-5], *DISK)[0] / 2e-5 for p in phi]
+    assert narrow == pytest.approx(solid_angles.projected_solid_angle_a_radian(phi, *DISK), rel=1e-6)
+    assert solid_angles.projected_solid_angle_a_radian(0.3, *DISK) == 0
     with pytest.raises(ValueError, match="exceed"):
-        sectors.projected_solid_angle_in([-1, 1], 1.0, 0.5, 1.0)
+        solid_angles.projected_solid_angle_in([-1, 1], 1.0, 0.5, 1.0)
 
 
 def test_squared_weights_are_those_of_many_points():
@@ -131,10 +131,10 @@ def test_squared_weights_are_those_of_many_points():
     g = 1 / (x**2 + y**2 + 1) ** 2
     inside = np.abs(np.arctan2(y, x)) < 0.1
     area = math.pi * 0.2**2
-    assert sectors.projected_solid_angle_in([-0.1, 0.1], *DISK)[0] == pytest.approx(
+    assert solid_angles.projected_solid_angle_in([-0.1, 0.1], *DISK)[0] == pytest.approx(
         (g * inside).mean() * area, 1e-3
     )
-    assert sectors.squared_weights_in([-0.1, 0.1], *DISK)[0] == pytest.approx(
+    assert solid_angles.squared_weights_in([-0.1, 0.1], *DISK)[0] == pytest.approx(
         (g**2 * inside).mean() * area, 1e-3
     )
 
@@ -195,15 +195,15 @@ def test_a_penumbra_taken_for_small_angles_is_rejected():
         assert agrees(estimate, exact), name
     limit = limits.Penumbra(0.2)
     x = limit.place + limit.span * np.linspace(-1, 1, 20_001)
-    u = -x / penumbra.half_width(0.2, limit.gap, limit.distance)
-    small = limits.RADIANCE * penumbra.visible_fraction(u).mean() * math.pi * 0.2**2 / limit.distance**2
+    u = -x / shadows.half_width(0.2, limit.gap, limit.distance)
+    small = limits.RADIANCE * shadows.visible_fraction(u).mean() * math.pi * 0.2**2 / limit.distance**2
     assert not agrees(list(found.values())[-1], small)
 
 
 def test_a_forgotten_second_disk_and_the_value_at_the_point_are_rejected(results):
     limit = limits.limit_of(results["solid angle"].scene)
     widest = list(limits.measure(results["solid angle"]).values())[-1]
-    alone = sectors.sector_moments(
+    alone = solid_angles.sector_moments(
         [-limit.span], [limit.span], limit.mu_range, (0.0,), limits.RADIANCE, *DISK
     ).mean[0]
     assert agrees(widest, limit.moments(np.array([-limit.span]), np.array([limit.span])).mean[0])
@@ -296,6 +296,6 @@ def test_elements_are_grouped_about_the_middle():
 
 def test_figures_without_a_panel_are_refused(tmp_path):
     with pytest.raises(ValueError, match="panel"):
-        viz.tradeoff({}, tmp_path / "a.png", "deviation")
+        tradeoff.tradeoff({}, tmp_path / "a.png", "deviation")
     with pytest.raises(ValueError, match="column"):
-        viz.resolutions({}, tmp_path / "b.png")
+        resolution.resolutions({}, tmp_path / "b.png")

@@ -17,8 +17,9 @@ import transport as tp
 from sims import magnifier
 from sims.magnifier import BEHIND, E_FOCUS, E_FRONT, FOCAL, GAIN, L_FRONT, SUN
 from tests.agreement import assert_agrees, smallest_bias
-from transport.results.estimates import Batches, Estimate
-from transport.theory import emitters, fresnel, glass_lenses, lenses
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
+from transport.theory import emitters, fresnel, lenses
 from transport.theory.optical_paths import (
     Rays,
     bend,
@@ -78,10 +79,10 @@ def test_focal_lengths_are_those_of_traced_rays():
     assert lenses.ball_focal_length(1.0, 1.5) == pytest.approx(1.5, rel=1e-15)
     assert lenses.ball_axis_crossing(1e-5, 1.0, 1.5) == pytest.approx(1.5, rel=1e-9)
     thick = 0.3
-    faces = glass_lenses.biconvex(0.0, math.sqrt(4 - (2 - thick / 2) ** 2), 2.0)
+    faces = lenses.biconvex(0.0, math.sqrt(4 - (2 - thick / 2) ** 2), 2.0)
     focal = lenses.lens_focal_length(2.0, thick, 1.5)
     back = focal * (1 - 0.5 * thick / (1.5 * 2.0))
-    behind = glass_lenses.trace(parallel(1e-5, 1.0), turned_over(faces), 1.5)
+    behind = lenses.trace(parallel(1e-5, 1.0), turned_over(faces), 1.5)
     assert -crossing(behind) - thick / 2 == pytest.approx(back, rel=1e-8)
 
 
@@ -112,10 +113,10 @@ def test_a_ball_turns_rays_by_its_closed_form(height):
 
 
 def test_a_way_through_glass_can_be_gone_back():
-    faces = glass_lenses.biconvex(0.085, 0.0425, 0.1)
-    there = glass_lenses.trace(from_to((0.004, 0, 0), (0.01, -0.02, 0.085)), faces, 1.5)
+    faces = lenses.biconvex(0.085, 0.0425, 0.1)
+    there = lenses.trace(from_to((0.004, 0, 0), (0.01, -0.02, 0.085)), faces, 1.5)
     back = Rays(to_plane(there, 0.2).points, -there.directions, np.array(1.0))
-    back = to_plane(glass_lenses.trace(back, turned_over(faces), 1.5), 0.0)
+    back = to_plane(lenses.trace(back, turned_over(faces), 1.5), 0.0)
     assert back.points == pytest.approx(np.array([0.004, 0, 0]), abs=1e-16)
     assert back.carried == pytest.approx(there.carried, rel=1e-13)
 
@@ -160,36 +161,34 @@ def test_the_tangents_lens_would_give_more_than_the_source():
 
 def test_quadrature_without_glass_is_the_view_factor():
     """Faces between equal indices turn nothing and let all through: pi F of two disks (Howell, C-41)."""
-    faces = glass_lenses.ball(0.1, 0.06)
-    value = glass_lenses.projected_solid_angle(faces, 1.0, 8e-3, 0.015, 0.03)
+    faces = lenses.ball(0.1, 0.06)
+    value = lenses.projected_solid_angle(faces, 1.0, 8e-3, 0.015, 0.03)
     assert value == pytest.approx(emitters.mean_disk_irradiance(1.0, 0.015, 8e-3, 0.03), rel=1e-13)
-    assert glass_lenses.mean_transmittances(faces, 1.0, 8e-3, [0, 0.1, 0.2]) == pytest.approx(
-        [1, 1], rel=1e-13
-    )
+    assert lenses.mean_transmittances(faces, 1.0, 8e-3, [0, 0.1, 0.2]) == pytest.approx([1, 1], rel=1e-13)
 
 
 @pytest.mark.parametrize("index", [1.3, 1.5, 1.8])
 def test_quadrature_over_a_point_is_an_integral_over_angle(index):
     """Behind a ball the angle of incidence i has sin i = d sinθ/R for both faces."""
-    faces, distance, radius, height, window = glass_lenses.ball(0.1, 0.06), 0.1, 0.06, 0.03, 0.012
+    faces, distance, radius, height, window = lenses.ball(0.1, 0.06), 0.1, 0.06, 0.03, 0.012
 
     def seen(theta):
         cosine = math.sqrt(1 - (distance * math.sin(theta) / radius) ** 2)
         share = fresnel.transmittance(cosine, index) ** 2
         return 2 * math.pi * share * math.sin(theta) * math.cos(theta)
 
-    value = glass_lenses.projected_solid_angle(faces, index, 1e-9, window, height)
+    value = lenses.projected_solid_angle(faces, index, 1e-9, window, height)
     assert value == pytest.approx(quad(seen, 0, math.atan(window / height), epsabs=0)[0], rel=1e-12)
     edges = [0.0, 0.1, 0.25]
     sizes = np.diff(math.pi * np.sin(edges) ** 2)
     exact = [quad(seen, a, b, epsabs=0)[0] for a, b in zip(edges, edges[1:], strict=False)] / sizes
-    assert glass_lenses.mean_transmittances(faces, index, 1e-9, edges) == pytest.approx(exact, rel=1e-12)
+    assert lenses.mean_transmittances(faces, index, 1e-9, edges) == pytest.approx(exact, rel=1e-12)
 
 
 def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):
     before = [magnifier.exact(**case) for case in magnifier.cases()]
-    monkeypatch.setattr(glass_lenses, "NODES", 2 * glass_lenses.NODES)
-    monkeypatch.setattr(glass_lenses, "TURNS", 2 * glass_lenses.TURNS)
+    monkeypatch.setattr(lenses, "NODES", 2 * lenses.NODES)
+    monkeypatch.setattr(lenses, "TURNS", 2 * lenses.TURNS)
     after = [magnifier.exact(**case) for case in magnifier.cases()]
     for one, two in zip(before, after, strict=True):
         assert list(one.values()) == pytest.approx(list(two.values()), rel=1e-12)

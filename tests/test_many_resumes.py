@@ -8,7 +8,7 @@ import pytest
 import transport as tp
 from tests.same_batches import assert_same
 from tests.test_saved import SMALL, killed_at, run
-from transport.runs import schedules
+from transport.run import schedules
 
 
 def gone_on(particles, **how):

@@ -9,7 +9,7 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
-from transport.materials import lets_through, simple_parts
+from transport.scene.materials import lets_through, simple_parts
 
 LAMP = tp.Source(tp.Point(position=(0, 0, 5)), tp.Isotropic(power=1))
 BALL, DISK = tp.Sphere(radius=1), tp.Disk(radius=1)

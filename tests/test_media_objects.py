@@ -14,10 +14,9 @@ import pytest
 
 import transport as tp
 from tests.refusals import assert_refused
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.compile.grids import macro_cells
-from transport.media.grid import BYTES_PER_VOXEL
-from transport.media.medium import plain
+from transport.scene.media import BYTES_PER_VOXEL, plain
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 TABLE = tp.Tabulated(mu=[-1, -0.3, 0.5, 0.9, 1], density=[1, 0, 2, 3, 30])

@@ -9,8 +9,8 @@ import pytest
 
 import transport as tp
 from tests.test_asked import LAMP, refusal, run
-from transport.bodies.listing import MOST_BODIES
-from transport.command.site import GUIDES
+from transport.cli.docs import GUIDES
+from transport.scene.bodies import MOST_BODIES
 
 SAID = " ".join(
     " ".join((GUIDES / name).read_text(encoding="utf-8").split()) for name in ("media.md", "surfaces.md")

@@ -13,7 +13,9 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.mesh_scenes import CUBE, TENT, mesh
-from transport.shapes import Box, Mesh, MeshWarning, Sphere
+from transport.geometry.mesh import Mesh
+from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.solid import Box, Sphere
 from transport.validation import SceneError
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tests.mesh_scenes import BALL, CUBE, SQUARE, TENT, mesh
-from transport.shapes import Mesh, MeshWarning
-from transport.shapes.mesh_topology import equal_rows
+from transport.geometry.mesh import Mesh
+from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.mesh_topology import equal_rows
 
 
 def warned(vertices, faces):
@@ -122,7 +123,7 @@ def test_triangles_that_collapse_are_left_out_with_their_number():
 
 def test_rows_whose_keys_collide_are_told_apart():
     """Two different rows with one key: the slow way is taken."""
-    from transport.shapes import mesh_topology
+    from transport.geometry import mesh_topology
 
     rows = np.array([(1, 2, 3), (3, 2, 1), (1, 2, 3), (0, 0, 0), (3, 2, 1)])
     expected = equal_rows(rows)

@@ -10,7 +10,8 @@ import types
 import numpy as np
 import pytest
 
-from transport.shapes import Mesh, MeshWarning
+from transport.geometry.mesh import Mesh
+from transport.geometry.mesh_checks import MeshWarning
 from transport.validation import SceneError
 
 pyvista = pytest.importorskip("pyvista")
@@ -143,7 +144,7 @@ def test_without_the_look_at_lengths_a_short_file_ends_the_process_or_is_garbage
     whole = (tmp_path / "ball.ply").read_bytes()
     (tmp_path / "short.ply").write_bytes(whole[: len(whole) // 2])
     code = (
-        "from transport.shapes import mesh_files, Mesh; mesh_files.why_not_whole = lambda file: None\n"
+        "from transport.geometry import mesh_build as mesh_files; from transport.geometry.mesh import Mesh; mesh_files.why_not_whole = lambda file: None\n"
         f"print(Mesh.from_file({str(tmp_path / 'short.ply')!r}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

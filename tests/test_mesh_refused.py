@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.mesh_scenes import CUBE, ONE, SQUARE, TENT
-from transport.shapes import Mesh
+from transport.geometry.mesh import Mesh
 from transport.validation import SceneError
 
 REFUSALS = {

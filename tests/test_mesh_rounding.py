@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.mesh_scenes import BALL, CUBE, mesh
-from transport.shapes import Mesh, Triangle
+from transport.geometry.flat import Triangle
+from transport.geometry.mesh import Mesh
 from transport.validation import SceneError
 
 

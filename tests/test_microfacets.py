@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from transport.theory import microfacets
-from transport.theory.shadowing import lost_share, turned_normals
+from transport.theory.microfacets import lost_share, turned_normals
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 ROUGHNESSES = [1.0, 0.5, 0.1, 1e-2, 1e-3]
@@ -207,7 +207,7 @@ def test_lobe_quantile_inverts_the_lobe(roughness):
 
 def test_the_first_scene_does_not_wait_for_the_lobe():
     """Smooth in both tails, so that a table of it has few cells."""
-    from transport.compile.quantile_tables import has_steps, quantile_table
+    from transport.compile.speeds import has_steps, quantile_table
 
     def quantile(u):
         return microfacets.lobe_quantile(u, 0.2)

@@ -15,8 +15,8 @@ import transport as tp
 from sims import milk
 from sims.milk import ABSORBED, DIFFUSE, LOWER, SPECULAR, UPPER
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
-from transport.theory.turbid_diffusion import Diffusion
+from transport.theory.turbid import Diffusion
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 MILD = {"scattering": 1e3, "absorption": 100.0}

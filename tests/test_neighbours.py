@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from transport.runs.neighbours import gathered, no_more_than, unbroken, with_room_for
+from transport.run.schedules import gathered, no_more_than, unbroken, with_room_for
 
 pytestmark = pytest.mark.timeout(20)  # of which a loop without an end would never come to one
 

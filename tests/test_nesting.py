@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.bodies.nesting import Boundary, _met, check_media
-from transport.shapes.crossings import crossings
-from transport.shapes.distances import least_distance
+from transport.geometry.distances import least_distance
+from transport.geometry.line_crossings import crossings
+from transport.scene.checks.refractive_indices import Boundary, _met, check_media
 
 LAMP = tp.Source(tp.Point(position=(0, 0, -50)), tp.Isotropic(power=1))
 GLASS, WATER = tp.Dielectric(1.5), tp.Dielectric(1.33)

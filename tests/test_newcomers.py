@@ -10,7 +10,7 @@ import pytest
 
 import transport as tp
 from tests.own_experiments import ROOT
-from transport.results.empty_detector import why_dark
+from transport.results.diagnostics.empty_detector import why_dark
 
 METER = tp.Disk(center=(0, 0, 2), normal=(0, 0, -1), radius=0.5)
 LAMP = tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=100.0))

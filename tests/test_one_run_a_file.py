@@ -14,12 +14,12 @@ import pytest
 import transport as tp
 from tests.own_experiments import ROOT
 from tests.test_saved import SMALL, refusal
-from transport.saved import checkpoints, lock, whole
-from transport.saved.whole import FileError
+from transport.io import atomic, resuming
+from transport.io.atomic import FileError
 
 HOLDER = """
 import pathlib, sys
-from transport.saved.lock import held
+from transport.io.atomic import held
 with held(pathlib.Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
@@ -80,9 +80,9 @@ def test_two_links_to_a_file_are_one(tmp_path):
     for name in "ab":
         (tmp_path / f"{name}.npz").symlink_to(tmp_path / "run.npz")
     with (
-        lock.held(tmp_path / "a.npz"),
+        atomic.held(tmp_path / "a.npz"),
         pytest.raises(FileError, match="in use by another run"),
-        lock.held(tmp_path / "b.npz"),
+        atomic.held(tmp_path / "b.npz"),
     ):
         pass
 
@@ -94,8 +94,8 @@ def test_what_it_is_held_by_is_gone_before_another_may_take_it(tmp_path, monkeyp
         there.extend(os.listdir(tmp_path))
         close(descriptor)
 
-    with lock.held(tmp_path / "run.npz"):
-        monkeypatch.setattr(lock.os, "close", closing)
+    with atomic.held(tmp_path / "run.npz"):
+        monkeypatch.setattr(atomic.os, "close", closing)
     assert there == []
 
 
@@ -108,7 +108,7 @@ def test_where_it_cannot_be_written_is_told_before_the_run(tmp_path, monkeypatch
 def test_the_file_is_where_it_was_named_wherever_the_script_goes(tmp_path, monkeypatch):
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path)
-    keep = checkpoints.Checkpoints("run.npz", 60.0, SMALL)
+    keep = resuming.Checkpoints("run.npz", 60.0, SMALL)
     monkeypatch.chdir("elsewhere")
     keep.end(tp.simulate(SMALL, particles=1_000, threads=1))
     assert (tmp_path / "run.npz").exists() and os.listdir() == []
@@ -116,9 +116,9 @@ def test_the_file_is_where_it_was_named_wherever_the_script_goes(tmp_path, monke
 
 def test_at_most_a_tenth_of_the_time_goes_into_writing(tmp_path, monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr(checkpoints, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
-    monkeypatch.setattr(checkpoints, "save", lambda *_: clock.__setitem__(0, clock[0] + 30.0))
-    keep = checkpoints.Checkpoints(tmp_path / "run.npz", 60.0, SMALL)
+    monkeypatch.setattr(resuming, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(resuming, "save", lambda *_: clock.__setitem__(0, clock[0] + 30.0))
+    keep = resuming.Checkpoints(tmp_path / "run.npz", 60.0, SMALL)
     clock[0] = 61.0
     keep.if_due(SimpleNamespace(batches=[1], now=lambda: None), lambda run, is_complete: None)
     assert keep.due - clock[0] >= 9 * 30.0
@@ -128,28 +128,28 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_then_its_name_is(tmp_p
     done = []
     for name in ("fsync", "replace"):
         act = getattr(os, name)
-        monkeypatch.setattr(whole.os, name, lambda *a, act=act, name=name: (done.append(name), act(*a))[1])
-    with whole.written_whole(tmp_path / "run.npz") as file:
+        monkeypatch.setattr(atomic.os, name, lambda *a, act=act, name=name: (done.append(name), act(*a))[1])
+    with atomic.written_whole(tmp_path / "run.npz") as file:
         file.write(b"all")
     assert done == ["fsync", "replace", "fsync"]
 
 
-@pytest.mark.skipif(lock.fcntl is None, reason="the system has no such locks")
+@pytest.mark.skipif(atomic.fcntl is None, reason="the system has no such locks")
 def test_where_there_are_no_locks_nobody_is_refused(tmp_path, monkeypatch):
     def unsupported(*_):
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(lock.fcntl, "flock", unsupported)
+    monkeypatch.setattr(atomic.fcntl, "flock", unsupported)
     run(tmp_path / "a.npz")
-    monkeypatch.setattr(lock, "fcntl", None)
+    monkeypatch.setattr(atomic, "fcntl", None)
     run(tmp_path / "b.npz")
     assert sorted(os.listdir(tmp_path)) == ["a.npz", "b.npz"]
 
 
-@pytest.mark.skipif(lock.fcntl is None, reason="the system has no such locks")
+@pytest.mark.skipif(atomic.fcntl is None, reason="the system has no such locks")
 def test_a_lock_that_its_last_holder_removes_meanwhile_is_none(tmp_path, monkeypatch):
     """Else a third run would make another one, and both have the file to themselves."""
-    path, flock, times = tmp_path / "run.npz", lock.fcntl.flock, []
+    path, flock, times = tmp_path / "run.npz", atomic.fcntl.flock, []
 
     def late(*what):
         flock(*what)
@@ -157,8 +157,8 @@ def test_a_lock_that_its_last_holder_removes_meanwhile_is_none(tmp_path, monkeyp
         if len(times) == 1:
             (tmp_path / ".run.npz.lock").unlink()
 
-    monkeypatch.setattr(lock.fcntl, "flock", late)
-    with lock.held(path):
+    monkeypatch.setattr(atomic.fcntl, "flock", late)
+    with atomic.held(path):
         assert os.listdir(tmp_path) == [".run.npz.lock"]
-        assert "in use" in refusal(lock.held(path).__enter__)
+        assert "in use" in refusal(atomic.held(path).__enter__)
     assert os.listdir(tmp_path) == []

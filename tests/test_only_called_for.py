@@ -10,18 +10,15 @@ import numpy as np
 import pytest
 from numba import config
 
-from transport.command.cold_start import copied_library
-from transport.command.effect_costs import plain_name
-from transport.command.effects import effects_of
-from transport.command.footprints import footprint_of
-from transport.command.price_list import ADDITIONS, base_room, with_addition
-from transport.command.treatment import treatment_of
+from transport.cli.effects.compile_times import copied_library
+from transport.cli.effects.costs import footprint_of, plain_name
+from transport.cli.effects.passes import effects_of
+from transport.cli.effects.prices import ADDITIONS, base_room, with_addition
+from transport.cli.effects.treatment import treatment_of
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import machine_of, run_batch
-from transport.engine.families import FAMILIES, HOMES
-from transport.engine.passes import LANE_FIELDS
 from transport.engine.program import program_of
-from transport.engine.registry import PASSES
+from transport.engine.registry import FAMILIES, HOMES, LANE_FIELDS, PASSES
 from transport.validation import SceneError
 
 CHILD = """
@@ -32,7 +29,7 @@ scene = tp.Scene(tp.Source(tp.Disk(radius=0.5), tp.Lambertian(radiance=1.0)), ()
 tp.simulate(scene, 1000, seed=1, threads=1, progress=False)
 from transport.engine.cache import kernel_folder
 from transport.engine.driver import drive
-from transport.engine.families import FAMILIES
+from transport.engine.registry import FAMILIES
 from transport.engine.registry import PASSES
 read = [name for name, module in FAMILIES.items() if type(module).__name__ == "module"]
 ready = {name: one.compiled.cache_hits for name, one in PASSES.items() if "compiled" in vars(one)}

@@ -59,7 +59,7 @@ def test_glass_with_a_gap_is_warned_of():
     ids=lambda shape: type(shape).__name__,
 )
 def test_a_lamp_within_glass_knows_the_index_that_it_emits_into(shape):
-    from transport.compile import compile_scene
+    from transport.compile.compiler import compile_scene
 
     ball = tp.Surface(tp.Sphere(radius=1.0), tp.Dielectric(1.5))
     walls = tp.Surface(tp.Box(size=4.0), tp.Black())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
-from transport.theory import doubling, fresnel, ordinates
+from transport.theory import fresnel, ordinates
 from transport.theory.ordinates import ISOTROPIC, RAYLEIGH, henyey_greenstein, slab
 
 FORWARD = henyey_greenstein(0.75)
@@ -109,7 +109,7 @@ def test_x_and_y_functions_agree_with_references():
     ]  # fmt: skip
     nodes, weights = ordinates.gauss(ordinates.graded_edges(1.0, 0.5))
     nodes, weights = np.append(nodes, mu), np.append(weights, 0 * mu)
-    one = doubling.layer(2.0, 0.9, *np.ones((2, len(nodes), len(nodes))), nodes, weights)
+    one = ordinates.layer(2.0, 0.9, *np.ones((2, len(nodes), len(nodes))), nodes, weights)
     found = 1 + mu * (one.reflection @ weights)[-7:], one.direct[-7:] + mu * (one.transmission @ weights)[-7:]
     assert close(found, [x, y], 1e-9)
 
@@ -304,7 +304,7 @@ def test_no_digit_depends_on_the_quadrature(moments, monkeypatch):
     before = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
     for name, value in {"GRAZING": 1e-7, "TURNS": 0.8, "WIDEST": 0.3}.items():
         monkeypatch.setattr(ordinates, name, value)
-    monkeypatch.setattr(doubling, "THIN", 1e-3)
+    monkeypatch.setattr(ordinates, "THIN", 1e-3)
     slab.cache_clear()
     after = [slab(2.0, 0.9, moments, mu0, index) for mu0 in (1.0, 0.1, None) for index in (1.0, 1.5)]
     slab.cache_clear()

@@ -8,12 +8,12 @@ import time
 import pytest
 
 import transport as tp
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.compile.limits_exceeded import OverrunError, too_many_crossings, too_many_waiting
 from transport.engine import driver
-from transport.engine.surfaces import MOST_EVENTS
-from transport.trapping import LIFETIMES
-from transport.trapping import MOST_EVENTS as GIVEN_UP
+from transport.engine.passes.surfaces import MOST_EVENTS
+from transport.scene.checks.trapping import LIFETIMES
+from transport.scene.checks.trapping import MOST_EVENTS as GIVEN_UP
 
 CLEAR, WATER = tp.Transparent(), tp.Medium(index=1.33)
 LAMP = tp.Source(tp.Point(), tp.Isotropic(power=1.0))

@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from transport.results import aside, packed
+from transport.statistics import chunked, packed
 
 rng = np.random.default_rng(1)
 COLUMNS = {  # and the unit of most of their numbers
@@ -47,9 +47,9 @@ def test_numbers_are_kept_in_few_bytes():
 @pytest.fixture
 def all_aside(monkeypatch):
     """Numbers are put aside, however few."""
-    if not aside.has_files():
+    if not chunked.has_files():
         pytest.skip("temporary files lie in memory here")
-    monkeypatch.setattr(aside, "LARGE", 1)
+    monkeypatch.setattr(chunked, "LARGE", 1)
 
 
 def test_numbers_aside_are_the_same_also_in_another_process(all_aside):
@@ -59,10 +59,10 @@ def test_numbers_aside_are_the_same_also_in_another_process(all_aside):
     for found in (column, column + packed.packed(lambda a, b: 0 * rows[a:b], len(rows)), sent):
         assert isinstance(found.numbers, np.memmap) and found.numbers._mmap is not None
         np.testing.assert_array_equal(found[:], rows)
-    assert aside.put_aside(column.numbers) is column.numbers
+    assert chunked.put_aside(column.numbers) is column.numbers
 
 
-@pytest.mark.skipif(not aside.has_files(), reason="temporary files lie in memory here")
+@pytest.mark.skipif(not chunked.has_files(), reason="temporary files lie in memory here")
 def test_a_column_of_many_weights_takes_less_than_a_byte_a_row():
     rows = rng.random(3_000_000)
     tracemalloc.start()
@@ -79,12 +79,12 @@ def test_numbers_stay_in_memory_where_the_disk_is_full_or_files_lie_there(all_as
 
     rows = rng.random(100)
     with monkeypatch.context() as patched:
-        patched.setattr(aside.os, "posix_fallocate", full)
-        assert aside.put_aside(rows) is rows and not isinstance(aside.room_for(3, float), np.memmap)
-    assert isinstance(aside.room_for(3, float), np.memmap)
+        patched.setattr(chunked.os, "posix_fallocate", full)
+        assert chunked.put_aside(rows) is rows and not isinstance(chunked.room_for(3, float), np.memmap)
+    assert isinstance(chunked.room_for(3, float), np.memmap)
     (tmp_path / "mounts").write_text(f"disk / ext4 rw 0 0\ntmpfs {tmp_path / 'fast'} tmpfs rw 0 0\n")
-    monkeypatch.setattr(aside, "MOUNTS", tmp_path / "mounts")
+    monkeypatch.setattr(chunked, "MOUNTS", tmp_path / "mounts")
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path / "fast/of/a/job"))
-    assert (aside.has_files(), aside.bytes_free()) == (False, 0)
+    assert (chunked.has_files(), chunked.bytes_free()) == (False, 0)
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
-    assert aside.has_files() and aside.bytes_free() > 0
+    assert chunked.has_files() and chunked.bytes_free() > 0

@@ -16,8 +16,8 @@ import pytest
 import transport as tp
 from sims import penumbra as sim
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
-from transport.theory import emitters, penumbra, shadows
+from transport.theory import emitters, shadows
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 LAMP = {"radius": 0.05, "distance": 1.0}
@@ -92,7 +92,7 @@ def test_under_a_small_angle_it_is_the_share_of_the_disk_that_is_seen():
     exact = [1, 0.9813069632657506, 0.8044988905221148, 0.563555714215231, 0.5]  # B.penumbra_small_angle
     exact = np.array(exact + [1 - share for share in exact[3::-1]])
     radius, gap, distance = 1e-3, 0.4, 1.0
-    x = -u * penumbra.half_width(radius, gap, distance)
+    x = -u * shadows.half_width(radius, gap, distance)
     seen = shadows.lit_projected_solid_angle(shadows.behind_edge(gap, distance), x, 0.0, radius, distance)
     whole = emitters.disk_irradiance(1.0, radius, distance, np.abs(x))
     assert seen / whole == pytest.approx(exact, abs=1e-6)
@@ -100,13 +100,13 @@ def test_under_a_small_angle_it_is_the_share_of_the_disk_that_is_seen():
 
 
 def test_means_behind_an_edge_are_those_of_a_sum_over_the_disk():
-    """theory/penumbra.py, which has other nodes and no closed form, at its 3e-11."""
+    """theory/shadows.py, which has other nodes and no closed form, at its 3e-11."""
     edges, radius, gap, distance = np.linspace(-0.1, 0.1, 21), 0.05, 1.0, 2.0
     strip, borders = shadows.behind_edge(gap, distance), shadows.edge_borders(radius, gap, distance)
     means = shadows.mean_lit_projected_solid_angles(strip, borders, edges, (-0.05, 0.05), radius, distance)
-    other = penumbra.geometry_means(edges, (-0.05, 0.05), radius, gap, distance)
+    other = shadows.geometry_means(edges, (-0.05, 0.05), radius, gap, distance)
     assert means == pytest.approx(other, abs=1e-10 * means.max())
-    assert borders[1] == pytest.approx(penumbra.half_width(radius, gap, distance), rel=1e-15)
+    assert borders[1] == pytest.approx(shadows.half_width(radius, gap, distance), rel=1e-15)
 
 
 @pytest.mark.parametrize("x", [-0.3, -0.02, 0.0, 0.1])
@@ -191,7 +191,7 @@ def test_the_share_of_the_lamp_without_its_cosines_is_rejected():
     estimates, exact = bins(of)
     assert agrees(estimates, exact)
     middles = (of.edges[1:] + of.edges[:-1]) / 2
-    share = penumbra.visible_fraction(-middles / penumbra.half_width(of.radius, of.gap, of.distance))
+    share = shadows.visible_fraction(-middles / shadows.half_width(of.radius, of.gap, of.distance))
     whole = 100 * emitters.disk_irradiance(1.0, of.radius, of.distance, np.abs(middles))
     assert not agrees(estimates, np.where(exact > 0, share * whole, 0.0))
 

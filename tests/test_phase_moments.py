@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.phase_scenes import FALSE_ALARM, HOT, faces_with, vessel
-from transport.results.estimates import Estimate
+from transport.statistics.estimates import Estimate
 from transport.units import BOLTZMANN
 
 X_EDGES, V_EDGES = (-1.0, -0.4, 0.1, 1.0), (-3.0, 0.0, 0.4, 3.0)

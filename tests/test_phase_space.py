@@ -25,7 +25,7 @@ from tests.phase_scenes import (
     vessel,
     wall_histories,
 )
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.compile.layout import IN_FLIGHT
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of

@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.detectors import Detector, Directions, Positions
-from transport.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
-from transport.phase_space import COORDINATES, PhaseSpace, Snapshot
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Sphere
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.geometry.flat import Disk
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror, Mixture, Surface, Transparent
+from transport.scene.phase_space import COORDINATES, PhaseSpace, Snapshot
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=2)

@@ -20,11 +20,11 @@ import pytest
 from tests import media_scenes
 from tests.plain_scenes import METHODS, SCENES
 from transport import engine
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
+from transport.compile.methods import ANALOG
 from transport.engine.driver import machine_of, run_batch
-from transport.engine.passes import Pass
 from transport.engine.program import program_of
-from transport.estimators.methods import ANALOG
+from transport.engine.registry import Pass
 
 ROOT = Path(__file__).resolve().parents[1]
 HISTORIES = 200
@@ -87,7 +87,8 @@ def test_plain_python_counts_what_compiled_code_counts(plain, name):
 def test_every_pass_is_run(plain):
     """A new pass must be called for by one of these scenes."""
     modules = [
-        importlib.import_module(f"{engine.__name__}.{m.name}") for m in pkgutil.iter_modules(engine.__path__)
+        importlib.import_module(f"{engine.__name__}.passes.{m.name}")
+        for m in pkgutil.iter_modules([f"{engine.__path__[0]}/passes"])
     ]
     passes = {p.name for module in modules for p in vars(module).values() if isinstance(p, Pass)}
     assert passes - set(plain["passes"]) == {"write_ways"}  # of pictures: see test_tracks.py

@@ -13,10 +13,11 @@ import pytest
 from sims import diffuse_box, inverse_square, lambert_disk, photon_gas
 from tests.agreement import assert_agrees, assert_z_spread
 from transport import simulate
-from transport.experiment import run_experiment
-from transport.results.estimates import Batches, Estimate
 from transport.results.solid_angles import solid_angles_of
-from transport.theory import gas
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
+from transport.theory import effusion
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 
@@ -41,8 +42,8 @@ def test_bins_of_a_gas_without_their_cosine_are_rejected():
     result = simulate(photon_gas.scene(1.0, 1.0), particles=1_000_000, seed=1)
     front = result["photons on the front"].flux_density
     assert_agrees(front, photon_gas.flux_densities(1.0, 1.0), FALSE_ALARM)
-    assert_rejected(front, gas.radiance(1.0, 1.0))
-    assert_rejected(front, gas.one_way_flux_density(1.0, 1.0) / (2 * math.pi))
+    assert_rejected(front, effusion.radiance(1.0, 1.0))
+    assert_rejected(front, effusion.one_way_flux_density(1.0, 1.0) / (2 * math.pi))
 
 
 def test_a_fall_with_one_over_r_is_rejected():

@@ -11,8 +11,8 @@ import pytest
 import transport as tp
 from sims import point_in_fog
 from tests.agreement import assert_agrees, assert_follows, smallest_bias
-from transport.experiment import run_experiment
 from transport.theory import point_source, random_flights
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 PARTICLES = 500_000

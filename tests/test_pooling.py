@@ -13,9 +13,10 @@ import pytest
 
 import transport as tp
 from tests.bench.interval_coverage import radiance_of, room, row_of
-from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.results.pooling import pooled_errors, window_sums
-from transport.results.statistics import student_quantile
+from transport.statistics.batches import student_quantile
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.pooling import pooled_errors, window_sums
+from transport.statistics.replicates import Batches
 
 BATCHES = 32
 RUN = Batches(np.full(BATCHES, 100))

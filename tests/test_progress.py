@@ -8,9 +8,9 @@ import pytest
 
 import transport as tp
 from tests.test_stopping import disks
-from transport.runs.outlook import Outlook
-from transport.runs.progress import Progress, running_text
-from transport.runs.stopping import Look, Standing
+from transport.run.forecast import Outlook
+from transport.run.progress import Progress, running_text
+from transport.run.stopping import Look, Standing
 
 
 class Recorder(Progress):
@@ -39,7 +39,7 @@ def test_a_bar_tells_the_error_while_a_run_goes_on(capfd):
 
 
 def test_what_a_bar_is_told_is_kept_up_to_date(monkeypatch):
-    monkeypatch.setattr("transport.runs.running.GLANCE", 0.0)
+    monkeypatch.setattr("transport.run.run.GLANCE", 0.0)
     recorder = Recorder()
     monkeypatch.setattr(
         sys.modules["transport.simulate"], "progress_on", lambda wanted: nullcontext(recorder)

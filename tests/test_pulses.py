@@ -10,8 +10,8 @@ from scipy.special import ndtr
 
 import transport as tp
 from tests.agreement import assert_follows
-from transport.shapes import Shape
-from transport.speeds.inversion import LAST
+from transport.geometry.shape import Shape
+from transport.statistics.quantiles import LAST
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = tp.Disk(radius=1), tp.Sphere(radius=2), tp.Box(size=(1, 2, 3))

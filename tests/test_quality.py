@@ -10,14 +10,14 @@ from scipy.special import stdtr
 
 import transport as tp
 from transport.compile.compiler import compile_scene
-from transport.compile.sizes import EDGES, EVERY
-from transport.results.estimates import Batches, Estimate
-from transport.results.findings import MIN_SCORES as FEW
-from transport.results.meter_sums import ARRIVALS, DEPARTURES
-from transport.results.quality import quality_of
-from transport.results.scores import Scores
-from transport.results.sizes import scores_of_meter
-from transport.results.trends import outlier_of, trend_of
+from transport.compile.volumes import EDGES, EVERY
+from transport.results.score_sizes import scores_of_meter
+from transport.results.tally import ARRIVALS, DEPARTURES
+from transport.statistics.batches import MIN_SCORES as FEW
+from transport.statistics.batches import outlier_of, trend_of
+from transport.statistics.estimates import Estimate
+from transport.statistics.quality import Scores, quality_of
+from transport.statistics.replicates import Batches
 
 SEEDS = 200
 MID = 0.5 * (EDGES[1:] + EDGES[:-1])

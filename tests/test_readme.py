@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from transport.command.site import GUIDES, ORDER
+from transport.cli.docs import GUIDES, ORDER
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -138,7 +138,7 @@ def test_rows_of_the_table_of_laws_come_out(call):
 
 
 def _agrees(row, estimate, exact, z):
-    from transport.results.notation import measured
+    from transport.statistics.notation import measured
 
     unit = "" if row["unit"] == "1" else row["unit"]
     said = row["error"] is not None and measured(row["value"], row["error"], unit, False, None).strip()

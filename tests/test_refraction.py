@@ -28,9 +28,9 @@ from sims.refraction import (
     TOTAL,
 )
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
 from transport.theory import fresnel
-from transport.theory import refraction as theory
+from transport.theory import fresnel as theory
+from transport.verification.experiment import run_experiment
 from viz.lobes import lobes
 from viz.shares import shares
 

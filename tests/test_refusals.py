@@ -3,11 +3,14 @@
 import pytest
 
 from tests.refusals import BALL, DISK, GAS, LAMP, WALL, assert_refused
-from transport.detectors import Detector, Directions, Positions
-from transport.materials import Black, Diffuse, Mirror
-from transport.scene import Scene
-from transport.shapes import Disk, Point, Rectangle
-from transport.sources import Beam, Isotropic, Lambertian, Source
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.shape import Point
+from transport.scene.bins import Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.validation import SceneError
 
 REFUSALS = {

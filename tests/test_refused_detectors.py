@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.refusals import CUBE, DISK, LAMP, SHEET, WALL, assert_refused, meter
-from transport.detectors import Detector, Directions, Positions
-from transport.scene import Scene
-from transport.shapes import Cloud, Disk, Point
+from transport.geometry.flat import Disk
+from transport.geometry.shape import Cloud, Point
+from transport.scene.bins import Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.scene import Scene
 
 REFUSALS = {
     # detectors

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from tests.refusals import DRIFTING, SIGNED, WARM, assert_refused
-from transport.sources import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.speeds import InverseCDF, Maxwellian, SpeedTable
+from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.speeds import InverseCDF, Maxwellian, SpeedTable
 
 REFUSALS = {
     # emissions

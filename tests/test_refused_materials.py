@@ -5,9 +5,9 @@ import math
 import pytest
 
 from tests.refusals import DISK, DRIFTING, SIGNED, assert_refused
-from transport.detectors import Detector
-from transport.materials import Black, Diffuse, Mirror, Mixture, Surface
-from transport.shapes import Cloud, Point
+from transport.geometry.shape import Cloud, Point
+from transport.scene.detectors import Detector
+from transport.scene.materials import Black, Diffuse, Mirror, Mixture, Surface
 
 REFUSALS = {
     # materials and surfaces

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from tests.refusals import BALL, EDGES, LAMP, WALL, assert_refused, cloud, meter
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.scene import Scene
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.scene import Scene
 
 REFUSALS = {
     # phase spaces and snapshots

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.refusals import CORNERS, assert_refused
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere, Triangle
+from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
 
 REFUSALS = {
     # shapes

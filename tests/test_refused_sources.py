@@ -5,19 +5,12 @@ import math
 import pytest
 
 from tests.refusals import BALL, CUBE, DISK, DRIFTING, FLASH, GAS, INSTANT, assert_refused
-from transport.shapes import Cloud, Point, Triangle
-from transport.sources import (
-    Beam,
-    BoxPulse,
-    Effusive,
-    Gas,
-    GaussianPulse,
-    Instant,
-    Isotropic,
-    Lambertian,
-    Source,
-)
-from transport.speeds import Maxwellian
+from transport.geometry.flat import Triangle
+from transport.geometry.shape import Cloud, Point
+from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.pulses import BoxPulse, GaussianPulse, Instant
+from transport.scene.sources import Source
+from transport.scene.speeds import Maxwellian
 
 REFUSALS = {
     # sources

@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 
 import transport as tp
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 
 MATERIALS = tp.Diffuse(0.7), tp.Diffuse(0.2), tp.Mirror(0.9), tp.Black(), tp.Diffuse(0.5), tp.Mirror()
 

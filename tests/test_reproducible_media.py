@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from tests import media_scenes
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from transport.bins import Positions
-from transport.shapes import Cone, Cylinder, Paraboloid, Sphere
-from transport.shapes.distances import least_distance
+from transport.geometry.distances import least_distance
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.solid import Sphere
+from transport.scene.bins import Positions
 from transport.vectors import dot
 
 CENTER, AXIS = (1.0, -2.0, 3.0), (0.3, -0.5, 0.8)

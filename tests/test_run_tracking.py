@@ -6,7 +6,7 @@ import json
 
 from typer.testing import CliRunner
 
-from transport.command.cli import app
+from transport.cli.commands import app
 
 DEEP = ("run", "slab", "--set", "tau=20", "--set", "albedo=0.2", "--set", "g=0", "--set", "mu0=1", "--set", "incidence=beam",
     "--set", "phase=henyey-greenstein", "--particles", "2e4",

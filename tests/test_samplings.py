@@ -21,16 +21,16 @@ from tests.agreement import assert_agrees, assert_z_spread
 from tests.refusals import assert_refused
 from tests.test_reproducible import digest
 from tests.vectorisation import assembly, host_has, is_vectorised
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
+from transport.compile.methods import SAMPLINGS, Method
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
 from transport.engine.registry import PASSES
-from transport.engine.sampled import WORDS, sampled
-from transport.estimators.methods import SAMPLINGS, Method
+from transport.engine.stages.quasi_random import WORDS, sampled
 from transport.physics.streams import event_words, random_words
-from transport.results import Result
 from transport.results.batches import batch_of
-from transport.runs.schedules import LARGEST_BATCH, equal_powers_of_two
+from transport.results.result import Result
+from transport.run.schedules import LARGEST_BATCH, equal_powers_of_two
 
 ROOT = Path(__file__).resolve().parents[1]
 NETS = [sampling for sampling in SAMPLINGS if sampling != "random"]

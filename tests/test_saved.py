@@ -12,9 +12,9 @@ import transport as tp
 from tests.media_scenes import TRACKINGS
 from tests.plain_scenes import SCENES
 from tests.same_batches import assert_same
-from transport.runs import schedules
-from transport.runs.origins import this_origin
-from transport.saved import checkpoints
+from transport.io import resuming
+from transport.run import schedules
+from transport.run.provenance import this_origin
 
 LIMITS = {
     "random": ("room", {"particles": 20_001}),
@@ -51,7 +51,7 @@ def run(name, **more):
 
 def killed_at(save_number, path, monkeypatch, name, **more):
     """A run that is saved between all batches, and killed after the file has been written so many times."""
-    times, save = [], checkpoints.save
+    times, save = [], resuming.save
 
     def save_and_count(*what):
         save(*what)
@@ -60,8 +60,8 @@ def killed_at(save_number, path, monkeypatch, name, **more):
             raise Killed
 
     with monkeypatch.context() as patch:
-        patch.setattr(checkpoints, "SHARE", math.inf)
-        patch.setattr(checkpoints, "save", save_and_count)
+        patch.setattr(resuming, "SHARE", math.inf)
+        patch.setattr(resuming, "save", save_and_count)
         with pytest.raises(Killed):
             run(name, checkpoint=path, every=1e-9, **more)
 

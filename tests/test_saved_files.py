@@ -17,9 +17,9 @@ import transport as tp
 from tests.own_experiments import ROOT
 from tests.same_batches import assert_same
 from tests.test_saved import SMALL, killed_at, refusal, run
-from transport.results.packed import Packed, packed
-from transport.saved.columns import columns_of, values_of
-from transport.saved.whole import FileError, written_whole
+from transport.io.atomic import FileError, written_whole
+from transport.io.columns import columns_of, values_of
+from transport.statistics.packed import Packed, packed
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
@@ -141,7 +141,7 @@ def test_a_full_disk_leaves_the_old_file_and_stops_no_run(tmp_path):
 import resource, warnings
 import transport as tp
 from tests.test_saved import SMALL
-from transport.saved.whole import FileError
+from transport.io.atomic import FileError
 tp.simulate(SMALL, particles=1000)
 resource.setrlimit(resource.RLIMIT_FSIZE, ({len(old) // 3}, resource.RLIM_INFINITY))
 result = tp.simulate(SMALL, particles=5000)
@@ -165,7 +165,7 @@ print(len(told), result.particles, result.warnings[-1])
 
 def test_what_a_killed_process_left_aside_is_removed(tmp_path):
     path = tmp_path / "run.npz"
-    child = "import os, sys, pathlib\nfrom transport.saved.whole import written_whole\n"
+    child = "import os, sys, pathlib\nfrom transport.io.atomic import written_whole\n"
     child += "with written_whole(pathlib.Path(sys.argv[1])): os._exit(0)"
     subprocess.run([sys.executable, "-c", child, path], cwd=ROOT, check=True)
     assert len(os.listdir(tmp_path)) == 1

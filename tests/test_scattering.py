@@ -17,7 +17,7 @@ from scipy.integrate import quad
 
 import transport as tp
 from tests.agreement import assert_follows
-from transport.compile.phase_tables import tabulated_rows
+from transport.compile.media import tabulated_rows
 from transport.physics.device import ARITHMETIC
 from transport.physics.scattering import (
     sample_henyey_greenstein,

@@ -15,8 +15,8 @@ from tests.agreement import assert_follows
 from tests.driven import Lanes
 from tests.free_flights import FALSE_ALARM, LAST
 from transport.compile import layout
-from transport.engine import collisions
 from transport.engine.bundle import LANES
+from transport.engine.passes import collisions
 
 
 def test_phase_functions_are_chosen_by_medium_and_by_share():

@@ -9,12 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from transport.detectors import Detector, DirectionCone, Directions, Positions
-from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.scene import Scene
-from transport.shapes import Box, Disk, Point, Rectangle, Sphere, Triangle
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
+from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import DirectionCone, Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror, Surface, Transparent
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.validation import SceneError
 
 DISK, BALL, CUBE = Disk(radius=1), Sphere(radius=2), Box(size=(1, 2, 3))

@@ -10,34 +10,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from transport.bins import Directions, Positions
-from transport.compile.looks import meter_row
+from transport.analysis.solid_angle import solid_angle_scene
+from transport.compile.detectors import meter_row
 from transport.compile.plan import Plan
 from transport.compile.space import space_of
-from transport.counting import solid_angle_scene
-from transport.detectors import Detector
-from transport.emissions import Effusive
-from transport.materials import Black, Diffuse, Mirror, Surface
+from transport.geometry.distances import least_distance
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
 from transport.results.solid_angles import solid_angles_of
-from transport.scene import Scene
-from transport.shapes import (
-    Box,
-    Cone,
-    Cylinder,
-    Disk,
-    Mesh,
-    Paraboloid,
-    Plane,
-    Point,
-    Rectangle,
-    Slab,
-    Sphere,
-    Triangle,
-)
-from transport.shapes.distances import least_distance
-from transport.sheets import pieces, sheets_of
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
-from transport.tracking import Tracking
+from transport.scene.bins import Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror, Surface
+from transport.scene.scene import Scene
+from transport.scene.sheets import pieces, sheets_of
+from transport.scene.sources import Source
+from transport.scene.tracking import Tracking
 from transport.validation import SceneError
 
 TUBE = Cylinder(radius=1, height=2)

@@ -13,10 +13,10 @@ import pytest
 
 from sims import phase_functions, two_panes
 from tests.agreement import assert_agrees
-from transport.command.verify import FALSE_ALARM as OF_ALL
-from transport.command.verify import Law
-from transport.experiment import run_experiment
+from transport.cli.laws import LAWS_FALSE_ALARM as OF_ALL
+from transport.cli.laws import Law
 from transport.theory import fresnel
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-6
 ROWS = 2000  # more than `verify` has: each row's own rate of false alarms is a share of that of all

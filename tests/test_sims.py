@@ -15,7 +15,7 @@ import pytest
 import transport as tp
 from sims import sun
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import cases_of, experiment, experiment_names, run_experiment
+from transport.verification.experiment import cases_of, experiment, experiment_names, run_experiment
 
 SIMS = (
     "camera", "cloud", "cost_caustic", "cost_disks", "cost_enclosure", "cost_fog", "cost_glint", "cost_speck", "diffuse_box",

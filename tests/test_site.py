@@ -9,9 +9,8 @@ import pytest
 import typer
 
 import transport as tp
-from transport.command.cli import app
-from transport.command.reference import pages
-from transport.command.site import ORDER, build_site, write_sources
+from transport.cli.commands import app
+from transport.cli.docs import ORDER, build_site, pages, write_sources
 
 COMMANDS = typer.main.get_command(app)
 
@@ -53,7 +52,7 @@ def test_what_sphinx_reads_is_written(tmp_path):
 
 
 def test_without_sphinx_the_cure_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("transport.command.site.NEEDED", ("sphinx_that_is_not_there",))
+    monkeypatch.setattr("transport.cli.docs.NEEDED", ("sphinx_that_is_not_there",))
     with pytest.raises(tp.SceneError, match=r"pip install '\.\[docs\]'"):
         build_site(tmp_path, COMMANDS)
 

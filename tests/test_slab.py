@@ -13,8 +13,8 @@ import pytest
 import transport as tp
 from sims import slab as sim
 from tests.agreement import assert_agrees
-from transport.experiment import Outcome, Row
-from transport.theory import half_space
+from transport.theory import half_space, ordinates
+from transport.verification.experiment import Outcome, Row
 from viz.polar_radiance import polar_radiance
 
 FALSE_ALARM = 1e-5
@@ -150,7 +150,7 @@ def test_cases_are_drawn_alone_and_together(tmp_path):
 
 def test_curves_through_few_exact_points_are_within_6e_4():
     deepest, halvings = sim.DEEPEST * 0.84, 6  # in the middle between points
-    lights = sim.ordinates.halved_slabs(deepest, halvings, *sim._optics(g=0.0))
+    lights = ordinates.halved_slabs(deepest, halvings, *sim._optics(g=0.0))
     depths, known = sim._curve({"g": 0.0})
     for name in ("reflected", "transmitted", "unscattered_on", "absorbed"):
         fine, curve = sim._smooth(depths, [getattr(light, name) for light in known])

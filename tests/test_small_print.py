@@ -13,10 +13,10 @@ import pytest
 from rich.console import Console
 
 import transport as tp
-from transport.command.effects import effects_of
-from transport.command.printout import warnings_of
-from transport.command.tables import pass_table
-from transport.experiment import run_experiment
+from transport.cli.effects.passes import effects_of
+from transport.cli.run import warnings_of
+from transport.cli.tables import pass_table
+from transport.verification.experiment import run_experiment
 
 LIGHT, HEAVY = (tp.Maxwellian(temperature=300.0, mass=mass) for mass in (6.6e-27, 1.44e-25))
 SMALL, LARGE = tp.Sphere(radius=1.0), tp.Sphere(radius=2.0)

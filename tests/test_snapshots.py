@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 import transport as tp
 from tests.phase_scenes import ARRIVALS, DURATION, FALSE_ALARM, faces_with, streaming
-from transport.results.records import SAMPLED, merged_records, thinned
+from transport.results.batches import SAMPLED, merged_records, thinned
 
 PAIR = [tp.Snapshot(0.5, particles=20_000, name="before"), tp.Snapshot(2.75, particles=20_000, name="after")]
 

@@ -48,7 +48,7 @@ FALSE_ALARM = 1e-5
 SEED = 20240607, 11
 POINTS = 1 << 12
 DIMENSIONS = 2 * len(PAIRS)
-COPY = (1 << 55) | 0x1234567890ABCD  # a number as engine/bank.py gives it
+COPY = (1 << 55) | 0x1234567890ABCD  # a number as engine/passes/variance_reduction.py gives it
 
 
 @njit(**ARITHMETIC)

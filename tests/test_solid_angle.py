@@ -14,7 +14,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_z_spread
-from transport.theory import polygons, solid_angles
+from transport.theory import solid_angles
 
 FALSE_ALARM = 1e-5
 ORIGIN = (0.0, 0.0, 0.0)
@@ -53,7 +53,7 @@ def oosterom(vertices, position=ORIGIN):
 
 @pytest.mark.parametrize("name", TRIANGLES)
 def test_a_triangle_follows_van_oosterom_and_strackee(name):
-    value = polygons.triangle_solid_angle(TRIANGLES[name])
+    value = solid_angles.triangle_solid_angle(TRIANGLES[name])
     assert value == pytest.approx(float(oosterom(TRIANGLES[name])), rel=1e-15)
     if name in VALUES:
         assert value == pytest.approx(VALUES[name], rel=1e-13)
@@ -80,7 +80,9 @@ def test_no_triangle_is_too_thin_too_far_or_too_near():
     worst, plain = {}, {}
     for name, vertices, position in hard_triangles():
         exact = oosterom(vertices, position)
-        worst[name] = max(worst.get(name, 0), off(polygons.triangle_solid_angle(vertices, position), exact))
+        worst[name] = max(
+            worst.get(name, 0), off(solid_angles.triangle_solid_angle(vertices, position), exact)
+        )
         a, b, c = np.array(vertices) - position
         u, v, w = (x / np.linalg.norm(x) for x in (a, b, c))
         textbook = 2 * math.atan2(abs(u @ np.cross(v, w)), 1 + u @ v + v @ w + w @ u)
@@ -92,43 +94,45 @@ def test_no_triangle_is_too_thin_too_far_or_too_near():
 
 def test_a_point_in_the_plane_sees_all_or_nothing_and_one_on_the_edge_neither():
     square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    assert polygons.polygon_solid_angle(square, (0.3, 0.6, 0)) == 2 * math.pi
-    assert polygons.polygon_solid_angle(square, (1.5, 0.5, 0)) == 0
-    assert math.isnan(polygons.polygon_solid_angle(square, (0.5, 0, 0)))
+    assert solid_angles.polygon_solid_angle(square, (0.3, 0.6, 0)) == 2 * math.pi
+    assert solid_angles.polygon_solid_angle(square, (1.5, 0.5, 0)) == 0
+    assert math.isnan(solid_angles.polygon_solid_angle(square, (0.5, 0, 0)))
 
 
 def test_a_polygon_need_not_be_convex():
     dart = [(0, 0, 1), (2, 0, 1), (0.5, 0.5, 1), (0, 2, 1)]
-    parts = [polygons.triangle_solid_angle([dart[i] for i in part]) for part in ((0, 1, 2), (0, 2, 3))]
+    parts = [solid_angles.triangle_solid_angle([dart[i] for i in part]) for part in ((0, 1, 2), (0, 2, 3))]
     for turn in range(4):  # whichever vertex the fan starts from
         turned = dart[turn:] + dart[:turn]
-        assert polygons.polygon_solid_angle(turned) == pytest.approx(sum(parts), rel=1e-14)
+        assert solid_angles.polygon_solid_angle(turned) == pytest.approx(sum(parts), rel=1e-14)
 
 
 def test_regular_polygons_lie_between_a_triangle_and_a_disk():
-    assert polygons.regular_polygon_solid_angle(4, math.sqrt(0.5), 1) == pytest.approx(
+    assert solid_angles.regular_polygon_solid_angle(4, math.sqrt(0.5), 1) == pytest.approx(
         0.8054316831613233, rel=1e-15
     )  # B.solid_angle_rectangle
     for sides in (3, 5, 12):
         angles = 2 * math.pi * np.arange(sides) / sides
         corners = np.stack([0.7 * np.cos(angles), 0.7 * np.sin(angles), np.full(sides, 0.4)], axis=1)
-        by_fan = polygons.polygon_solid_angle(corners)
-        assert polygons.regular_polygon_solid_angle(sides, 0.7, 0.4) == pytest.approx(by_fan, rel=1e-14)
-    round_one = polygons.regular_polygon_solid_angle(100_000, 0.7, 0.4)
+        by_fan = solid_angles.polygon_solid_angle(corners)
+        assert solid_angles.regular_polygon_solid_angle(sides, 0.7, 0.4) == pytest.approx(by_fan, rel=1e-14)
+    round_one = solid_angles.regular_polygon_solid_angle(100_000, 0.7, 0.4)
     assert round_one == pytest.approx(solid_angles.disk_solid_angle(0.7, 0.4), rel=1e-8)
-    assert polygons.regular_polygon_solid_angle(3, 1e-9, 1) == pytest.approx(3**1.5 / 4 * 1e-18, rel=1e-14)
+    assert solid_angles.regular_polygon_solid_angle(3, 1e-9, 1) == pytest.approx(
+        3**1.5 / 4 * 1e-18, rel=1e-14
+    )
 
 
 def test_a_dodecahedron_has_twelve_faces_of_a_twelfth_of_the_sphere():
-    faces = polygons.dodecahedron_faces(2.5)
+    faces = solid_angles.dodecahedron_faces(2.5)
     assert faces.shape == (12, 5, 3)
     assert np.allclose(np.linalg.norm(faces, axis=2), 2.5, rtol=1e-15)
     edges = np.linalg.norm(np.roll(faces, -1, axis=1) - faces, axis=2)
     assert np.allclose(edges, edges[0, 0], rtol=1e-14)
     for face in faces:
-        assert polygons.polygon_solid_angle(face) == pytest.approx(4 * math.pi / 12, rel=1e-14)
+        assert solid_angles.polygon_solid_angle(face) == pytest.approx(4 * math.pi / 12, rel=1e-14)
         assert np.cross(face[1] - face[0], face[2] - face[1]) @ face[0] > 0  # counterclockwise from outside
-    assert round(polygons.DODECAHEDRON_FACE, 4) == 1.0472
+    assert round(solid_angles.DODECAHEDRON_FACE, 4) == 1.0472
 
 
 # ---- counting ----
@@ -136,7 +140,7 @@ def test_a_dodecahedron_has_twelve_faces_of_a_twelfth_of_the_sphere():
 
 @pytest.mark.parametrize("name", TRIANGLES)
 def test_a_triangle_is_counted(name):
-    exact = polygons.triangle_solid_angle(TRIANGLES[name])
+    exact = solid_angles.triangle_solid_angle(TRIANGLES[name])
     found = counted(tp.Triangle(vertices=TRIANGLES[name]), ORIGIN)
     assert found.unit == tp.Unit.parse("sr")
     assert 0 < found.relative_error < 0.01
@@ -194,7 +198,7 @@ def test_a_box_is_counted_from_outside(position):
     box = tp.Box(size=(2, 3, 4))
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1.5, 1.5) for z in (-2, 2)])
     faces = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
-    exact = sum(polygons.polygon_solid_angle(corners[list(face)], position) for face in faces) / 2
+    exact = sum(solid_angles.polygon_solid_angle(corners[list(face)], position) for face in faces) / 2
     assert_agrees(counted(box, position), exact, FALSE_ALARM)
 
 

@@ -12,10 +12,10 @@ import pytest
 from scipy.special import betainc, gammaincinv, ndtri
 
 from tests.agreement import assert_follows
-from transport import normals
-from transport.shapes import Disk
-from transport.speeds import InverseCDF, Maxwellian, SpeedTable
-from transport.speeds.inversion import LAST
+from transport.geometry.flat import Disk
+from transport.scene.speeds import InverseCDF, Maxwellian, SpeedTable
+from transport.statistics import normal
+from transport.statistics.quantiles import LAST
 from transport.units import BOLTZMANN
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -86,7 +86,7 @@ def test_a_component_of_a_maxwellian_is_normal_in_both_tails():
     assert error < 1e-14
     ends = GAS.line_quantile(np.array([0.0, LAST]))
     assert ends[0] == ndtri(2.0**-54) and np.isfinite(ends).all()
-    assert (np.abs(ends) < normals.REACH).all()
+    assert (np.abs(ends) < normal.REACH).all()
 
 
 def test_sigma_follows_from_temperature_and_mass():

@@ -17,12 +17,12 @@ from scipy.special import gammainc, gammaincinv, ndtr
 
 import transport as tp
 from tests.agreement import assert_agrees, assert_follows
-from transport import normals
 from transport.compile import layout
-from transport.compile.quantile_tables import has_steps, quantile_table
+from transport.compile.speeds import has_steps, quantile_table
 from transport.engine.bundle import LANES, empty_bundle
-from transport.engine.speeds import take_quantile, take_stepped_quantile
-from transport.shapes import Shape
+from transport.engine.passes.velocities import take_quantile, take_stepped_quantile
+from transport.geometry.shape import Shape
+from transport.statistics import normal as normals
 from transport.theory import effusion
 from transport.theory.view_factors import coaxial_disks
 

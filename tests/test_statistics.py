@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from transport.results.statistics import (
+from transport.statistics.batches import (
     merge,
     normal_score,
     pseudo_values,

@@ -13,12 +13,20 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.results.estimates import Batches, Estimate
-from transport.results.statistics import skewness_of_mean, student_quantile
-from transport.runs.leaps import leaps_suffice, leaps_to_come, slope_of
-from transport.runs.limits import MANY_FOR_ERROR, Limits
-from transport.runs.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for, sizes_of
-from transport.runs.stopping import LOPSIDED, Look, Standing, standing_of
+from transport.run.schedules import MEMORY, SMALL_BATCH, Planned, Rounds, Schedule, schedule_for, sizes_of
+from transport.run.settings import MANY_FOR_ERROR, Limits
+from transport.run.stopping import (
+    LOPSIDED,
+    Look,
+    Standing,
+    leaps_suffice,
+    leaps_to_come,
+    slope_of,
+    standing_of,
+)
+from transport.statistics.batches import skewness_of_mean, student_quantile
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
 
 RUNS = 800
 COVERED = 0.92  # of intervals of 95 %; right code comes to 0.947 ± 0.008: a false alarm in 2000 (tests/bench/stopping.py has more)

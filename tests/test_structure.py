@@ -22,7 +22,7 @@ HEAVY = (
     "sims",
     "viz",
 )
-COMPILED = ("engine/", "physics/", "command/yardstick")  # the only places that know Numba
+COMPILED = ("engine/", "physics/", "cli/bench/yardstick")  # the only places that know Numba
 ROOTS = [
     "home",
     "root",
@@ -112,7 +112,7 @@ def test_importing_a_user_object_or_a_theory_loads_no_numba():
 
 def test_user_objects_do_not_import_numba_nor_at_once_the_engine():
     assert offences(user_files(), lambda name: within(name, "numba", "llvmlite")) == []
-    inner = ("transport.engine", "transport.physics", "transport.command.yardstick")
+    inner = ("transport.engine", "transport.physics", "transport.cli.bench.yardstick")
     assert offences(user_files(), lambda name: within(name, *inner), everywhere=False) == []
 
 

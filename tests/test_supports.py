@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import transport as tp
-from transport.shapes.overlaps import overlap
-from transport.shapes.supports import are_on_one_support, is_on_support, orientation
-from transport.sheets import sheets_of
+from transport.geometry.overlaps import overlap
+from transport.geometry.supports import are_on_one_support, is_on_support, orientation
+from transport.scene.sheets import sheets_of
 from transport.vectors import unit_vector
 
 AXIS = unit_vector((0.3, -0.2, 0.9))

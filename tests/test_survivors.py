@@ -15,7 +15,7 @@ import transport as tp
 from tests.agreement import assert_agrees
 from tests.doubts import doubt
 from tests.tracking_scenes import FALSE_ALARM, assert_rejects, run, slab, splitting
-from transport.results.survivors import _played
+from transport.results.diagnostics.depth import _played
 from transport.theory import ordinates
 
 DEEP = (20.0, 0.2)

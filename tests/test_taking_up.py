@@ -7,13 +7,13 @@ import pytest
 
 from tests.same_batches import assert_same
 from tests.test_reproducible import scene
-from transport.estimators.methods import checked_method
-from transport.runs import schedules
-from transport.runs.crew import Crew
-from transport.runs.limits import checked_limits
-from transport.runs.machines import machine_for
-from transport.runs.progress import Progress
-from transport.runs.running import Run
+from transport.compile.methods import checked_method
+from transport.run import schedules
+from transport.run.programs import machine_for
+from transport.run.progress import Progress
+from transport.run.run import Run
+from transport.run.settings import checked_limits
+from transport.run.threads import Crew
 
 LIMITS = {
     "particles": {"particles": 40_001},

@@ -11,8 +11,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from transport.theory import emitters, enclosures, gas, solid_angles, sun, view_factors
-from transport.theory.cones import projected_cone
+from transport.geometry import solid_angles as solid_angles_geometry
+from transport.geometry.solid_angles import projected_cone
+from transport.theory import effusion, emitters, enclosures, solid_angles, view_factors
 
 mp.mp.dps = 60
 TILTED = (0.3, -0.5, 0.7)
@@ -26,22 +27,24 @@ def agrees(value, exact, relative: float = 2e-15) -> bool:
 
 def test_isotropic_gas_crosses_at_a_quarter_n_v():
     n, v = 2.5, 3.0
-    assert agrees(gas.one_way_flux_density(n, v), 1.875)  # A.isotropic_one_sided_flux
-    assert agrees(gas.fluence_rate(n, v), 7.5)
-    assert agrees(gas.mean_mu_of_crossers(), 2 / 3)
-    assert agrees(math.pi * gas.radiance(n, v), 1.875) and agrees(4 * math.pi * gas.radiance(n, v), 7.5)
-    assert gas.net_flux_density(n, v) == 0
+    assert agrees(effusion.one_way_flux_density(n, v), 1.875)  # A.isotropic_one_sided_flux
+    assert agrees(effusion.fluence_rate(n, v), 7.5)
+    assert agrees(effusion.mean_mu_of_crossers(), 2 / 3)
+    assert agrees(math.pi * effusion.radiance(n, v), 1.875) and agrees(
+        4 * math.pi * effusion.radiance(n, v), 7.5
+    )
+    assert effusion.net_flux_density(n, v) == 0
     bins = solid_angles.bin_projected_solid_angles(np.linspace(0, 1, 9), np.linspace(0, 2 * math.pi, 17))
-    assert agrees(gas.flux_in_bin(n, v, bins).sum(), 1.875)
+    assert agrees(effusion.flux_in_bin(n, v, bins).sum(), 1.875)
     plain = solid_angles.bin_solid_angles(np.linspace(0, 1, 9), np.linspace(0, 2 * math.pi, 17))
-    assert agrees(gas.flux_in_bin(n, v, plain).sum(), 2 * 1.875)  # a dropped cosine doubles it
+    assert agrees(effusion.flux_in_bin(n, v, plain).sum(), 2 * 1.875)  # a dropped cosine doubles it
 
 
 def test_stream_crosses_with_the_cosine_and_not_from_behind():
     degrees = np.array([0, 30, 60, 85, 89.9])
     exact = [7.5, 6.49519052838329, 3.75, 0.653668070607436, 0.013089962744236962]  # A.beam_flux
-    assert agrees(gas.stream_flux_density(2.5, 3.0, np.cos(np.radians(degrees))), exact, 1e-12)
-    assert gas.stream_flux_density(2.5, 3.0, -0.5) == 0
+    assert agrees(effusion.stream_flux_density(2.5, 3.0, np.cos(np.radians(degrees))), exact, 1e-12)
+    assert effusion.stream_flux_density(2.5, 3.0, -0.5) == 0
 
 
 def test_diffuse_emitter_gives_off_pi_l_a():
@@ -154,28 +157,32 @@ def test_five_times_rule_is_one_percent():
 
 
 def test_sun_of_the_lecture():
-    radius = sun.sphere_radius(sun.AREA)
-    assert agrees(sun.surface_radiance(sun.POWER, sun.AREA), 2.05e7, 3e-4)
-    earth = sun.irradiance_of_solid_angle(sun.POWER, sun.AREA, sun.SOLID_ANGLE_EARTH)
+    radius = emitters.sphere_radius(emitters.AREA)
+    assert agrees(emitters.surface_radiance(emitters.POWER, emitters.AREA), 2.05e7, 3e-4)
+    earth = emitters.irradiance_of_solid_angle(emitters.POWER, emitters.AREA, emitters.SOLID_ANGLE_EARTH)
     assert agrees(earth, 1373.7667361378526)  # B.sun
     assert agrees(earth, 1373.5, 3e-4)
-    assert agrees(sun.irradiance_of_solid_angle(sun.POWER, sun.AREA, sun.SOLID_ANGLE_MARS), 598.6, 3e-4)
-    assert agrees(math.pi * sun.surface_radiance(sun.POWER, sun.AREA), 64415156.50741351)
-    assert agrees(sun.distance_of_projected_area(radius, sun.SOLID_ANGLE_EARTH), 1.505e11, 2e-4)
-    assert agrees(sun.distance_of_projected_area(radius, sun.SOLID_ANGLE_MARS), 2.2797e11, 2e-4)
-    assert agrees(sun.sphere_solid_angle(radius, sun.ASTRONOMICAL_UNIT), 6.78e-5, 1e-3)
-    assert agrees(emitters.point_irradiance(sun.POWER, sun.ASTRONOMICAL_UNIT), 1390, 1e-3)
+    assert agrees(
+        emitters.irradiance_of_solid_angle(emitters.POWER, emitters.AREA, emitters.SOLID_ANGLE_MARS),
+        598.6,
+        3e-4,
+    )
+    assert agrees(math.pi * emitters.surface_radiance(emitters.POWER, emitters.AREA), 64415156.50741351)
+    assert agrees(emitters.distance_of_projected_area(radius, emitters.SOLID_ANGLE_EARTH), 1.505e11, 2e-4)
+    assert agrees(emitters.distance_of_projected_area(radius, emitters.SOLID_ANGLE_MARS), 2.2797e11, 2e-4)
+    assert agrees(emitters.sphere_solid_angle(radius, emitters.ASTRONOMICAL_UNIT), 6.78e-5, 1e-3)
+    assert agrees(emitters.point_irradiance(emitters.POWER, emitters.ASTRONOMICAL_UNIT), 1390, 1e-3)
     # at the projected-area distance the lecture's L Omega is the exact P / (4 pi d^2)
-    distance = sun.distance_of_projected_area(radius, sun.SOLID_ANGLE_EARTH)
-    assert agrees(earth, emitters.point_irradiance(sun.POWER, distance))
-    assert not agrees(earth, emitters.point_irradiance(sun.POWER, sun.ASTRONOMICAL_UNIT), 1e-2)
+    distance = emitters.distance_of_projected_area(radius, emitters.SOLID_ANGLE_EARTH)
+    assert agrees(earth, emitters.point_irradiance(emitters.POWER, distance))
+    assert not agrees(earth, emitters.point_irradiance(emitters.POWER, emitters.ASTRONOMICAL_UNIT), 1e-2)
 
 
 @pytest.mark.parametrize("solid_angle", [2 * math.pi, 1.0, 6.7e-5, 1e-12, 1e-24])
 def test_distance_and_solid_angle_of_a_sphere_are_inverse(solid_angle):
-    distance = sun.distance_of_solid_angle(1.0, solid_angle)
-    assert agrees(sun.sphere_solid_angle(1.0, distance), solid_angle, 1e-14)
-    ratio = sun.distance_of_projected_area(1.0, solid_angle) / distance
+    distance = emitters.distance_of_solid_angle(1.0, solid_angle)
+    assert agrees(emitters.sphere_solid_angle(1.0, distance), solid_angle, 1e-14)
+    ratio = emitters.distance_of_projected_area(1.0, solid_angle) / distance
     assert agrees(ratio, math.sqrt(4 * (1 - solid_angle / (4 * math.pi))) / 2, 4e-15)
 
 
@@ -191,7 +198,7 @@ def test_cap_covers_four_pi_sine_squared_of_half_the_angle():
     ]  # fmt: skip
     assert agrees(solid_angles.cap_solid_angle(angles), omega)
     assert agrees(solid_angles.cap_projected_solid_angle(angles), projected)
-    assert agrees(solid_angles.cone_projected_solid_angle(angles, 1.0), projected)
+    assert agrees(solid_angles_geometry.cone_projected_solid_angle(angles, 1.0), projected)
     assert not agrees(2 * math.pi * (1 - np.cos(1e-8)), solid_angles.cap_solid_angle(1e-8), 0.1)
 
 
@@ -244,7 +251,7 @@ def test_cone_cut_at_the_horizon(half_angle, height):
     with mp.workdps(40):
         exact = cone_by_quadrature(half_angle, mu)
     # the cosine's rounding alone moves a sliver of relative height 0.01 by 250 roundings
-    assert agrees(solid_angles.cone_projected_solid_angle(half_angle, mu), exact, 1e-13)
+    assert agrees(solid_angles_geometry.cone_projected_solid_angle(half_angle, mu), exact, 1e-13)
 
 
 def test_cone_is_whole_half_or_absent():
@@ -267,8 +274,8 @@ def test_sliver_of_a_small_cone_keeps_its_digits():
 def test_world_bins_are_local_bins_when_the_normal_is_the_axis():
     mu, phi = np.array([-1, -0.2, 1e-12, 0.3, 1 - 1e-9, 1]), np.array([-3, -1, 0.5, 0.5 + 1e-9, 3])
     local = solid_angles.bin_projected_solid_angles(mu, phi)
-    assert agrees(solid_angles.projected_solid_angles(mu, phi, (0, 0, 2.0))[2:], local[2:], 1e-14)
-    assert np.all(solid_angles.projected_solid_angles(mu, phi, (0, 0, 1))[0] == 0)
+    assert agrees(solid_angles_geometry.projected_solid_angles(mu, phi, (0, 0, 2.0))[2:], local[2:], 1e-14)
+    assert np.all(solid_angles_geometry.projected_solid_angles(mu, phi, (0, 0, 1))[0] == 0)
 
 
 NORMALS = [
@@ -286,8 +293,8 @@ NORMALS = [
 @pytest.mark.parametrize("normal", NORMALS)
 def test_world_bins_of_a_sphere_add_up_to_pi(normal):
     mu, phi = np.linspace(-1, 1, 10), np.linspace(0, 2 * math.pi, 14)
-    front = solid_angles.projected_solid_angles(mu, phi, normal)
-    back = solid_angles.projected_solid_angles(mu, phi, np.negative(normal))
+    front = solid_angles_geometry.projected_solid_angles(mu, phi, normal)
+    back = solid_angles_geometry.projected_solid_angles(mu, phi, np.negative(normal))
     assert agrees(front.sum(), math.pi, 1e-14) and agrees(back.sum(), math.pi, 1e-14)
     # front minus back is the integral of omega . n, cut nowhere
     theta, n = np.arccos(mu), np.divide(normal, np.max(np.abs(normal)))
@@ -331,7 +338,7 @@ BINS = [
 def test_world_bin_agrees_with_quadrature(mu, phi, normal):
     with mp.workdps(40):
         exact = bin_by_quadrature([mp.mpf(x) for x in mu], [mp.mpf(x) for x in phi], normal)
-    value = solid_angles.projected_solid_angles(mu, phi, normal)[0, 0]
+    value = solid_angles_geometry.projected_solid_angles(mu, phi, normal)[0, 0]
     assert abs(value - exact) <= 1e-13 * (mu[1] - mu[0]) * (phi[1] - phi[0])
     if exact > 0.01 * (mu[1] - mu[0]) * (phi[1] - phi[0]):
         assert agrees(value, exact, 1e-13)
@@ -350,7 +357,7 @@ def test_world_bin_agrees_with_quadrature(mu, phi, normal):
 )
 def test_wrong_bins_are_refused(mu, phi, normal, word):
     with pytest.raises(ValueError, match=word):
-        solid_angles.projected_solid_angles(mu, phi, normal)
+        solid_angles_geometry.projected_solid_angles(mu, phi, normal)
 
 
 DISKS = [  # C.coaxial_discs, and B.etendue_discs over pi A1

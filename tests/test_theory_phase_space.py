@@ -11,7 +11,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from transport.theory import free_flight, phase_mixing, pressure
+from transport.theory import effusion, free_flight, phase_mixing
 from transport.theory.phase_mixing import Normal, Uniform
 
 CLOUD = 0.5, 1.2  # sigma_x, sigma_v
@@ -224,25 +224,25 @@ def test_a_water_bag_is_full_or_empty_and_evens_out_now_and_then():
 
 
 def test_light_presses_with_a_third_of_its_energy_density_and_half_of_that_on_black():
-    close(pressure.light_pressure(1.0, "mirror"), 0.3333333333333333)  # A.photon_pressure
-    close(pressure.light_pressure(1.0, "black"), 0.16666666666666666)
-    close([pressure.stream_pressure(1.0, 1.0, wall) for wall in ("black", "mirror")], [1.0, 2.0])
+    close(effusion.light_pressure(1.0, "mirror"), 0.3333333333333333)  # A.photon_pressure
+    close(effusion.light_pressure(1.0, "black"), 0.16666666666666666)
+    close([effusion.stream_pressure(1.0, 1.0, wall) for wall in ("black", "mirror")], [1.0, 2.0])
 
 
 @pytest.mark.parametrize("wall", ["mirror", "diffuse", "black"])
 def test_isotropic_pressure_is_the_mean_of_streams_over_all_directions(wall):
     nodes, weights = np.polynomial.legendre.leggauss(8)
     mu = (1 + nodes) / 2
-    streams = np.array([pressure.stream_pressure(1.0, each, wall) for each in mu])
-    close(pressure.light_pressure(1.0, wall), weights @ streams / 4)
+    streams = np.array([effusion.stream_pressure(1.0, each, wall) for each in mu])
+    close(effusion.light_pressure(1.0, wall), weights @ streams / 4)
     without_its_cosine = weights @ (streams / mu) / 4
-    assert without_its_cosine > 1.4 * pressure.light_pressure(1.0, wall)
+    assert without_its_cosine > 1.4 * effusion.light_pressure(1.0, wall)
 
 
 def test_n_k_t_is_a_third_of_the_mean_square_and_not_of_the_mean_squared():
     n, mass, temperature = 2.5e25, 4.65e-26, 300.0
-    mean_square = 3 * pressure.BOLTZMANN * temperature / mass
-    close(pressure.kinetic_pressure(n, mass, mean_square), pressure.gas_pressure(n, temperature))
-    close(pressure.gas_pressure(n, temperature), 2.5e25 * 1.380649e-23 * 300)
-    of_the_mean = pressure.kinetic_pressure(n, mass, mean_square * 8 / (3 * math.pi))
-    assert of_the_mean < 0.85 * pressure.gas_pressure(n, temperature)
+    mean_square = 3 * effusion.BOLTZMANN * temperature / mass
+    close(effusion.kinetic_pressure(n, mass, mean_square), effusion.gas_pressure(n, temperature))
+    close(effusion.gas_pressure(n, temperature), 2.5e25 * 1.380649e-23 * 300)
+    of_the_mean = effusion.kinetic_pressure(n, mass, mean_square * 8 / (3 * math.pi))
+    assert of_the_mean < 0.85 * effusion.gas_pressure(n, temperature)

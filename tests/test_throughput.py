@@ -18,8 +18,9 @@ import transport as tp
 from sims import throughput
 from sims.throughput import BEHIND, FOCAL, HOLE, KEPT, NEAR, READ, RIM, SENSOR, T_1, T_2
 from tests.agreement import assert_agrees, smallest_bias
-from transport.results.estimates import Batches, Estimate
-from transport.theory import elements, etendue, glass_lenses, optical_paths
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
+from transport.theory import etendue, lenses, optical_paths
 from transport.theory.optical_paths import from_to, to_plane
 
 FALSE_ALARM = 1e-5
@@ -68,7 +69,7 @@ def test_throughput_of_disks_is_the_square_of_that_of_their_slits():
     """pi²/4 (crossed - uncrossed)², 2 (crossed - uncrossed) being the slits'."""
     for case, exact in {(1, 1, 1): 3.7698534257005853, (0.01, 0.02, 1): 3.945868983699782e-07}.items():
         assert (math.pi * etendue.meridional_etendue(*case)) ** 2 / 16 == pytest.approx(exact, rel=1e-14)
-        assert elements.disks_throughput(*case) == pytest.approx(exact, rel=1e-14)  # B.etendue_discs
+        assert etendue.disks_throughput(*case) == pytest.approx(exact, rel=1e-14)  # B.etendue_discs
 
 
 def area_at(rays, height, index=1.0):
@@ -77,7 +78,7 @@ def area_at(rays, height, index=1.0):
 
 
 def through_ball(rays):
-    return glass_lenses.trace(rays, glass_lenses.ball(0.0, throughput.BALL), 1.5)
+    return lenses.trace(rays, lenses.ball(0.0, throughput.BALL), 1.5)
 
 
 OPTICS = {
@@ -121,11 +122,10 @@ def test_a_lens_that_maps_tangents_makes_rays():
 
 def test_throughput_through_glass_is_the_same_from_either_end():
     """The same beam from aperture 2, whose window is where aperture 1 is; a small aperture and a wide one."""
-    faces = glass_lenses.ball(0.15, 0.06)
+    faces = lenses.ball(0.15, 0.06)
     for one, two in ((1e-4, 1e-3), (2e-3, 5e-3)):
         seen = [
-            glass_lenses.projected_solid_angle(faces, 1.0, a, b, 0.3) * a**2
-            for a, b in ((one, two), (two, one))
+            lenses.projected_solid_angle(faces, 1.0, a, b, 0.3) * a**2 for a, b in ((one, two), (two, one))
         ]
         assert seen[0] == pytest.approx(seen[1], rel=1e-13)
 
@@ -184,7 +184,7 @@ def test_an_optic_that_loses_rays_is_seen():
 def test_glass_counts_with_what_it_lets_through():
     found = rows(show="glass ball")
     [estimate, exact] = found[T_2]
-    plain = elements.disks_throughput(0.01, throughput.WINDOW, 1.4 * throughput.BALL)
+    plain = etendue.disks_throughput(0.01, throughput.WINDOW, 1.4 * throughput.BALL)
     assert agrees(estimate, exact)
     assert not agrees(estimate, plain)  # as if Fresnel let all through
     assert not agrees(estimate, math.sqrt(exact * plain))  # as if one face did
@@ -300,7 +300,7 @@ def test_unknown_choices_are_refused_with_the_possible_ones(given, said):
 
 def test_the_beam_of_a_lens_is_seen_in_phase_space():
     """L within the outline of traced rays and 0 beyond, at all four places; a mirrored map is rejected."""
-    from transport.experiment import Outcome
+    from transport.verification.experiment import Outcome
 
     scene = throughput.scene(show="lens")
     outcome = Outcome({"show": "lens"}, tp.simulate(scene, particles=2_000_000, seed=1, threads=1), ())

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.compile.layout import COUNT_BITS
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
@@ -85,7 +85,7 @@ def test_what_flies_off_has_no_end_and_is_drawn_so_far():
 def test_room_for_flights_grows_and_none_is_lost(monkeypatch):
     scene = room()
     whole = tp.tracks(scene, 40, seed=2)
-    monkeypatch.setattr(importlib.import_module("transport.tracks"), "EACH", 1)
+    monkeypatch.setattr(importlib.import_module("transport.analysis.tracks"), "EACH", 1)
     again = tp.tracks(scene, 40, seed=2)
     assert np.array_equal(whole.starts, again.starts) and len(whole) > 40
 

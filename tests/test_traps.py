@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import transport as tp
-from transport.results.scores import Scores
-from transport.results.trends import outlier_of
+from transport.statistics.batches import outlier_of
+from transport.statistics.quality import Scores
 
 SEEDS = 12  # of 200 each run that fell into a trap was told of: 193 of the mask's, 152 of the hidden lamp's
 

@@ -10,15 +10,19 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.agreement import assert_agrees
-from transport.bins import Directions, Positions
-from transport.detectors import Detector
-from transport.materials import Black, Diffuse, Mirror, Surface, Transparent
-from transport.scene import Scene
-from transport.shapes import Disk, Point, Rectangle, Sphere, Triangle
-from transport.shapes.distances import least_distance
-from transport.sheets import are_on_one_support, pieces, sheets_of
+from transport.geometry.distances import least_distance
+from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.shape import Point
+from transport.geometry.solid import Sphere
+from transport.geometry.supports import are_on_one_support
+from transport.scene.bins import Directions, Positions
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Gas, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Mirror, Surface, Transparent
+from transport.scene.scene import Scene
+from transport.scene.sheets import pieces, sheets_of
+from transport.scene.sources import Source
 from transport.simulate import simulate
-from transport.sources import Beam, Gas, Isotropic, Lambertian, Source
 from transport.validation import SceneError
 
 HALF_SQUARE = Triangle(vertices=((0, 0, 0), (2, 0, 0), (0, 2, 0)))

@@ -16,8 +16,8 @@ import pytest
 import transport as tp
 from sims import tube as sim
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
 from transport.theory import clausing
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 LENGTHS = (0.01, 0.1, 1.0, 3.7, 20.0, 100.0)

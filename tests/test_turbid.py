@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from transport.theory import ordinates, turbid
-from transport.theory.turbid import solved
-from transport.theory.turbid_diffusion import Diffusion, boundary_factor
+from transport.theory.turbid import Diffusion, boundary_factor, solved
 
 MILK = {"albedo": 1000 / 1001, "g": 0.9, "index": 1.37}
 

@@ -17,7 +17,7 @@ import transport as tp
 from sims import two_elements
 from sims.two_elements import ALL, AT_2, BACK, BIAS, BODIES, CHORD, DOWN, L1, L2, SAME, THERE, UP, WHOLE
 from tests.agreement import assert_agrees, smallest_bias
-from transport.theory import chords, elements, view_factors
+from transport.theory import enclosures, etendue, view_factors
 
 FALSE_ALARM = 1e-5
 TILTED = {"size_1": 0.05, "size_2": 0.02, "tilt_1": math.radians(75), "tilt_2": math.radians(45)}
@@ -43,7 +43,7 @@ def agrees(estimate, exact):
 
 
 def test_throughput_of_disks_is_that_of_the_collection():
-    values = [elements.disks_throughput(*case) for case in ((1, 1, 1), (0.01, 0.02, 1), (1, 1, 100))]
+    values = [etendue.disks_throughput(*case) for case in ((1, 1, 1), (0.01, 0.02, 1), (1, 1, 100))]
     exact = [3.7698534257005853, 3.945868983699782e-07, 0.0009867630973551228]  # B.etendue_discs
     assert values == pytest.approx(exact, rel=1e-14)
 
@@ -54,12 +54,12 @@ def test_what_disks_get_wrong_does_not_cancel(ratios):
         one, two = map(mp.mpf, ratios)
         total = 1 + one**2 + two**2
         exact = (total - mp.sqrt(total**2 - 4 * one**2 * two**2)) / (2 * one**2 * two**2) - 1
-    assert elements.disks_bias(*ratios) == pytest.approx(float(exact), rel=1e-13)
+    assert etendue.disks_bias(*ratios) == pytest.approx(float(exact), rel=1e-13)
 
 
 def test_what_disks_get_wrong_falls_with_the_square():
-    assert elements.disks_bias(1e-4, 1e-4) == pytest.approx(-2e-8, rel=1e-7)
-    assert elements.disks_bias(1e-4, 3e-4) == pytest.approx(-1e-7, rel=1e-6)
+    assert etendue.disks_bias(1e-4, 1e-4) == pytest.approx(-2e-8, rel=1e-7)
+    assert etendue.disks_bias(1e-4, 3e-4) == pytest.approx(-1e-7, rel=1e-6)
 
 
 def square(center, normal, size):
@@ -69,7 +69,7 @@ def square(center, normal, size):
 
 @pytest.mark.parametrize("distance", [1.0, 2.0, 100.0])
 def test_throughput_by_quadrature_is_the_closed_form_of_parallel_squares(distance):
-    value = elements.tilted_throughput(
+    value = etendue.tilted_throughput(
         *square((0, 0, 0), (0, 0, 1), 1), *square((0, 0, distance), (0, 0, -1), 1)
     )
     exact = math.pi * view_factors.parallel_rectangles(1, 1, distance)
@@ -84,15 +84,15 @@ def test_throughput_by_quadrature_is_the_closed_form_of_walls_at_a_right_angle()
 
     exact = from_edge(2, 2) - from_edge(1, 2) - from_edge(2, 1) + from_edge(1, 1)
     floor, wall = square((1.5, 0, 0), (0, 0, 1), 1), square((0, 0, 1.5), (1, 0, 0), 1)
-    assert elements.tilted_throughput(*floor, *wall) == pytest.approx(exact, rel=1e-8)
+    assert etendue.tilted_throughput(*floor, *wall) == pytest.approx(exact, rel=1e-8)
 
 
 def test_throughput_of_tilted_elements_is_the_same_from_either():
     one, two = (square((0, 0, z), normal, 0.3) for z, normal in ((0, (1, 0, 1)), (1, (0, 1, -2))))
-    there, back = elements.tilted_throughput(*one, *two), elements.tilted_throughput(*two, *one)
+    there, back = etendue.tilted_throughput(*one, *two), etendue.tilted_throughput(*two, *one)
     assert there == pytest.approx(back, rel=1e-13)
     assert there != pytest.approx(
-        elements.element_throughput(0.09, math.sqrt(0.5), 0.09, math.sqrt(0.8), 1), rel=1e-3
+        etendue.element_throughput(0.09, math.sqrt(0.5), 0.09, math.sqrt(0.8), 1), rel=1e-3
     )
 
 
@@ -100,28 +100,30 @@ def test_small_tilted_elements_hold_what_their_middles_say():
     off = []
     for size in (0.02, 0.01):
         one, two = (square((0, 0, z), normal, size) for z, normal in ((0, (1, 0, 1)), (1, (0, 1, -2))))
-        by_middles = elements.element_throughput(size**2, math.sqrt(0.5), size**2, math.sqrt(0.8), 1)
-        off.append(elements.tilted_throughput(*one, *two) / by_middles - 1)
+        by_middles = etendue.element_throughput(size**2, math.sqrt(0.5), size**2, math.sqrt(0.8), 1)
+        off.append(etendue.tilted_throughput(*one, *two) / by_middles - 1)
     assert off[0] / off[1] == pytest.approx(4, rel=1e-3)
 
 
 def test_elements_behind_one_another_are_refused():
     with pytest.raises(ValueError, match="behind"):
-        elements.tilted_throughput(*square((0, 0, 0), (0, 0, 1), 1), *square((0.2, 0, 0.1), (1, 0, 0), 1))
+        etendue.tilted_throughput(*square((0, 0, 0), (0, 0, 1), 1), *square((0.2, 0, 0.1), (1, 0, 0), 1))
     with pytest.raises(tp.SceneError, match="tilt them less"):
         two_elements.scene(tilt_1=math.radians(89))
 
 
 def test_mean_chords_are_those_of_the_collection():
-    assert chords.mean_chord(4 * math.pi / 3, 4 * math.pi) == pytest.approx(4 / 3, rel=1e-15)  # A.mean_chord
-    assert chords.sphere_mean_chord(1.0) == pytest.approx(4 / 3, rel=1e-15)
-    assert chords.box_mean_chord((1, 1, 1)) == pytest.approx(2 / 3, rel=1e-15)
-    assert chords.mean_chord(2 * math.pi, 6 * math.pi) == pytest.approx(
+    assert enclosures.mean_chord(4 * math.pi / 3, 4 * math.pi) == pytest.approx(
+        4 / 3, rel=1e-15
+    )  # A.mean_chord
+    assert enclosures.sphere_mean_chord(1.0) == pytest.approx(4 / 3, rel=1e-15)
+    assert enclosures.box_mean_chord((1, 1, 1)) == pytest.approx(2 / 3, rel=1e-15)
+    assert enclosures.mean_chord(2 * math.pi, 6 * math.pi) == pytest.approx(
         4 / 3, rel=1e-15
     )  # a cylinder of height 2
     box = tp.Box(size=(1, 2, 3))
-    assert chords.box_mean_chord(box.size) == pytest.approx(
-        chords.mean_chord(box.volume, box.area), rel=1e-15
+    assert enclosures.box_mean_chord(box.size) == pytest.approx(
+        enclosures.mean_chord(box.volume, box.area), rel=1e-15
     )
 
 
@@ -232,7 +234,7 @@ def test_unknown_choices_are_refused_with_the_possible_ones(name, wrong):
 
 def test_quadrature_nodes_suffice_for_the_cases_of_the_sim(monkeypatch):
     before = [two_elements.exact(**case) for case in two_elements.cases()]
-    monkeypatch.setattr(elements, "NODES", 2 * elements.NODES)
+    monkeypatch.setattr(etendue, "ELEMENT_NODES", 2 * etendue.ELEMENT_NODES)
     after = [two_elements.exact(**case) for case in two_elements.cases()]
     for one, two in zip(before, after, strict=True):
         assert list(one.values()) == pytest.approx(list(two.values()), rel=1e-9)

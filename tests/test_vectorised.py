@@ -4,8 +4,7 @@ import pytest
 from numba import config
 
 from tests.vectorisation import assembly, has_fused, host_has, is_vectorised
-from transport.engine.passes import Pass
-from transport.engine.registry import PASSES
+from transport.engine.registry import PASSES, Pass
 from transport.physics.device import EXACT
 
 # Passes whose loops are not vectorised, and why.

@@ -12,13 +12,14 @@ from tests.test_choosing import AIMED, ANALOG, fake_run, one, pilots_of, scene
 from tests.test_findings import EYE, PANEL, disk_lamp, estimate, lamp_before_a_reflector, mirror, run
 from tests.test_grazing import METER, flat_beam
 from tests.test_quality import quality_of_draws
-from transport.estimators.choosing import cheapest, choose, chosen
-from transport.estimators.methods import Method
+from transport.compile.methods import Method
 from transport.results.choice import Pilot
-from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.results.findings import Finding, of_even_scores, times_needed, unseen_scores
-from transport.results.proofs import bound_by_probe
-from transport.results.trust import in_words
+from transport.results.diagnostics.proofs import bound_by_probe
+from transport.results.diagnostics.run_findings import in_words
+from transport.run.auto import cheapest, choose, chosen
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.findings import Finding, of_even_scores, times_needed, unseen_scores
+from transport.statistics.replicates import Batches
 
 UNSEEN = Finding("doubtful", "detector 'm'", "", "light via 'mirror' not sampled", 1.0)
 
@@ -118,7 +119,7 @@ def test_a_detector_that_one_of_two_aims_leaves_out_is_told_of():
     assert "detector 'm' sees an aimed source only in the directions of its aim" in result.warnings
 
 
-# ---- runs/running.py ----
+# ---- run/run.py ----
 
 
 def test_a_doubt_about_a_class_without_a_score_ends_no_run_before_2_to_the_18_histories():
@@ -199,7 +200,7 @@ def test_the_cost_of_a_way_has_the_histories_until_it_is_no_doubt():
 def test_nets_of_a_run_for_a_time_must_save_their_earlier_rounds_as_well(monkeypatch):
     sobol, errors = Method("analog", "sobol"), {}
     errors |= {ANALOG: 1.0, sobol: 0.7}
-    monkeypatch.setattr("transport.estimators.choosing.methods_for", lambda scene: list(errors))
+    monkeypatch.setattr("transport.run.auto.methods_for", lambda scene: list(errors))
     for seconds, taken in ((None, sobol), (1.0, ANALOG)):
         calls = []
         choice = choose(

@@ -12,9 +12,10 @@ from scipy.special import bdtr, bdtrc
 from typer.testing import CliRunner
 
 from tests import agreement
-from transport.command import cli
-from transport.command.verify import Law, score_of, split_law
-from transport.results.estimates import Batches, Estimate
+from transport.cli import commands
+from transport.cli.laws import Law, score_of, split_law
+from transport.statistics.estimates import Estimate
+from transport.statistics.replicates import Batches
 
 LEVEL = 1e-3
 TANK = """
@@ -47,8 +48,8 @@ def verified(tmp_path, monkeypatch):
     def verify(more: str = ""):
         Path("tank.py").write_text(TANK + more, encoding="utf-8")
         arguments = ["verify", "tank.py", "--particles", "20000"]
-        rows = json.loads(CliRunner().invoke(cli.app, [*arguments, "--json"]).output)
-        return CliRunner().invoke(cli.app, arguments), {row["quantity"]: row for row in rows}
+        rows = json.loads(CliRunner().invoke(commands.app, [*arguments, "--json"]).output)
+        return CliRunner().invoke(commands.app, arguments), {row["quantity"]: row for row in rows}
 
     return verify
 
@@ -78,10 +79,10 @@ def test_what_is_wrong_is_shown_to_the_digit_that_is(verified):
 def test_a_run_tells_the_same_score(verified):
     verified()
     record = json.loads(
-        CliRunner().invoke(cli.app, ["run", "tank.py", "--json", "--particles", "1000"]).output
+        CliRunner().invoke(commands.app, ["run", "tank.py", "--json", "--particles", "1000"]).output
     )
     assert [row["z"] for row in record["quantities"]] == [0, 0]
-    shown = CliRunner().invoke(cli.app, ["run", "tank.py", "--no-picture", "--particles", "1000"]).output
+    shown = CliRunner().invoke(commands.app, ["run", "tank.py", "--no-picture", "--particles", "1000"]).output
     assert sum(line.rstrip().endswith("+0.00") for line in shown.splitlines()) == 2
 
 

@@ -16,10 +16,10 @@ import pytest
 import transport as tp
 from sims import view_factors as sim
 from tests.agreement import assert_agrees
-from transport.experiment import run_experiment
 from transport.theory import emitters, occlusion
 from transport.theory import round_view_factors as of_round
 from transport.theory import view_factors as of_flat
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 SIZES = (1e-9, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e9)

@@ -25,11 +25,11 @@ from tests.volume_scenes import (
     run,
     sphere,
 )
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import machine_of, run_batch
+from transport.engine.passes.volumes import A_SCORE
 from transport.engine.program import program_of
-from transport.engine.volumes import A_SCORE
 
 
 @pytest.mark.parametrize("speeds", [(2.0,), (2.0, 0.5, 0.0)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from transport.theory.voxels import optical_depths, shadow_means
+from transport.theory.attenuation import optical_depths, shadow_means
 
 LOW, HIGH = (-3.0, -2.0, 1.0), (5.0, 2.0, 4.0)
 TANGENT = 0.8

@@ -16,9 +16,9 @@ import transport as tp
 from sims import wall_distance as sim
 from sims.wall_distance import AT_PUPIL, BRIGHTNESS, RATIOS
 from tests.agreement import assert_agrees, smallest_bias
-from transport.experiment import run_experiment
-from transport.theory import apertures, elements, panels, polygons, solid_angles
-from transport.theory.eyes import DEPTH, Eye
+from transport.theory import emitters, etendue, solid_angles
+from transport.theory.etendue import DEPTH, Eye
+from transport.verification.experiment import run_experiment
 
 FALSE_ALARM = 1e-5
 MIDDLE = BRIGHTNESS.format("middle cell")
@@ -50,9 +50,7 @@ def test_a_third_disk_that_all_rays_meet_changes_nothing(disks):
     exact[1, 1, 100] = 0.0009867630973551228
     one, two, gap = disks
     behind = two + (one + two) * 3 / gap
-    assert apertures.three_disks_throughput(one, two, behind, gap, 3) == pytest.approx(
-        exact[disks], rel=1e-13
-    )
+    assert etendue.three_disks_throughput(one, two, behind, gap, 3) == pytest.approx(exact[disks], rel=1e-13)
 
 
 THREE = [
@@ -67,11 +65,9 @@ THREE = [
 @pytest.mark.parametrize("case", THREE)
 def test_three_disks_hold_as_much_from_either_end(case):
     one, two, three, before, beyond = case
-    there = apertures.three_disks_throughput(one, two, three, before, beyond)
-    assert there == pytest.approx(
-        apertures.three_disks_throughput(three, two, one, beyond, before), rel=1e-12
-    )
-    most = min(elements.disks_throughput(one, two, before), elements.disks_throughput(two, three, beyond))
+    there = etendue.three_disks_throughput(one, two, three, before, beyond)
+    assert there == pytest.approx(etendue.three_disks_throughput(three, two, one, beyond, before), rel=1e-12)
+    most = min(etendue.disks_throughput(one, two, before), etendue.disks_throughput(two, three, beyond))
     assert there < most * (1 + 1e-12)
 
 
@@ -86,7 +82,7 @@ def test_three_disks_hold_the_lines_drawn_at_random_that_meet_them(case):
     meets = np.hypot(y + stretch * u, stretch * v) < three
     found = meets * (math.pi * one * two * before / (before**2 + u**2 + v**2)) ** 2
     error = found.std() / math.sqrt(n)
-    assert abs(found.mean() - apertures.three_disks_throughput(*case)) < 4.5 * error  # one in 10^5
+    assert abs(found.mean() - etendue.three_disks_throughput(*case)) < 4.5 * error  # one in 10^5
 
 
 def test_a_wall_far_away_is_seen_through_the_rest_of_two_disks():
@@ -95,26 +91,22 @@ def test_a_wall_far_away_is_seen_through_the_rest_of_two_disks():
     angle_a = math.acos((u**2 + a**2 - b**2) / (2 * u * a))
     angle_b = math.acos((u**2 + b**2 - a**2) / (2 * u * b))
     lens = a**2 * (angle_a - math.sin(2 * angle_a) / 2) + b**2 * (angle_b - math.sin(2 * angle_b) / 2)
-    assert apertures.common_area(u, (a, b, 100.0), (0.0, -u, -2 * u)) == pytest.approx(lens, rel=1e-14)
-    assert apertures.common_area(u, (a, 100.0, b), (0.0, -u / 2, -u)) == pytest.approx(lens, rel=1e-14)
-    assert apertures.common_area(u, (a, 1e-3, b), (0.0, -u / 2, -u)) == pytest.approx(
-        math.pi * 1e-6, rel=1e-9
-    )
+    assert etendue.common_area(u, (a, b, 100.0), (0.0, -u, -2 * u)) == pytest.approx(lens, rel=1e-14)
+    assert etendue.common_area(u, (a, 100.0, b), (0.0, -u / 2, -u)) == pytest.approx(lens, rel=1e-14)
+    assert etendue.common_area(u, (a, 1e-3, b), (0.0, -u / 2, -u)) == pytest.approx(math.pi * 1e-6, rel=1e-9)
 
 
 def test_rays_reach_as_far_as_rims_allow():
-    assert apertures.reach_through_lens(3.0, 2.0, math.inf, 5.0, 1.0) == pytest.approx(
-        2 + 5 * 1 / 5, rel=1e-14
-    )
-    image = apertures.reach_through_lens(1e-4, 1e-4, 1 / (1 / 0.5 + 1 / 2), 0.5, 2.0)
+    assert etendue.reach_through_lens(3.0, 2.0, math.inf, 5.0, 1.0) == pytest.approx(2 + 5 * 1 / 5, rel=1e-14)
+    image = etendue.reach_through_lens(1e-4, 1e-4, 1 / (1 / 0.5 + 1 / 2), 0.5, 2.0)
     assert image == pytest.approx(4e-4, rel=1e-4)  # a sharp image, 4 times as large
     with pytest.raises(ValueError, match="longer"):
-        apertures.reach_through_lens(3.0, 2.0, 0.5, 5.0, 1.0)
+        etendue.reach_through_lens(3.0, 2.0, 0.5, 5.0, 1.0)
 
 
 def test_the_lens_of_the_eye_looks_sharply_at_the_wall():
     eye = Eye(1e-3, 0.5, 1e-4, 1e-3, has_lens=True)
-    image = apertures.reach_through_lens(eye.wall, eye.pupil, eye.focal_length, eye.distance, DEPTH)
+    image = etendue.reach_through_lens(eye.wall, eye.pupil, eye.focal_length, eye.distance, DEPTH)
     assert image == pytest.approx(eye.wall * DEPTH / eye.distance, rel=0.01)
 
 
@@ -162,12 +154,14 @@ def _in_disk(draws, radius, n):
 
 def test_a_panels_mean_solid_angle_is_that_of_its_points():
     exact = solid_angles.rectangle_solid_angle(1.0, 2.0, 0.5)
-    assert panels.mean_rectangle_solid_angle(1.0, 2.0, 0.5, 1e-6) == pytest.approx(exact, rel=1e-11)
+    assert emitters.mean_rectangle_solid_angle(1.0, 2.0, 0.5, 1e-6) == pytest.approx(exact, rel=1e-11)
     side, d, (t, weight) = 0.2, 0.5, np.polynomial.legendre.leggauss(6)
     square = [(x, y, d) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
-    points = [[polygons.polygon_solid_angle(square, (side / 2 * x, side / 2 * y, 0)) for x in t] for y in t]
+    points = [
+        [solid_angles.polygon_solid_angle(square, (side / 2 * x, side / 2 * y, 0)) for x in t] for y in t
+    ]
     mean = weight @ np.array(points) @ weight / 4
-    assert panels.mean_rectangle_solid_angle(1.0, 1.0, d, side) == pytest.approx(mean, rel=1e-10)
+    assert emitters.mean_rectangle_solid_angle(1.0, 1.0, d, side) == pytest.approx(mean, rel=1e-10)
     assert mean < 0.995 * solid_angles.rectangle_solid_angle(1.0, 1.0, d)
 
 
@@ -180,13 +174,13 @@ def test_a_panel_a_side_away_has_the_values_of_the_collection():
 
 def test_doubling_is_a_quarter_only_far_away():
     d = np.array([5.0, 50.0, 500.0])
-    irradiance = 4 * panels.doubled_irradiance(1.0, d) - 1
-    solid_angle = 4 * panels.doubled_solid_angle(1.0, d) - 1
+    irradiance = 4 * emitters.doubled_irradiance(1.0, d) - 1
+    solid_angle = 4 * emitters.doubled_solid_angle(1.0, d) - 1
     assert irradiance[0] == pytest.approx(0.01, rel=0.005)  # the five-times rule
-    assert irradiance == pytest.approx(panels.far_irradiance_excess(1.0, d), rel=0.005)
-    assert solid_angle == pytest.approx(panels.far_solid_angle_excess(1.0, d), rel=0.005)
-    assert irradiance[1:] == pytest.approx(panels.far_irradiance_excess(1.0, d[1:]), rel=5e-5)
-    assert panels.doubled_irradiance(1.0, 1e-3) == pytest.approx(1, abs=1e-5)
+    assert irradiance == pytest.approx(emitters.far_irradiance_excess(1.0, d), rel=0.005)
+    assert solid_angle == pytest.approx(emitters.far_solid_angle_excess(1.0, d), rel=0.005)
+    assert irradiance[1:] == pytest.approx(emitters.far_irradiance_excess(1.0, d[1:]), rel=5e-5)
+    assert emitters.doubled_irradiance(1.0, 1e-3) == pytest.approx(1, abs=1e-5)
 
 
 # ---- the sim: the eye ----
@@ -232,7 +226,7 @@ def test_an_even_wall_looks_as_bright_through_a_lens_that_is_out_of_focus(focal_
     scene = sim.scene(show="lens", distance=0.5)
     lens = dataclasses.replace(scene.surfaces[0], material=tp.ThinLens(focal_length=focal_length))
     blurred = dataclasses.replace(scene, surfaces=lens)
-    assert apertures.reach_through_lens(0.001, 0.001, focal_length, DEPTH, 0.5) < 0.3
+    assert etendue.reach_through_lens(0.001, 0.001, focal_length, DEPTH, 0.5) < 0.3
     assert agrees(sim.measure(tp.simulate(blurred, particles=1_000_000, seed=1))[MIDDLE], 1.0)
 
 

@@ -13,7 +13,7 @@ import pytest
 from tests.agreement import assert_follows
 from tests.driven import Lanes
 from transport.compile import layout
-from transport.engine import landings, surfaces
+from transport.engine.passes import landing, surfaces
 
 FALSE_ALARM = 1e-6 / 10  # of ten pairs
 NAMES = ("u0", "u1", "u2", "u3", "u4")
@@ -50,7 +50,7 @@ def test_what_landed_beside_a_sphere_is_put_onto_it():
     center, off = np.array([[0.3], [-0.2], [0.1]]), 0.25 * (1 + 1e-9)
     x, y, z = center + off * away
     lanes = Lanes(x=x, y=y, z=z, sheet=1, nx=0.0, ny=0.0, nz=0.0)
-    lanes.run(landings.put_back_on_sphere, rows=sheets.ctypes.data, count=len(sheets))
+    lanes.run(landing.put_back_on_sphere, rows=sheets.ctypes.data, count=len(sheets))
     place = np.stack([lanes["x"], lanes["y"], lanes["z"]]) - center
     np.testing.assert_allclose(np.linalg.norm(place, axis=0), 0.25, rtol=4e-15)
     np.testing.assert_allclose([lanes["nx"], lanes["ny"], lanes["nz"]], away, atol=1e-15)

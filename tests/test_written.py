@@ -14,12 +14,12 @@ import transport as tp
 from tests.fuzz.numbered import TURNS, world_of
 from tests.mesh_scenes import mesh
 from tests.round_trips import assert_compiled_alike, assert_runs_alike, read_again, scenes_of_tests
-from transport.experiment import cases_of, experiment, experiment_names
-from transport.written.differences import are_alike, differences
-from transport.written.numbers import LONGEST, array_read, array_written, number_read, number_written
-from transport.written.printing import WIDTH, printed
-from transport.written.reading import Reader
-from transport.written.writing import written
+from transport.io.json.differences import are_alike, differences
+from transport.io.json.numbers import LONGEST, array_read, array_written, number_read, number_written
+from transport.io.json.reading import Reader
+from transport.io.json.text import WIDTH, printed
+from transport.io.json.writing import written
+from transport.verification.experiment import cases_of, experiment, experiment_names
 
 SCENES = dict(scenes_of_tests())
 LAMP = tp.Source(tp.Disk(radius=1.0), tp.Lambertian(power=1.0))

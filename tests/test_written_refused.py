@@ -15,10 +15,10 @@ import pytest
 import transport as tp
 from tests.refusals import assert_refused
 from tests.round_trips import faults_of, read_again, scenes_of_tests
-from transport.written import numbers
-from transport.written.kinds import KINDS, UNWRITTEN
-from transport.written.numbers import array_read
-from transport.written.schema import FILE, schema_text
+from transport.io.json import numbers
+from transport.io.json.kinds import KINDS, UNWRITTEN
+from transport.io.json.numbers import array_read
+from transport.io.json.schema import FILE, schema_text
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = """
@@ -321,5 +321,5 @@ def test_every_kind_of_object_is_known_to_files():
 
 
 def test_the_schema_that_is_shipped_is_that_of_the_code():
-    """If not: transport schema --out transport/written/scene.schema.json"""
+    """If not: transport schema --out transport/io/json/scene.schema.json"""
     assert FILE.read_text(encoding="utf-8") == schema_text()

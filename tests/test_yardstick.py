@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 from tests.agreement import assert_agrees
-from transport.command.bench import bench, box_scene, disks_scene, pass_costs, render
-from transport.command.yardstick import run_box, run_disks
-from transport.compile import compile_scene
-from transport.detectors import Detector
-from transport.emissions import Lambertian
-from transport.results.estimates import Batches, Estimate, EstimateArray
-from transport.scene import Scene
-from transport.shapes import Disk
+from transport.cli.bench.benchmarks import bench, box_scene, disks_scene, render
+from transport.cli.bench.yardstick import run_box, run_disks
+from transport.cli.effects.costs import pass_costs
+from transport.compile.compiler import compile_scene
+from transport.geometry.flat import Disk
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Lambertian
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.simulate import simulate
-from transport.sources import Source
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.statistics.replicates import Batches
 from transport.theory.view_factors import coaxial_disks
 
 RUN = Batches(np.full(32, 8000))

@@ -4,15 +4,39 @@ Use it as `import transport as tp`: build a `tp.Scene` of sources, surfaces and 
 `tp.simulate(scene, ...)`, and read the quantities of `result["detector name"]`.
 """
 
+import numpy
+
+# ---- Raise ImportError if a user's own file or folder named numpy shadows NumPy.
+#
+# The package imports this module first, so that the message names the cause.
+
+if not hasattr(numpy, "ndarray"):
+    raise ImportError(
+        f"{getattr(numpy, '__file__', None) or 'a folder called numpy'} shadows NumPy: rename it"
+        " (and remove the __pycache__ beside it)"
+    )
+
 from typing import TYPE_CHECKING
 
-from transport import namesakes  # noqa: F401  must be imported first
-from transport.cameras import Camera, EnvironmentMap
-from transport.counting import solid_angle
-from transport.detectors import Detector, Directions, Positions
-from transport.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
-from transport.exchange import etendue, view_factor
-from transport.materials import (
+from transport.analysis.binning import bins_against_noise
+from transport.analysis.cost import CostOfAccuracy, cost_of_accuracy
+from transport.analysis.solid_angle import solid_angle
+from transport.analysis.tracks import Tracks, tracks
+from transport.analysis.view_factors import etendue, view_factor
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.mesh_checks import MeshWarning
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.shape import Cloud, Point
+from transport.geometry.solid import Box, Sphere
+from transport.io import load, merge
+from transport.renderers import register
+from transport.results.result import Result
+from transport.scene.bins import Directions, Positions
+from transport.scene.cameras import Camera, EnvironmentMap
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Effusive, Gas, Isotropic, Lambertian
+from transport.scene.materials import (
     Black,
     Dielectric,
     Diffuse,
@@ -24,38 +48,18 @@ from transport.materials import (
     Transparent,
     TwoSided,
 )
-from transport.media import Grid, HenyeyGreenstein, Medium, Rayleigh, Tabulated, Vacuum
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.points import PointDetector
-from transport.pricing.cost import CostOfAccuracy, cost_of_accuracy
-from transport.pricing.discretisation import bins_against_noise
-from transport.pulses import BoxPulse, GaussianPulse, Instant
-from transport.renderers import register
-from transport.results import Result
-from transport.results.estimates import Estimate, EstimateArray
-from transport.saved import load, merge
-from transport.scene import Scene
-from transport.shapes import (
-    Box,
-    Cloud,
-    Cone,
-    Cylinder,
-    Disk,
-    Mesh,
-    MeshWarning,
-    Paraboloid,
-    Plane,
-    Point,
-    Rectangle,
-    Slab,
-    Sphere,
-    Triangle,
-)
+from transport.scene.media import Grid, Medium, Vacuum
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.points import PointDetector
+from transport.scene.pulses import BoxPulse, GaussianPulse, Instant
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
+from transport.scene.speeds import InverseCDF, Maxwellian, SpeedTable
+from transport.scene.tracking import Splitting, Tracking
+from transport.scene.volumes import VolumeDetector
 from transport.simulate import simulate
-from transport.sources import Source
-from transport.speeds import InverseCDF, Maxwellian, SpeedTable
-from transport.tracking import Splitting, Tracking
-from transport.tracks import Tracks, tracks
+from transport.statistics.estimates import Estimate, EstimateArray
 from transport.units import (
     Unit,
     UnitError,
@@ -74,7 +78,6 @@ from transport.units import (
     us,
 )
 from transport.validation import SceneError
-from transport.volumes import VolumeDetector
 
 __version__ = "0.1.0"
 
@@ -82,18 +85,18 @@ __version__ = "0.1.0"
 register(
     "html",
     {
-        "Estimate": "transport.html.estimates:estimate_html",
-        "EstimateArray": "transport.html.estimates:array_html",
-        "Quantified": "transport.html.readings:reading_html",
-        "SnapshotReading": "transport.html.readings:sample_html",
-        "Result": "transport.html.results:result_html",
-        "Ledger": "transport.html.results:ledger_html",
-        "Scene": "transport.html.scenes:scene_html",
+        "Estimate": "transport.io.html.estimates:estimate_html",
+        "EstimateArray": "transport.io.html.estimates:array_html",
+        "Quantified": "transport.io.html.estimates:reading_html",
+        "SnapshotReading": "transport.io.html.estimates:sample_html",
+        "Result": "transport.io.html.results:result_html",
+        "Ledger": "transport.io.html.results:ledger_html",
+        "Scene": "transport.io.html.scenes:scene_html",
     },
 )
-register("save", {"Result": "transport.saved.record:save"})
-register("to_json", {"Scene": "transport.written.documents:scene_text"})
-register("from_json", {"Scene": "transport.written.documents:scene_of"})
+register("save", {"Result": "transport.io.runs:save"})
+register("to_json", {"Scene": "transport.io.json.documents:scene_text"})
+register("from_json", {"Scene": "transport.io.json.documents:scene_of"})
 register("simulate", {"Scene": "transport.simulate:simulate"})
 
 __all__ = [

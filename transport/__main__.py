@@ -1,6 +1,6 @@
 """Entry point of `python -m transport`, the same as the command `transport`."""
 
-from transport.command.cli import main
+from transport.cli.commands import main
 
 if __name__ == "__main__":
     main()

@@ -8,23 +8,23 @@ from functools import partial
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from transport.estimators.choosing import OTHER_NUMBERS, choose
-from transport.estimators.methods import AUTO, Method, checked_method
-from transport.results import Cost, Result
+from transport.compile.methods import AUTO, Method, checked_method
 from transport.results.choice import Choice
-from transport.runs.hiring import Hands, Staff, checked_staff, hands_for
-from transport.runs.interruption import put_off
-from transport.runs.limits import Limits, checked_limits, checked_part, checked_whole
-from transport.runs.origins import doubts_of
-from transport.runs.progress import PilotProgress, Progress, progress_on
-from transport.runs.running import Run
-from transport.runs.ways import Asked, Way
-from transport.scene import Scene
-from transport.tracking import Tracking
+from transport.results.record import Cost
+from transport.results.result import Result
+from transport.run.auto import OTHER_NUMBERS, choose
+from transport.run.executors import Hands, Staff, checked_staff, hands_for
+from transport.run.interruption import put_off
+from transport.run.progress import PilotProgress, Progress, progress_on
+from transport.run.provenance import doubts_of
+from transport.run.run import Run
+from transport.run.settings import Asked, Limits, Way, checked_limits, checked_part, checked_whole
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
 from transport.validation import SceneError, shown, suggestion
 
 if TYPE_CHECKING:
-    from transport.saved.checkpoints import Checkpoints
+    from transport.io.resuming import Checkpoints
 
 
 def simulate(
@@ -227,14 +227,14 @@ def _saved(resume: Result | str | PathLike | None, checkpoint: str | PathLike | 
     """The saved run to continue; None for a new run."""
     if resume is None and checkpoint is None:
         return None
-    from transport.saved.resuming import run_to_go_on_with
+    from transport.io.resuming import run_to_go_on_with
 
     return run_to_go_on_with(resume, checkpoint)
 
 
 def _lasting_warnings(saved: Result) -> list[str]:
     """Warnings of the saved run that still hold for the continued one."""
-    from transport.saved.resuming import lasting_warnings
+    from transport.io.resuming import lasting_warnings
 
     return lasting_warnings(saved)
 
@@ -242,7 +242,7 @@ def _lasting_warnings(saved: Result) -> list[str]:
 def _way(scene: Scene, asked: Asked, saved: Result | None, bar: Progress) -> Way:
     """Settings of the run: as requested, or as in the saved run."""
     if saved is not None:
-        from transport.saved.resuming import way_of
+        from transport.io.resuming import way_of
 
         return way_of(saved, scene, asked)
     limits = checked_limits(scene, *asked.limits, asked.batches)  # before any pilot runs
@@ -278,8 +278,8 @@ def _checkpoints(
     if checkpoint is None:
         yield None
         return
-    from transport.saved.checkpoints import Checkpoints
-    from transport.saved.lock import held
+    from transport.io.atomic import held
+    from transport.io.resuming import Checkpoints
 
     keep = Checkpoints(checkpoint, every, scene)
     with held(keep.path):

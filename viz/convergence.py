@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from scipy.special import gammaincinv
 
 from transport import Estimate
-from transport.results.statistics import standard_error, student_quantile, weighted_mean
+from transport.statistics.batches import standard_error, student_quantile, weighted_mean
 from viz.style import BLUE, INK, MUTED, PALE, SKY, VERMILLION, figure_at, with_unit
 from viz.wording import as_it_stands
 

@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from transport.pricing.cost import CostOfAccuracy
-from transport.pricing.discretisation import BinsAgainstNoise
-from transport.pricing.price_table import price_text
-from transport.pricing.ways import Way
-from transport.results.notation import duration, percent
+from transport.analysis.binning import BinsAgainstNoise
+from transport.analysis.cost import CostOfAccuracy, price_text
+from transport.analysis.work_precision import Way
+from transport.statistics.notation import duration, percent
 from viz.style import (
     ESTIMATOR_COLOURS,
     INK,

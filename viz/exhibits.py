@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from transport.results import Result
-from transport.scene import Scene
-from transport.tracking import Tracking
-from transport.tracks import Tracks
+from transport.analysis.tracks import Tracks
+from transport.results.result import Result
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
 from viz.cameras import seen
 from viz.convergence import convergence
 from viz.irradiance import irradiance_map

@@ -1,6 +1,6 @@
 """Every shape as flat facets that know their bin: what is drawn of it, and where on it a detector's bins of place lie.
 
-The corners are those of the shape's own coordinates (transport.bins.Positions), finely divided where it is round; the
+The corners are those of the shape's own coordinates (transport.scene.bins.Positions), finely divided where it is round; the
 order of a facet's corners makes its right-hand normal that of the shape.
 """
 
@@ -13,22 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.bins import Positions
-from transport.shapes import (
-    Box,
-    Cloud,
-    Cylinder,
-    Disk,
-    Mesh,
-    Plane,
-    Point,
-    Rectangle,
-    Revolved,
-    Shape,
-    Slab,
-    Sphere,
-    Triangle,
-)
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Cylinder, Revolved
+from transport.geometry.shape import Cloud, Point, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Positions
 
 TURN = 2 * math.pi
 ROUND = TURN / 120  # the finest step of an angle [rad]

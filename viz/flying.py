@@ -17,7 +17,7 @@ from viz.facets import Bounds
 from viz.track_lines import clipped
 
 if TYPE_CHECKING:
-    from transport.results.phase_readings import SnapshotReading
+    from transport.results.phase_space import SnapshotReading
 
 FRAMES = 60
 SAMPLE = 3000  # particles of a frame

@@ -2,7 +2,7 @@
 
 How far the lobe reaches in a direction, and its colour, say the radiance that comes from there (or leaves to there).
 Directions are those of the detector: theta from the normal of its side, phi from e_u towards e_v; seen from behind, e_u
-has the other sign, so that the frame stays right-handed (transport.compile.looks).
+has the other sign, so that the frame stays right-handed (transport.compile.detectors).
 """
 
 from __future__ import annotations
@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.results.estimates import EstimateArray
-from transport.shapes import FlatShape, Revolved, Shape, Sphere
+from transport.geometry.flat import FlatShape
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
+from transport.statistics.estimates import EstimateArray
 from transport.vectors import Frame, local_frame, unit_vector
 from viz import night
 from viz.directions import DirectionBins, direction_bins

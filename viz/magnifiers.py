@@ -13,7 +13,7 @@ from matplotlib.patches import Wedge
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from transport import Estimate, EstimateArray, Sphere
-from transport.shapes import Shape
+from transport.geometry.shape import Shape
 from viz.cuts import draw_exact, draw_points
 from viz.directions import direction_bins
 from viz.style import (

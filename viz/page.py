@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.results import Result
-from transport.scene import Scene
-from transport.tracks import Tracks
+from transport.analysis.tracks import Tracks
+from transport.results.result import Result
+from transport.scene.scene import Scene
 from viz.page_parts import OPAQUE, pieces_of
 from viz.scene_frame import frame_of
 from viz.scene_parts import parts_of

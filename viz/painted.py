@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.detectors import Detector
-from transport.results.estimates import Estimate, EstimateArray
-from transport.results.meter_sums import ARRIVALS, DEPARTURES
+from transport.results.tally import ARRIVALS, DEPARTURES
+from transport.scene.detectors import Detector
+from transport.statistics.estimates import Estimate, EstimateArray
 
 SYMBOLS = {"irradiance": "E", "exitance": "M"}
 OF_VOLUMES = {"fluence_rate": "φ"}

@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from transport import EstimateArray
-from transport.phase_space import COORDINATES
+from transport.scene.phase_space import COORDINATES
 from viz.style import figure_at, unit_label, with_unit
 from viz.uncertainty import (
     ERRORS,

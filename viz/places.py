@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from transport import EstimateArray
-from transport.shapes import Disk, Rectangle, Sphere
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.solid import Sphere
 from viz.wording import unit_of_length
 
 PLACES = ("u", "v", "x", "y", "z", "r")  # axes that are places

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.shapes import Box, Mesh, Shape
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box
 from viz.facets import TURN, Facets, facets_of
 from viz.scene_frame import Frame
 from viz.scene_parts import Part

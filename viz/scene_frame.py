@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.scene import Scene
-from transport.shapes import Box, Shape
-from transport.tracks import Tracks
+from transport.analysis.tracks import Tracks
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box
+from transport.scene.scene import Scene
 from viz.facets import Bounds
 
 FAR = 25.0  # of sources against all else: so many times the size of it away, they are left out of the picture
@@ -79,7 +80,7 @@ def frame_of(scene: Scene, tracks: Tracks | None = None, whole: bool = False) ->
 
 
 def _of_detector(scene: Scene, detector: object) -> Shape | None:
-    from transport.shapes import Point
+    from transport.geometry.shape import Point
 
     if hasattr(detector, "position"):
         return Point(position=detector.position)

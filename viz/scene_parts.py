@@ -11,12 +11,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from transport.detectors import Detector
-from transport.materials import Dielectric, Mirror, ThinLens, Transparent, simple_parts
-from transport.media import Grid
-from transport.results import Result
-from transport.scene import Scene
-from transport.shapes import Plane, Point, Shape
+from transport.geometry.flat import Plane
+from transport.geometry.shape import Point, Shape
+from transport.results.result import Result
+from transport.scene.detectors import Detector
+from transport.scene.materials import Dielectric, Mirror, ThinLens, Transparent, simple_parts
+from transport.scene.media import Grid
+from transport.scene.scene import Scene
 from transport.validation import SceneError
 from viz.facets import Facets, facets_of, half_box
 from viz.painted import OF_VOLUMES, SYMBOLS, Paint, paint_of

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.cameras import Camera
-from transport.media import Grid
-from transport.scene import Scene
-from transport.shapes import Point
+from transport.geometry.shape import Point
+from transport.scene.cameras import Camera
+from transport.scene.media import Grid
+from transport.scene.scene import Scene
 from viz import night
 from viz.painted import LEAST_HITS
 from viz.scene_frame import Frame

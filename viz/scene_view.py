@@ -1,7 +1,7 @@
 """A scene in space: surfaces coloured by what falls on them, sources glowing, detectors named, media, and some tracks.
 
 `scene_view` writes a picture, `scene_plotter` gives what to look round in, `scene_blocks` the same things for ParaView.
-Nothing is simulated here: the colours are of a result, and the tracks are those of `transport.tracks`.
+Nothing is simulated here: the colours are of a result, and the tracks are those of `transport.analysis.tracks`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.results import Result
-from transport.scene import Scene
-from transport.shapes import Box
-from transport.tracks import Tracks
+from transport.analysis.tracks import Tracks
+from transport.geometry.solid import Box
+from transport.results.result import Result
+from transport.scene.scene import Scene
 from viz import night
 from viz.painted import LEAST_HITS, OF_VOLUMES, SYMBOLS
 from viz.scene_camera import VIEW_ANGLE, view_of

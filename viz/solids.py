@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bins import Positions
-from transport.shapes import Box, Cloud, Disk, Mesh, Plane, Point, Rectangle, Revolved, Shape, Slab, Sphere
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Cloud, Point, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bins import Positions
 from viz.facets import TURN, Bounds, Facets, facets_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.tracks import Tracks
+from transport.analysis.tracks import Tracks
 from viz.facets import Bounds
 from viz.solids import segments
 

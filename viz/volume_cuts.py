@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.results.estimates import Estimate
-from transport.shapes import Shape, Sphere
-from transport.volumes import VolumeDetector
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
+from transport.scene.volumes import VolumeDetector
+from transport.statistics.estimates import Estimate
 from viz.facets import TURN, Facets
 from viz.painted import LEAST_HITS, Paint
 

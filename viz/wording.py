@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from transport import Estimate
-from transport.results.notation import plus_minus
+from transport.statistics.notation import plus_minus
 from transport.units import au
 from viz.style import unit_label
 

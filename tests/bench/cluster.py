@@ -21,7 +21,7 @@ from distributed import Client
 import transport as tp
 from tests.dask_cluster import DaskCluster
 from tests.test_reproducible import scene
-from transport.cluster.posts import Post
+from transport.run.dask.worker import Post
 
 THREADS = 2
 SPANS: list[tuple[float, float]] = []  # of a worker: when it began a group, and when its batches were done
@@ -83,6 +83,4 @@ def seen() -> list[tuple[float, float]]:
 
 if __name__ == "__main__":
     # Its functions find its SPANS at the workers, as those of __main__ do not.
-    from tests.bench import cluster
-
-    cluster.main()
+    main()

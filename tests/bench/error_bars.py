@@ -22,9 +22,9 @@ import typer
 
 import transport as tp
 from tests.agreement import assert_z_spread
-from transport.estimators.methods import Method, methods_for
-from transport.experiment import cases_of
-from transport.results.statistics import normal_score
+from transport.compile.methods import Method, methods_for
+from transport.statistics.batches import normal_score
+from transport.verification.experiment import cases_of
 
 SIMS = ("cost_disks", "cost_speck", "cost_enclosure", "cost_fog", "cost_glint", "cost_caustic")
 SEEDS, SPREAD, LEAST, MOST = 2000, 0.05, 64, 1 << 15

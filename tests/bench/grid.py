@@ -61,7 +61,7 @@ def measure(depth: float = 20.0, repeats: int = 5) -> list[dict]:
 
 
 def _machine(medium):
-    from transport.compile import compile_scene
+    from transport.compile.compiler import compile_scene
     from transport.engine.driver import machine_of, run_batch
     from transport.engine.program import program_of
 
@@ -83,7 +83,7 @@ def _time(machine, particles: int) -> float:
 
 def memory(count: int = COUNT) -> dict[str, float]:
     """Megabytes: of the user's own arrays that a Grid keeps, of the tables that are kept beside, and the most while they are made."""
-    from transport.compile import compile_scene
+    from transport.compile.compiler import compile_scene
 
     field = fields(count)["turbulence, +- 50 %"]
     source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))

@@ -19,7 +19,7 @@ import typer
 
 import transport as tp
 from sims import camera as notebook
-from transport.results.statistics import student_quantile
+from transport.statistics.batches import student_quantile
 from viz.showroom import EYES, showroom
 
 SEEDS, HISTORIES, REFERENCE = 50, (100, 300, 1000, 5000), 1e8

@@ -18,7 +18,7 @@ from pathlib import Path
 from unittest import mock
 
 import transport as tp
-from transport.runs import memory, running
+from transport.run import memory, run
 
 SIDE, EDGE = 3162, 215  # bins along an axis: 1e7 in a plane, and in space
 
@@ -132,7 +132,7 @@ def child(case: str, threads: int) -> None:
     """One case, told as a line of JSON."""
     scene, limits = CASES[case]()
     steps = Steps()
-    with steps.step("run"), mock.patch.object(running, "check_memory", foretold):
+    with steps.step("run"), mock.patch.object(run, "check_memory", foretold):
         result = tp.simulate(scene, seed=1, threads=threads, progress=False, **limits)
     (name,) = [look.name for look in scene.detectors]
     reading = result[name]

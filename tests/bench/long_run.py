@@ -12,7 +12,7 @@ import time
 from unittest import mock
 
 import transport as tp
-from transport.runs.progress import Progress
+from transport.run.progress import Progress
 
 ROWS = 12  # of a table
 NEVER = 1e-9  # relative error

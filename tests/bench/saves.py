@@ -12,8 +12,8 @@ from pathlib import Path
 import transport as tp
 from tests.media_scenes import TRACKINGS
 from tests.plain_scenes import METHODS, SCENES
-from tests.test_saved import assert_same
-from transport.estimators.methods import ANALOG
+from tests.same_batches import assert_same
+from transport.compile.methods import ANALOG
 
 PARTICLES, MORE = 803, 2000
 

@@ -2,7 +2,7 @@
 
 Measured: seconds of a batch without histories, bytes of its sums and what packing, unpacking, a loopback connection and
 merging them take.  Assumed, and printed: what a scheduler and a network take for a task.  Then the queues of a run are
-played through, with the groups that `transport.cluster` would send: workers with a few groups each, one scheduler, one
+played through, with the groups that `transport.run.dask` would send: workers with a few groups each, one scheduler, one
 client, each of which does one thing at a time.
 
 python -m tests.bench.scaling [--bins 512] [--batch 0.3] [--scheduler 1e-3] [--client 1e-3] [--latency 1e-3] [--network 1e8]
@@ -20,15 +20,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import transport as tp
-from transport.cluster.groups import Groups, Pace
-from transport.cluster.line import DEPTH
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.engine.bundle import empty_bundle
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
 from transport.results.batches import Batch, batch_of
-from transport.runs.limits import MOST_BATCHES, MOST_PARTICLES
-from transport.runs.schedules import LARGEST_BATCH
+from transport.run.dask.client import DEPTH, Groups, Pace
+from transport.run.schedules import LARGEST_BATCH
+from transport.run.settings import MOST_BATCHES, MOST_PARTICLES
 
 LONGEST = MOST_PARTICLES * 100 // LARGEST_BATCH + 1  # batches of the longest run
 WORKERS = (1, 2, 10, 100, 1000, 3000, 10_000)

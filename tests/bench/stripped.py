@@ -20,11 +20,10 @@ from pathlib import Path
 import numpy as np
 
 import transport
-from transport.command.price_list import base_room
-from transport.compile import compile_scene
-from transport.engine.families import FAMILIES
-from transport.engine.passes import LANE_FIELDS, Pass
+from transport.cli.effects.prices import base_room
+from transport.compile.compiler import compile_scene
 from transport.engine.program import program_of
+from transport.engine.registry import FAMILIES, LANE_FIELDS, Pass
 
 LIBRARY = Path(transport.__file__).parent
 CHILD = """

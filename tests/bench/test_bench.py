@@ -5,7 +5,7 @@ pytest -m bench tests/bench
 
 import pytest
 
-from transport.command.bench import bench
+from transport.cli.bench.benchmarks import bench
 
 pytestmark = pytest.mark.bench
 

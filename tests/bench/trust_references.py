@@ -16,9 +16,9 @@ from pathlib import Path
 
 import transport as tp
 from tests.specular_rooms import power_of, radiances, random_room, without_specular
-from transport.compile.looks import block_rows, is_blocked
-from transport.estimators.methods import why_not
-from transport.results.meter_sums import ARRIVALS
+from transport.compile.detectors import block_rows, is_blocked
+from transport.compile.methods import why_not
+from transport.results.tally import ARRIVALS
 
 SEED = 20_260_000  # of the references; runs that are judged in rooms have seeds below 30 000
 PILOT = 1_000_000  # histories of the first run of each estimator

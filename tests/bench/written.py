@@ -24,8 +24,8 @@ from tests.round_trips import (
     scenes_of_sims,
     scenes_of_tests,
 )
-from transport.estimators.methods import Method, methods_for
-from transport.runs.machines import plan_for
+from transport.compile.methods import Method, methods_for
+from transport.run.programs import plan_for
 
 PARTICLES = 2000
 

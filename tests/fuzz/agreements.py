@@ -16,8 +16,8 @@ from tests.fuzz.properties import ROUNDING
 from tests.fuzz.runs import ENOUGH, Scores, run_of, sound
 from tests.fuzz.sightings import sightings
 from tests.fuzz.worlds import World
-from transport.bodies.filling import names_media
-from transport.estimators.methods import ESTIMATORS, why_not
+from transport.compile.methods import ESTIMATORS, why_not
+from transport.scene.checks.overlapping_bodies import names_media
 
 LIMIT = 4.0  # normal scores
 MORE = 16  # times the histories, when asked again

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import stuff
-from transport.materials import Surface
+from transport.scene.materials import Surface
 from transport.vectors import Vector
 
 RADIUS = 0.3  # m, of things that touch

@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from transport.media import Phase
-from transport.results.quantities import Quantity
+from transport.scene.phase_functions import Phase
+from transport.statistics.quantities import Quantity
 
 # Powers of the factors of length and of power.  Light keeps its speed, so that times go as lengths.
 POWERS = {

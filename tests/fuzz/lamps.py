@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import contacts, shapes
-from transport.materials import Surface, simple_parts
+from transport.scene.materials import Surface, simple_parts
 from transport.vectors import Vector
 
 LAMP = 0.3  # m, half the size of a lamp of its own

@@ -8,7 +8,7 @@ import transport as tp
 from tests.fuzz.agreements import checked
 from tests.fuzz.runs import Scores, run_of, sound
 from tests.fuzz.worlds import World
-from transport.sources import Source
+from transport.scene.sources import Source
 
 SHARE = 0.8  # of the clock's time, after all pulses
 

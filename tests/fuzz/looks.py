@@ -8,9 +8,12 @@ from hypothesis import strategies as st
 
 import transport as tp
 from tests.fuzz import contacts, pictures, shapes
-from transport.bins import DirectionCone
-from transport.materials import Surface, simple_parts
-from transport.shapes import Cone, Cylinder, Disk, FlatShape, Paraboloid, Rectangle, Shape, Sphere
+from transport.geometry.flat import Disk, FlatShape, Rectangle
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
+from transport.scene.bins import DirectionCone
+from transport.scene.materials import Surface, simple_parts
 from transport.vectors import Vector, local_frame
 
 METER = 0.4  # m

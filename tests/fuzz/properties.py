@@ -12,8 +12,8 @@ import transport as tp
 from tests.fuzz import samples
 from tests.fuzz.dimensions import factor_of
 from tests.fuzz.worlds import World
-from transport.results import Result
-from transport.results.quantities import Quantity
+from transport.results.result import Result
+from transport.statistics.quantities import Quantity
 
 ROUNDING = 1e-12  # of a sum over histories, against its largest part
 SIGNED = (

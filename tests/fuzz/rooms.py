@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import transport as tp
 from tests.fuzz import looks, shapes, stuff, views
 from tests.fuzz.worlds import OFFSETS, ROOM, WITHIN, World, cells_about
-from transport.materials import Material, simple_parts
-from transport.shapes import Shape
+from transport.geometry.shape import Shape
+from transport.scene.materials import Material, simple_parts
 from transport.vectors import Vector
 
 DIM = 1e-6  # a share below which nothing needs to glow

@@ -5,7 +5,7 @@ from __future__ import annotations
 import transport as tp
 from tests.fuzz.properties import OF_ONE_RUN
 from tests.fuzz.worlds import World
-from transport.results import Result
+from transport.results.result import Result
 
 PARTICLES = 20_000  # of a run
 ENOUGH = 1000  # counts, below which scores are not normal that far out

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import transport as tp
-from transport.phase_space import COORDINATES
-from transport.results import Result
+from transport.results.result import Result
+from transport.scene.phase_space import COORDINATES
 
 ROUNDING = 1e-12
 

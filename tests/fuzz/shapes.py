@@ -7,7 +7,7 @@ import math
 from hypothesis import strategies as st
 
 import transport as tp
-from transport.shapes import Shape
+from transport.geometry.shape import Shape
 from transport.vectors import Vector, local_frame, unit_vector
 
 AXES = [tuple(sign * float(k == axis) for k in range(3)) for axis in range(3) for sign in (1, -1)]

@@ -16,7 +16,7 @@ import transport as tp
 from tests.fuzz.runs import ENOUGH, Scores, run_of, sound
 from tests.fuzz.views import cube
 from tests.fuzz.worlds import World
-from transport.estimators.methods import why_not
+from transport.compile.methods import why_not
 from transport.vectors import Vector
 
 BALL = 0.2  # m, in which places are

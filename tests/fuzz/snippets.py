@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from transport.media.phases import PiecewiseLinear
-from transport.shapes import Mesh
+from transport.geometry.mesh import Mesh
+from transport.scene.phase_functions import PiecewiseLinear
 
 ALIASES = ("outside", "inside")  # of front and back
 

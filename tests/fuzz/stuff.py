@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 import transport as tp
-from transport.materials import Material
-from transport.media import Phase
+from transport.scene.materials import Material
+from transport.scene.phase_functions import Phase
 
 LEAST = 1e-4  # that turbid glass absorbs, of what crosses it
 OUTLINE = tp.Disk | tp.Rectangle  # shapes that a thin lens may have

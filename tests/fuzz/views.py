@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import transport as tp
 from tests.fuzz import lamps, looks, shapes
 from tests.fuzz.worlds import MIDDLES, World, assembled, matter
-from transport.materials import simple_parts
+from transport.scene.materials import simple_parts
 from transport.vectors import Vector
 
 ASIDE = 0.01  # m, off the middle of a cell, where sheets may lie

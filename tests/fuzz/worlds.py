@@ -12,7 +12,7 @@ import transport as tp
 from tests.fuzz import contacts, lamps, looks, shapes, stuff
 from tests.fuzz.dimensions import scaled, scaled_parameters
 from tests.fuzz.snippets import written
-from transport.estimators.methods import methods_for
+from transport.compile.methods import methods_for
 from transport.vectors import Vector
 
 PITCH, WITHIN = 1.0, 0.45  # of the grid [m]; the ball that holds what is in a cell

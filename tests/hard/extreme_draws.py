@@ -4,7 +4,7 @@
 
 runs them compiled; with NUMBA_DISABLE_JIT=1 as plain Python, where every lane is looked at after every pass.  Of all words
 that come in pairs a quarter are 0, a quarter 2^32 - 1: uniforms of 0 and of 1 - 2^-52.  The passes are twins of the engine's
-own, which call other words by the same names, as those of quasi-random sampling are (engine/sampled.py).
+own, which call other words by the same names, as those of quasi-random sampling are (engine/stages/quasi_random.py).
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from numba import config, uint64
 
 from tests import media_scenes
 from tests.plain_scenes import METHODS, SCENES
-from transport.compile import compile_scene
-from transport.engine import cache, driver, sampled
+from transport.compile.compiler import compile_scene
+from transport.compile.methods import ANALOG
+from transport.engine import cache, driver
 from transport.engine.program import Program, program_of
-from transport.estimators.methods import ANALOG
-from transport.materials import Mirror
+from transport.engine.stages import quasi_random
 from transport.physics.device import device
 from transport.physics.streams import event_words, philox_rounds, random_words
 from transport.results.batches import Batch, batch_of
-from transport.scene import Scene
+from transport.scene.materials import Mirror
+from transport.scene.scene import Scene
 
 NAME, SEED = "extreme", 20240607
 ONES = uint64(0xFFFFFFFF)
@@ -72,12 +73,12 @@ def scene_of(name: str) -> Scene:
 
 def extreme_program(name: str) -> Program:
     """The program of a scene, with draws as above."""
-    sampled.WORDS[NAME] = {random_words: extreme_words, event_words: extreme_event_words}
+    quasi_random.WORDS[NAME] = {random_words: extreme_words, event_words: extreme_event_words}
     asked = media_scenes.TRACKINGS.get(name), METHODS.get(name, ANALOG)
     program = program_of(compile_scene(scene_of(name), *asked))
-    program.births = [sampled.sampled_steps(steps, NAME) for steps in program.births]
+    program.births = [quasi_random.sampled_steps(steps, NAME) for steps in program.births]
     for part in ("steps", "sight", "withdrawal"):
-        setattr(program, part, sampled.sampled_steps(getattr(program, part), NAME))
+        setattr(program, part, quasi_random.sampled_steps(getattr(program, part), NAME))
     return program
 
 

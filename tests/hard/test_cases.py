@@ -2,7 +2,7 @@
 
 import pytest
 
-from transport.hard.cases import FALSE_ALARM, cases_of
+from transport.verification.hard.cases import FALSE_ALARM, cases_of
 
 CASES = {f"{case.family}: {case.title}": case for case in cases_of()}
 

@@ -10,8 +10,8 @@ import pytest
 
 import transport as tp
 from transport.compile import compiler as compiling
-from transport.compile import pieces
-from transport.runs.machines import program_for
+from transport.compile import surfaces
+from transport.run.programs import program_for
 
 BEAMS, HISTORIES = 60, 100
 
@@ -66,7 +66,7 @@ def test_nothing_escapes_through_an_edge_or_a_corner():
 
 def test_walls_that_end_a_few_roundings_short_leak(monkeypatch):
     """Planted: a wall gives way by 2^-47 of the scene at its edges instead of bearing the rounding of what arrives there."""
-    monkeypatch.setattr(pieces, "slack_of", lambda member, space: -(2.0**-47))
+    monkeypatch.setattr(surfaces, "slack_of", lambda member, space: -(2.0**-47))
     assert escaped() > 0
 
 
@@ -132,7 +132,7 @@ def test_a_partition_on_a_floor_is_not_passed_under():
 
 
 def test_a_plain_box_calls_for_no_such_care():
-    from transport.compile import compile_scene
+    from transport.compile.compiler import compile_scene
 
     assert not any(compile_scene(scene).contacts for scene in boxes())
     assert compile_scene(

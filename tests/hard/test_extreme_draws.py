@@ -25,7 +25,7 @@ print(json.dumps({name: extreme.told(extreme.run(name, int(sys.argv[1]))) for na
 """
 PLANTED = """
 import math
-from transport.engine import births
+from transport.engine.passes import emission as births
 def sample_isotropic(u, turn):
     mu = 2.0 * u - 1.0
     s = math.sqrt(1.0 - mu * mu)

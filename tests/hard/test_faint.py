@@ -13,7 +13,7 @@ import pytest
 
 import transport as tp
 from tests.agreement import assert_agrees
-from transport.engine import sums
+from transport.engine import tally
 
 FALSE_ALARM = 1e-4
 
@@ -57,7 +57,7 @@ def test_what_is_too_faint_for_a_single_score_says_so():
 def test_chance_rounds_up_only_what_is_less_than_a_unit(weight):
     """The mean over even chances is the weight; a whole number of units is left alone; nothing stays nothing."""
     chances = (np.arange(4096) + 0.5) / 4096
-    units = np.array([sums.fair_limbs(weight, chance) for chance in chances], dtype=object)
+    units = np.array([tally.fair_limbs(weight, chance) for chance in chances], dtype=object)
     found = [high * 2**31 + low for high, low in units]
     exact = weight * 2.0**63
     assert abs(np.mean([float(one) for one in found]) - exact) <= max(1 / 4096, 1e-9 * exact)
@@ -67,5 +67,5 @@ def test_chance_rounds_up_only_what_is_less_than_a_unit(weight):
 @pytest.mark.parametrize("weight", [0.0, 2.0**-63, 1e-15, 1 / 3, 0.7, 1.0])
 def test_the_ledger_keeps_every_unit_of_a_weight(weight):
     """Both limbs together are its whole number of units of 2^-63: with the upper one alone 2^-32 would be the end."""
-    high, low = sums.limbs(weight)
+    high, low = tally.limbs(weight)
     assert high * 2**31 + low == int(weight * 2.0**63)

@@ -10,7 +10,7 @@ import pytest
 import transport as tp
 from tests.agreement import assert_agrees
 from tests.bench.grid import memory
-from tests.test_grid import (
+from tests.grid_scenes import (
     FALSE_ALARM,
     SIZE,
     columns,

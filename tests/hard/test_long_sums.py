@@ -7,7 +7,7 @@ from functools import reduce
 import pytest
 
 import transport as tp
-from transport.results import Result
+from transport.results.result import Result
 
 BATCHES, HISTORIES, DOUBLINGS = 16, 1600, 30
 

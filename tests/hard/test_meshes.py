@@ -316,7 +316,7 @@ def edge_points(random):
 
 PLAIN = """
 import json
-from transport.engine import meshes
+from transport.engine.passes import meshes
 from transport.physics import facets
 {plant}
 import transport as tp

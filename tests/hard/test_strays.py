@@ -13,14 +13,19 @@ import pytest
 
 from tests.driven import Lanes
 from transport.compile import layout
-from transport.detectors import Detector
-from transport.engine import bodies
-from transport.materials import Surface, Transparent
-from transport.media import Medium
-from transport.scene import Scene
-from transport.shapes import Box, Cone, Cylinder, Disk, Mesh, Paraboloid, Plane, Point, Rectangle, Sphere
+from transport.engine.passes import regions
+from transport.geometry.flat import Disk, Plane, Rectangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid
+from transport.geometry.shape import Point
+from transport.geometry.solid import Box, Sphere
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam
+from transport.scene.materials import Surface, Transparent
+from transport.scene.media import Medium
+from transport.scene.scene import Scene
+from transport.scene.sources import Source
 from transport.simulate import simulate
-from transport.sources import Beam, Source
 
 FOG = Medium(absorption=1.0)
 
@@ -181,7 +186,7 @@ def test_only_what_flies_in_a_finite_body_goes_astray():
     changed = lanes["distance"]
     changed[5], changed[6] = 0.5, 1.5
     lanes["distance"] = changed
-    lanes.run(bodies.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bit=1)
+    lanes.run(regions.lose_strays, low_x=-1, low_y=-1, low_z=-1, high_x=1, high_y=1, high_z=1, bit=1)
     kept = np.flatnonzero(lanes["weight"] == 0.5)
     assert kept.tolist() == [1, 2, 3, 5]
     strays = int(lanes.ledger[layout.LOST, 2])

@@ -9,7 +9,7 @@ import pytest
 
 import transport as tp
 from tests.hard.volume_rays import BOX, LAMP
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.engine.driver import machine_of, run_batch
 from transport.engine.program import program_of
 

@@ -11,7 +11,7 @@ from numba import config
 
 import transport as tp
 from tests.sampling import PASS
-from transport.compile import compile_scene
+from transport.compile.compiler import compile_scene
 from transport.engine.bundle import LANES, empty_bundle
 from transport.engine.driver import machine_of
 from transport.engine.program import program_of

@@ -66,13 +66,17 @@ def imports(copy: Path) -> dict[str, set[str]]:
     """What each module that is compiled imports of them."""
     found = {}
     for folder in FOLDERS:
-        for path in (copy / LIBRARY / folder).glob("*.py"):
+        for path in (copy / LIBRARY / folder).rglob("*.py"):
             text = path.read_text()
             nodes = ast.walk(ast.parse(text)) if any(mark in text for mark in MARKS) else ()
             froms = [node for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
             names = {f"{node.module}.{alias.name}" for node in froms for alias in node.names}
-            names = {".".join(name.split(".")[1:3]) for name in names}
-            found[f"{folder}.{path.stem}"] = {name for name in names if name.startswith(FOLDERS)}
+            names = {
+                name.partition(".")[2].rpartition(".")[0] for name in names
+            }  # without "transport." and the name itself
+            found[".".join(path.relative_to(copy / LIBRARY).with_suffix("").parts)] = {
+                name for name in names if name.startswith(FOLDERS)
+            }
     return found
 
 

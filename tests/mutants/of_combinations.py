@@ -7,8 +7,12 @@ FADES = "test_volume_in_media::test_a_beam_fades_on_its_way_to_a_volume_and_in_t
 SEEN = "test_azimuths::test_a_lamp_is_seen_at_its_own_azimuth"
 SHARP = "test_sharp_laws::test_every_row_agrees_with_its_closed_form"
 DENSITY = "test_sampling::test_densities_of_phase_functions_in_the_engine_are_those_of_theory"
-CLOCKS, VOLUMES, CELLS = "engine/clocks.py", "engine/volumes.py", "engine/volume_cells.py"
-REFINED = "engine/refinements.py"
+CLOCKS, VOLUMES, CELLS = (
+    "engine/passes/velocities.py",
+    "engine/passes/volumes.py",
+    "engine/passes/volume_cells.py",
+)
+REFINED = "engine/passes/detector_bins.py"
 ROTATED = "turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)"
 
 FAULTS = (
@@ -34,7 +38,7 @@ FAULTS = (
         (AIMED,),
     ),
     Fault(
-        "engine/snapshots.py",
+        "engine/passes/snapshots.py",
         "way = b.start[k] + (instant - b.time[k]) * speed\n"
         "        x, y, z, vx, vy, vz = state_at(b.x[k], b.y[k], b.z[k], ux, uy, uz, way, speed)\n"
         "        inside",
@@ -73,7 +77,7 @@ FAULTS = (
         (SEEN,),
     ),
     Fault(
-        "compile/looks.py",
+        "compile/detectors.py",
         'values |= {"eux": -e_u[0], "euy": -e_u[1], "euz": -e_u[2], "handed": -1.0}',
         'values |= {"handed": -1.0}',
         "a frame of directions that is left-handed from behind",
@@ -122,49 +126,49 @@ FAULTS = (
         ("test_volume_in_media::test_collisions_in_layers_of_voxels_absorb_what_the_ways_through_them_do",),
     ),
     Fault(
-        "engine/importances.py",
+        "engine/passes/variance_reduction.py",
         "start = b.start[k] if b.start[k] < 0.0 else 0.0",
         "start = 0.0",
         "aimed histories weighed by the importance of their target where they are born",
         ("test_splitting::test_what_is_born_is_heavy_as_its_own_birthplace_wants_and_light_as_the_end_does",),
     ),
     Fault(
-        "engine/bank.py",
+        "engine/passes/variance_reduction.py",
         "row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])",
         "row[WEIGHT], row[AHEAD] = bits_of(caught), bits_of(b.path[k])",
         "forced copies that roulette compares with the whole history",
         ("test_forced_flights::test_what_was_forced_is_not_rouletted_for_being_light",),
     ),
     Fault(
-        "engine/birthplaces.py",
+        "engine/passes/emission.py",
         "        b.z[k] += b.start[k] * b.uz[k]\n",
         "",
         "aimed births that are counted beside their source",
         ("test_emission::test_an_aim_changes_where_particles_fly_but_not_where_they_are_born",),
     ),
     Fault(
-        "engine/casting.py",
+        "engine/passes/shadow_rays.py",
         "near = max(0.0, max(near_x, max(near_y, near_z)))",
         "near = max(near_x, max(near_y, near_z))",
         "what glows behind a point seen before it",
         ("test_point_straight::test_a_glowing_box_is_seen_from_inside_from_close_by_and_from_afar",),
     ),
     Fault(
-        "engine/sensors.py",
+        "engine/passes/backward.py",
         "track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way",
         "track = b.weight[k] * mean * way",
         "a glow whose light does not fade on the way to a camera",
         ("test_cameras::test_a_glow_behind_fog_is_as_bright_as_what_fades_on_the_way_leaves",),
     ),
     Fault(
-        "engine/meters.py",
+        "engine/passes/detectors.py",
         "momentum = slowest / b.speed[k] if is_light != 0 else v",
         "momentum = v",
         "the momentum of matter for that of light",
         ("test_fields_at_meters::test_light_of_each_speed_presses_by_its_energy_over_its_own_speed",),
     ),
     Fault(
-        "engine/collisions.py",
+        "engine/passes/collisions.py",
         "b.u0[k] = min((u - low) / (laws[chosen - 1].share - low), 1.0 - 2.0**-53)",
         "b.u0[k] = 0.0 * low + u",
         "an experiment of verify in which a mixture uses its number twice",

@@ -2,8 +2,8 @@
 
 from tests.mutants.fault import Fault
 
-STATISTICS, READINGS = "results/statistics.py", "results/readings.py"
-MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/emitters.py", "compile/adjoint.py"
+STATISTICS, READINGS = "statistics/batches.py", "results/detectors.py"
+MEDIA, EMITTERS, ADJOINT = "compile/media.py", "compile/sources.py", "compile/adjoint.py"
 BACKWARD = "test_backward::test_either_way_tells_the_same"
 
 FAULTS = (
@@ -50,35 +50,35 @@ FAULTS = (
         ("test_statistics",),
     ),
     Fault(
-        "results/replicates.py",
+        "statistics/replicates.py",
         "first.deviations.get(run, 0.0) + sign * second.deviations.get(run, 0.0)",
         "np.hypot(first.deviations.get(run, 0.0), second.deviations.get(run, 0.0))",
         "the covariance dropped in sums and differences of one run",
         ("test_estimates",),
     ),
     Fault(
-        "results/replicates.py",
+        "statistics/replicates.py",
         "error = reduce(np.hypot, errors, np.zeros(self.value.shape))",
         "error = reduce(np.add, errors, np.zeros(self.value.shape))",
         "errors of independent runs added up plainly",
         ("test_independent_runs",),
     ),
     Fault(
-        "results/replicates.py",
+        "statistics/replicates.py",
         "value = value + np.nan_to_num(correction)",
         "value = value - np.nan_to_num(correction)",
         "the bias of a ratio doubled instead of taken off",
         ("test_estimates",),
     ),
     Fault(
-        "results/quantities.py",
+        "statistics/quantities.py",
         "student_quantile(0.5 + confidence / 2,",
         "student_quantile(confidence,",
         "a one-sided interval for a two-sided one",
         ("test_estimates",),
     ),
     Fault(
-        "results/estimates.py",
+        "statistics/estimates.py",
         "return self.sum(dim) / math.prod(bins)",
         "return self.sum(dim) / sum(bins)",
         "a mean over several axes by the sum of their bins",
@@ -92,28 +92,28 @@ FAULTS = (
         ("hard/test_cases::test_it_is_right_where_the_naive_way_is_not",),
     ),
     Fault(
-        "results/trends.py",
+        "statistics/batches.py",
         "return min(1.0, many * _beyond(t, many - 2))",
         "return min(1.0, _beyond(t, many - 2))",
         "Bonferroni's factor dropped: the largest of many taken for any one",
         ("test_quality",),
     ),
     Fault(
-        "results/trends.py",
+        "statistics/batches.py",
         "dof = len(first) + len(last) - 2",
         "dof = len(first) + len(last)",
         "two degrees of freedom too many between two halves",
         ("test_quality",),
     ),
     Fault(
-        "results/scores.py",
+        "statistics/quality.py",
         "return min(1.0 + self.tail_index, STEEPEST)",
         "return min(self.tail_index, STEEPEST)",
         "the slope of a tail's share for that of its density",
         ("test_quality",),
     ),
     Fault(
-        "results/scores.py",
+        "statistics/quality.py",
         "return self.power(2) ** 2 / self.power(4) if",
         "return self.power(1) ** 2 / self.power(2) if",
         "scores that carry a mean for those that carry its error",
@@ -164,63 +164,63 @@ FAULTS = (
         ("test_fields_at_meters",),
     ),
     Fault(
-        "results/volume_readings.py",
+        "results/volumes.py",
         "values = self._sums.sum(axis=-1) * (self._unit / seconds) / self.volumes",
         "values = self._sums.sum(axis=-1) * (self._unit / seconds) / np.mean(self.volumes)",
         "shells divided by their mean volume",
         ("test_volume_in_vacuum",),
     ),
     Fault(
-        "results/point_readings.py",
+        "results/points.py",
         "self._plan.unit / self._plan.space.size**2 / self._run.sizes",
         "self._plan.unit / self._plan.space.size / self._run.sizes",
         "fluence per length instead of per area",
         ("test_point_straight::test_a_point_source_in_vacuum_falls_with_the_square_of_the_distance",),
     ),
     Fault(
-        "results/backward_readings.py",
+        "results/backward.py",
         "values = values * (self._plane_area / self.detector.solid_angles())",
         "values = values * 1.0",
         "pixels that are not divided by their solid angle",
         ("test_cameras",),
     ),
     Fault(
-        "results/backward_readings.py",
+        "results/backward.py",
         "made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
         "made = Estimate(2 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)",
         "a hemisphere for the sphere round a point",
         ("test_cameras",),
     ),
     Fault(
-        "results/records.py",
+        "results/batches.py",
         'kept["weight"] *= np.maximum(kept["below"] / below, 1.0)',
         'kept["weight"] *= 1.0',
         "samples that are thinned out and do not stand for more",
         ("test_snapshots::test_what_is_left_of_a_sample_stands_for_what_was_thinned_out",),
     ),
     Fault(
-        "results/meter_sums.py",
+        "results/tally.py",
         "expected / self._scale",
         "expected",
         "expected crossings in their own unit",
         ("test_expected::test_a_speck_takes_its_share_of_a_point_to_rounding",),
     ),
     Fault(
-        "cameras.py",
+        "scene/cameras.py",
         "half = math.tan(self.field_of_view / 2)",
         "half = math.tan(self.field_of_view) / 2",
         "a field of view by the wrong half",
         ("test_cameras",),
     ),
     Fault(
-        "cameras.py",
+        "scene/cameras.py",
         "corner = np.arctan(u * v / np.sqrt(1 + u * u + v * v))",
         "corner = np.arctan(u * v)",
         "the solid angle of a pixel without its slant",
         ("test_cameras",),
     ),
     Fault(
-        "emissions.py",
+        "scene/emissions.py",
         "return math.pi * self.radiance * shape.area",
         "return 2 * math.pi * self.radiance * shape.area",
         "the power of a Lambertian source by the plain solid angle",
@@ -290,14 +290,14 @@ FAULTS = (
         ("test_emission::test_all_power_reaches_a_target_all_round",),
     ),
     Fault(
-        "compile/velocities.py",
+        "compile/speeds.py",
         "quantile = emission.speed.flux_quantile",
         "quantile = emission.speed.quantile",
         "effusing speeds that are not weighted by themselves",
         ("test_speeds_engine::test_what_effuses_from_a_gas_is_weighted_by_its_speed_on_every_shape",),
     ),
     Fault(
-        "compile/phase_tables.py",
+        "compile/media.py",
         "kept[k], other[k] = left[k], donor",
         "kept[k], other[k] = 1 - left[k], donor",
         "an alias table that keeps what it should give",

@@ -2,8 +2,8 @@
 
 from tests.mutants.fault import Fault
 
-BIRTHS, OPTICS = "engine/births.py", "engine/optics.py"
-COLLISIONS, CLOCKS = "engine/collisions.py", "engine/clocks.py"
+BIRTHS, OPTICS = "engine/passes/emission.py", "engine/passes/optics.py"
+COLLISIONS, CLOCKS = "engine/passes/collisions.py", "engine/passes/velocities.py"
 FURNACE = "test_planted_faults::test_a_furnace_that_forgets_what_is_reflected_is_rejected"
 
 FAULTS = (
@@ -59,21 +59,21 @@ FAULTS = (
         ("test_samplers::test_glass_reflects_by_fresnel_and_refracts_by_snell",),
     ),
     Fault(
-        "engine/surfaces.py",
+        "engine/passes/surfaces.py",
         "flip = -1.0 if b.mu[k] > 0.0 else 1.0",
         "flip = 1.0",
         "the front for the back of a diffuse wall",
         ("test_samplers::test_diffuse_light_leaves_either_side_by_the_cosine_law",),
     ),
     Fault(
-        "engine/surfaces.py",
+        "engine/passes/surfaces.py",
         "after = before * b.albedo[k]",
         "after = before * b.albedo[k] * b.albedo[k]",
         "an albedo applied twice",
         (FURNACE,),
     ),
     Fault(
-        "engine/surfaces.py",
+        "engine/passes/surfaces.py",
         "add_to_row(rows + 32 * surface, b.high[k], b.low[k], 0, 0)",
         "add_to_row(rows + 32 * surface, b.high[k], 0, 0, 0)",
         "a ledger that leaves out the last digits of what walls absorb",
@@ -83,21 +83,21 @@ FAULTS = (
         ),
     ),
     Fault(
-        "engine/surfaces.py",
+        "engine/passes/surfaces.py",
         "= uniform(w0, w1), short_uniform(w2), uniform(w3, w2)",
         "= uniform(w0, w1), short_uniform(w2), uniform(w0, w1)",
         "roulette decided by the number that the direction is made of",
         ("test_wall_numbers",),
     ),
     Fault(
-        "engine/landings.py",
+        "engine/passes/landing.py",
         "b.nx[k] + s * ox, b.ny[k] + s * oy, b.nz[k] + s * oz",
         "b.nx[k] - s * ox, b.ny[k] - s * oy, b.nz[k] - s * oz",
         "normals of spheres that point inwards",
         ("test_wall_numbers",),
     ),
     Fault(
-        "engine/landings.py",
+        "engine/passes/landing.py",
         "d = s * row.radius",
         "d = s * o",
         "points that are not put back onto their sphere",
@@ -139,21 +139,21 @@ FAULTS = (
         ("test_absorption_in_flight",),
     ),
     Fault(
-        "engine/thinning.py",
+        "engine/passes/collisions.py",
         "depth * depth * (0.5 - depth / 6.0)",
         "depth * depth * (1.0 - depth / 6.0)",
         "a wrong term in the series of what a thin way absorbs",
         ("hard/test_thin_absorbers",),
     ),
     Fault(
-        "engine/thinning.py",
+        "engine/passes/collisions.py",
         "(1 if excess > 0.0 else -1)",
         "(-1 if excess > 0.0 else 1)",
         "what a thin way leaves rounded the wrong way",
         ("hard/test_thin_absorbers",),
     ),
     Fault(
-        "engine/grazing.py",
+        "engine/tally.py",
         "side = 1 if mu < HALFWAY else -1",
         "side = 1",
         "all crossings beyond the grazing cut counted on one side",
@@ -181,56 +181,56 @@ FAULTS = (
         ("test_mixed_phases",),
     ),
     Fault(
-        "engine/importances.py",
+        "engine/passes/variance_reduction.py",
         "new = w / count if splits else w",
         "new = w",
         "splitting that does not divide the weight",
         ("test_copies",),
     ),
     Fault(
-        "engine/importances.py",
+        "engine/passes/variance_reduction.py",
         "b.birth[k] = b.weight[k] / exp_negative(-rise)",
         "b.birth[k] = b.weight[k] * exp_negative(-rise)",
         "weights compared with those of another birthplace",
         ("test_splitting",),
     ),
     Fault(
-        "engine/bank.py",
+        "engine/passes/variance_reduction.py",
         "uint64(0xBF58476D1CE4E5B9) + uint64(place)",
         "uint64(0xBF58476D1CE4E5B9)",
         "copies of one history that share their random numbers",
         ("test_copies",),
     ),
     Fault(
-        "engine/forcing.py",
+        "engine/passes/variance_reduction.py",
         "caught, rest = -w * share, w + w * share",
         "caught, rest = -w * share, w",
         "forced collisions whose weight is also left in the flight",
         ("test_forced_flights",),
     ),
     Fault(
-        "engine/walks.py",
+        "engine/passes/voxels.py",
         "depth = -log_positive(BELOW_ONE - uniform(w0, w1))",
         "depth = -log_positive(BELOW_ONE - uniform(w2, w3))",
         "delta tracking: a path made of the number that decides at its end",
         ("test_grid::test_a_layered_grid_is_a_stack_of_media",),
     ),
     Fault(
-        "engine/speeds.py",
+        "engine/passes/velocities.py",
         "sigma * q + drift_v,",
         "sigma * p + drift_v,",
         "one normal number for two components of a velocity",
         ("test_speeds_engine::test_a_moving_plane_of_a_maxwellian_sends_out_its_crossers",),
     ),
     Fault(
-        "engine/aims.py",
+        "engine/passes/aims.py",
         "(near * near / near_cosine if near > 0.0 else 0.0)",
         "0.0",
         "one of two faces of a box left out of a density",
         ("test_emission::test_as_much_reaches_the_target_as_without_aim",),
     ),
     Fault(
-        "engine/aims.py",
+        "engine/passes/aims.py",
         "total_low += low\n        heaviest",
         "heaviest",
         "a ledger that leaves out the last digits of what was born",

@@ -115,14 +115,14 @@ FAULTS = (
         ("test_sheets::test_a_closed_room_of_any_walls_is_a_furnace",),
     ),
     Fault(
-        "physics/roulette.py",
+        "physics/paths.py",
         "return wanted if lives else 0.0",
         "return weight if lives else 0.0",
         "survivors of roulette that do not carry the killed",
         ("test_absorption_in_flight",),
     ),
     Fault(
-        "physics/roulette.py",
+        "physics/paths.py",
         "chance = weight / wanted",
         "chance = 0.5 * (1.0 + weight / wanted)",
         "roulette that kills too seldom",

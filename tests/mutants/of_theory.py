@@ -27,14 +27,14 @@ FAULTS = (
         ("test_fresnel",),
     ),
     Fault(
-        "theory/gas.py",
+        "theory/effusion.py",
         "return density * speed / 4\n",
         "return density * speed / 2\n",
         "a factor of 2 in what crosses a plane one way",
         ("test_theory",),
     ),
     Fault(
-        "theory/gas.py",
+        "theory/effusion.py",
         "return density * speed * np.maximum(mu, 0.0)",
         "return density * speed * np.abs(mu)",
         "a dropped clamp: a stream that lights both sides",

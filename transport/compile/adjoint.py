@@ -1,9 +1,9 @@
 """The adjoint scene of the estimator "backward": detectors emit bin by bin, and sources are detected.
 
 The scene that is run is an ordinary scene with an ordinary plan. Two things differ: each particle is born in
-a cell, which is one bin of a detector (engine/sensors.py), and what it brings to a source is summed by its
+a cell, which is one bin of a detector (engine/passes/backward.py), and what it brings to a source is summed by its
 cell of birth.
-See transport.estimators.backward.
+See transport.compile.method_backward.
 """
 
 from __future__ import annotations
@@ -14,24 +14,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bins import DirectionCone
-from transport.cameras import Camera, EnvironmentMap, Instrument
 from transport.compile import layout
-from transport.compile.emitters import medium_row
-from transport.compile.expected import face_of
-from transport.compile.looks import axis_columns
+from transport.compile.detectors import axis_columns
 from transport.compile.media import glowing_sources
+from transport.compile.next_event import face_of
 from transport.compile.plan import Emitter, Step
-from transport.compile.sizes import LARGE
-from transport.detectors import Detector
-from transport.emissions import Isotropic, Lambertian
-from transport.points import PointDetector
-from transport.scene import Scene
-from transport.shapes import Disk, FlatShape, Point, Rectangle, Shape
-from transport.sheets import pieces
-from transport.sources import Source
+from transport.compile.sources import medium_row
+from transport.compile.volumes import LARGE
+from transport.geometry.flat import Disk, FlatShape, Rectangle
+from transport.geometry.shape import Point, Shape
+from transport.scene.bins import DirectionCone
+from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Isotropic, Lambertian
+from transport.scene.points import PointDetector
+from transport.scene.scene import Scene
+from transport.scene.sheets import pieces
+from transport.scene.sources import Source
+from transport.scene.volumes import VolumeDetector
 from transport.validation import SceneError, shown
-from transport.volumes import VolumeDetector
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan

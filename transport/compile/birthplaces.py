@@ -6,8 +6,13 @@ import math
 
 import numpy as np
 
-from transport.shapes import Box, Disk, FlatShape, Mesh, Point, Rectangle, Revolved, Shape, Sphere, Triangle
-from transport.sources import Beam, Source
+from transport.geometry.flat import Disk, FlatShape, Rectangle, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Point, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.scene.emissions import Beam
+from transport.scene.sources import Source
 
 NEARBY = 1e-9  # of a source's extent: distance of the points from an emitting surface
 AWAY = 2.0**-40  # [scene lengths] least distance of the points from the source

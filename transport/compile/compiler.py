@@ -7,35 +7,45 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.adjoint import turn_back, turned_scene
-from transport.compile.beyond import empty_sides
-from transport.compile.coats import coat_rows, nothing
 from transport.compile.contacts import contacts_of
-from transport.compile.emitters import emitters_of
-from transport.compile.expected import fill_expected, fill_guards
-from transport.compile.instants import fill_phase_spaces, fill_snapshots
-from transport.compile.looks import bin_counts, block_rows, is_blocked, layer_row, meter_row
+from transport.compile.detectors import (
+    bin_counts,
+    block_rows,
+    fill_phase_spaces,
+    fill_snapshots,
+    is_blocked,
+    layer_row,
+    meter_row,
+)
 from transport.compile.media import default_tracking, fill_media
 from transport.compile.meshes import mesh_table
-from transport.compile.pieces import (
+from transport.compile.methods import ANALOG, Method
+from transport.compile.next_event import fill_expected, fill_guards
+from transport.compile.plan import Plan
+from transport.compile.points import fill_points
+from transport.compile.sources import emitters_of
+from transport.compile.space import space_of
+from transport.compile.surfaces import (
     bounds_bodies,
+    check_slivers,
+    coat_rows,
     covers_alike,
+    empty_sides,
+    nothing,
     outward_of,
     piece_row,
     quadric_columns,
     rim_row,
 )
-from transport.compile.plan import Plan
-from transport.compile.points import fill_points
-from transport.compile.sizes import fill_sizes
-from transport.compile.slivers import check_slivers
-from transport.compile.space import space_of
-from transport.compile.volumes import fill_volumes
-from transport.estimators.methods import ANALOG, Method
-from transport.scene import Scene
-from transport.scene_speeds import scene_speeds
-from transport.shapes import Mesh, Revolved, Shape, Sphere
-from transport.sheets import Member, Sheet, sheets_of, sheets_of_source
-from transport.tracking import Tracking
+from transport.compile.volumes import fill_sizes, fill_volumes
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
+from transport.scene.scene import Scene
+from transport.scene.scene_speeds import scene_speeds
+from transport.scene.sheets import Member, Sheet, sheets_of, sheets_of_source
+from transport.scene.tracking import Tracking
 from transport.validation import SceneError, shown
 
 # [scene lengths] distance that a point keeps from a surface that cuts or touches its own surface
@@ -136,7 +146,7 @@ def _fill_sheet(plan: Plan, number: int, sheet: Sheet) -> None:
 
 
 def _number_rows(plan: Plan) -> None:
-    """Give each detector its blocks of rows (looks.bin_counts); row 0 belongs to no detector."""
+    """Give each detector its blocks of rows (detectors.bin_counts); row 0 belongs to no detector."""
     row = 1
     for detector in plan.scene.meters:
         plan.bases[detector.name] = row

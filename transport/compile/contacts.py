@@ -11,11 +11,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from transport.compile.coaxial import ring_contact
-from transport.shapes import Disk, FlatShape, Mesh, Plane, Rectangle, Revolved, Shape, Sphere, Triangle
-from transport.shapes.base import ROUNDING
-from transport.shapes.supports import are_on_one_support
-from transport.sheets import Member
+from transport.geometry.coaxial import ring_contact
+from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import ROUNDING, Shape
+from transport.geometry.solid import Sphere
+from transport.geometry.supports import are_on_one_support
+from transport.scene.sheets import Member
 from transport.vectors import Vector, dot
 
 

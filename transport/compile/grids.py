@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile import layout
-from transport.media import Grid
+from transport.scene.media import Grid
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan

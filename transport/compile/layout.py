@@ -28,7 +28,7 @@ ROUNDING = 2.0**-50
 # Below this cosine a crossing scores 2/GRAZING_CUT instead of 1/|mu| in the fluence rate.
 GRAZING_CUT = 1e-3
 
-# bits of a row's number of scores; the grazing scores are counted above them (engine/grazing.py)
+# bits of a row's number of scores; the grazing scores are counted above them (engine/tally.py)
 COUNT_BITS = 36
 
 # The ledger's rows have four words: high, low, number (where counted), and a spare one.
@@ -122,7 +122,7 @@ OPTICS = np.dtype(
     _floats("side inside outside ratio excess roughness through cx cy cz power") + _integers("lobe")
 )
 
-# Edges by row of a surface: points within rounding of an edge are clamped inside it (landings.py).
+# Edges by row of a surface: points within rounding of an edge are clamped inside it (engine/passes/landing.py).
 RECTANGLE_RIM, DISK_RIM, TRIANGLE_RIM, QUADRIC_RIM = 1, 2, 3, 4
 RIM = np.dtype(
     _floats(FRAME + " inner_u inner_v low high alpha beta gamma ax ay az bx by bz least_a least_b least_c")
@@ -243,7 +243,7 @@ POINT_ROWS, POINT_MIDDLE, POINT_OCTAVES = 320, 256, 4
 # A detector whose crossings are expected (next-event estimation): its shape about c (n: normal; half_w:
 # radius of a sphere) and its area.
 # sharing: above 0 where close events share their contribution with the particle's own crossing (MIS,
-# engine/expecting.py).
+# engine/passes/next_event.py).
 # scale: power of two by which its scores are multiplied; peak: greatest density of directions after such
 # events [sr^-1].
 # isotropic, lambertian: density of directions at birth; first: first row of its expected sums; number: its
@@ -267,7 +267,7 @@ GUARD = np.dtype(_floats("cx cy cz radius2") + _integers("first cells"))
 # Word `source` of one bundle is copied into word `target` of another; source -1: 0.
 WORD = np.dtype(_integers("source target"))
 
-# Histogram of scores by size (compile/sizes.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
+# Histogram of scores by size (compile/volumes.py): per side of a detector SIZE_CELLS cells, SIZE_PARTS per
 # octave from 2^SIZE_OCTAVE on.
 # numbers: by row of a detector, where its cells begin; cells: number of all cells.
 # resting: a mask of the batch's number; a batch with any of these bits set does not count sizes.

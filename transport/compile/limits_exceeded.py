@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from transport.materials.surface import titled
+from transport.scene.materials import titled
 from transport.validation import SceneError, listed
 
 if TYPE_CHECKING:

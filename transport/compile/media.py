@@ -8,24 +8,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies.listing import bodies_of, body_bits_around, has_media, media_of
 from transport.compile import layout
 from transport.compile.birthplaces import AWAY
 from transport.compile.grids import fill_grids
-from transport.emissions import Isotropic
-from transport.materials import Mixture, Transparent
-from transport.media import Grid, HenyeyGreenstein, Rayleigh, Tabulated
-from transport.shapes import Box, FlatShape, Sphere
-from transport.shapes.supports import is_on_support
-from transport.sheets import pieces
-from transport.sources import Source
-from transport.tracking import Tracking
+from transport.geometry.flat import FlatShape
+from transport.geometry.solid import Box, Sphere
+from transport.geometry.supports import is_on_support
+from transport.scene.bodies import bits_at, bodies_of, body_bits_around, has_media, media_of
+from transport.scene.emissions import Isotropic
+from transport.scene.materials import Mixture, Transparent
+from transport.scene.media import Grid
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.sheets import pieces
+from transport.scene.sources import Source
+from transport.scene.tracking import Tracking
 from transport.validation import SceneError, shown
 from transport.vectors import Vector, dot
 
 if TYPE_CHECKING:
     from transport.compile.plan import Plan
-    from transport.scene import Scene
+    from transport.scene.scene import Scene
+
 
 # [scene lengths]: rounding would change a shorter free path by more than 2^-16 of itself
 THINNEST = 2.0**16 * layout.SLACK
@@ -137,8 +140,6 @@ def _law(plan: Plan, phase) -> tuple[str, dict[str, float]]:
         case Rayleigh():
             return "scatter_by_rayleigh", {}
         case Tabulated():
-            from transport.compile.phase_tables import tabulated_rows
-
             rows = tabulated_rows(phase)
             plan.kept.append(rows)
             return "scatter_by_table", {"rows": rows.ctypes.data, "count": len(rows)}
@@ -246,3 +247,98 @@ def row_inside(plan: Plan, positions: np.ndarray) -> np.ndarray | None:
         return None
     inside = int(bits[0])
     return layout.row(layout.INSIDE, inside=inside)
+
+
+# ---- Rows of a tabulated phase function: segments of the table, sampled by the alias method.
+#
+# Each row keeps its segment for part of its probability 1/rows and yields the rest to another segment (Walker
+# 1977, built as in Vose 1991). A sample thus costs one row whatever the table's length, and follows the table's
+# piecewise linear density exactly.
+
+# kept: share of the row's samples that its own segment keeps; the others go to the other segment.
+# start: 1 - |mu| at the end of a segment nearer to the peak (mu = 1, or mu = -1 where width < 0); |width|:
+# its width in mu.
+# share: the density at that end over the sum of the densities at both ends.
+COLUMNS = ("kept", "start", "width", "share", "other_start", "other_width", "other_share", "unused")
+SEGMENT = np.dtype([(name, "f8") for name in COLUMNS])
+ENDS = ("start", "width", "share")
+
+
+def tabulated_rows(phase: Tabulated) -> np.ndarray:
+    """Return rows of SEGMENT: segments of nonzero weight, padded to a power of two."""
+    segments, weights = _segments(phase.mu, phase.values)
+    count = 1 << max(len(weights) - 1, 0).bit_length()
+    kept, other = _aliases(np.concatenate([weights, np.zeros(count - len(weights))]))
+    rows = np.zeros(count, SEGMENT)
+    rows["kept"] = kept
+    for column, values in zip(ENDS, segments, strict=True):
+        rows[column][: len(weights)] = values
+        rows[f"other_{column}"] = values[other]
+    return rows
+
+
+def _segments(mu: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (start, width, share) of the segments of nonzero weight, and their relative weights.
+
+    A segment across mu = 0 is measured from its nearer end: 1 - |mu| continues beyond 1.
+    """
+    low, high, at_low, at_high = mu[:-1], mu[1:], density[:-1], density[1:]
+    widths, sums = high - low, at_low + at_high
+    is_forward = low + high >= 0
+    start = np.where(is_forward, 1 - high, 1 + low)
+    share = np.where(is_forward, at_high, at_low) / np.where(sums > 0, sums, 1.0)
+    met = widths * sums > 0
+    return np.stack([start, np.where(is_forward, widths, -widths), share])[:, met], (widths * sums)[met]
+
+
+def _aliases(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (kept, other) per row: rows lighter than average stay whole, and heavier ones fill them up."""
+    left = weights * (len(weights) / weights.sum())
+    kept, other = np.ones(len(weights)), np.arange(len(weights))
+    light = [int(k) for k in np.flatnonzero(left < 1)]
+    heavy = [int(k) for k in np.flatnonzero(left >= 1)]
+    while light and heavy:
+        k, donor = light.pop(), heavy[-1]
+        kept[k], other[k] = left[k], donor
+        left[donor] -= 1 - left[k]
+        if left[donor] < 1:
+            light.append(heavy.pop())
+    return kept, other
+
+
+# ---- Bounding boxes of finite bodies, which reveal lost particles.
+#
+# A particle in a finite body has a surface ahead; one that has none was lost by rounding.
+
+MARGIN = 2.0**-20  # of the size of a body's box: a path that ends that far beyond the box is outside
+FAR = 1e3  # sizes of a body: a distance surely outside its surfaces
+
+
+def bounded_rows(plan: Plan) -> list[np.ndarray]:
+    """Return a row (layout.BOUNDED) of the surroundings and of each body; 0 where unbounded."""
+    return [layout.row(layout.BOUNDED), *(_row(plan, number) for number in range(len(plan.bodies)))]
+
+
+def _row(plan: Plan, number: int) -> np.ndarray:
+    box = _box_about(plan, plan.bodies[number])
+    if box is None:
+        return layout.row(layout.BOUNDED)
+    low, high = (np.array(plan.space.place(corner)) for corner in box.tolist())
+    margin = MARGIN * float((high - low).max())
+    columns = {f"low_{axis}": value for axis, value in zip("xyz", low - margin, strict=True)}
+    columns |= {f"high_{axis}": value for axis, value in zip("xyz", high + margin, strict=True)}
+    return layout.row(layout.BOUNDED, **columns, bit=1 << number)
+
+
+def _box_about(plan: Plan, body) -> np.ndarray | None:
+    """Return the lower and upper corner [m] of a finite body; None for an unbounded one."""
+    shapes = [plan.scene.surfaces[number].shape for number in body.surfaces]
+    if any(shape.is_infinite for shape in shapes):
+        return None
+    bounds = np.array([shape.bounds for shape in shapes])
+    box = np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+    far = box.mean(axis=0) + FAR * float(np.ptp(box, axis=0).max()) * np.array(
+        list(product((-1, 1), repeat=3))
+    )
+    is_endless = bits_at(plan.scene, far, [plan.bodies.index(body)]).any()
+    return None if is_endless else box

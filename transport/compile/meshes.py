@@ -6,7 +6,7 @@ import numpy as np
 
 from transport.compile import layout
 from transport.compile.plan import MeshTable, Plan
-from transport.shapes import Mesh
+from transport.geometry.mesh import Mesh
 
 
 def mesh_table(plan: Plan, mesh: Mesh) -> MeshTable:

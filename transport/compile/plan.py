@@ -7,13 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from transport.compile import layout
+from transport.compile.methods import ANALOG, Method
 from transport.compile.space import Space
-from transport.estimators.methods import ANALOG, Method
-from transport.scene import Scene
-from transport.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
-from transport.shapes import Mesh, Shape
-from transport.sources import Source
-from transport.tracking import Tracking
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Shape
+from transport.scene.scene import Scene
+from transport.scene.scene_speeds import fastest_of, scene_has_speeds, scene_speeds
+from transport.scene.sources import Source
+from transport.scene.tracking import Tracking
 
 Step = tuple[str, np.ndarray]  # name of a pass, row of its table
 

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transport.bodies.listing import body_bits_around
 from transport.compile import layout
 from transport.compile.layout import POINT_MIDDLE, POINT_OCTAVES, POINT_ROWS
-from transport.emissions import Isotropic, Lambertian
-from transport.media import HenyeyGreenstein, Medium, Rayleigh, Tabulated
-from transport.points import PointDetector
-from transport.shapes import Box, Sphere
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bodies import body_bits_around
+from transport.scene.emissions import Isotropic, Lambertian
+from transport.scene.media import Medium
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh, Tabulated
+from transport.scene.points import PointDetector
 from transport.validation import SceneError, refuse
 
 if TYPE_CHECKING:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from transport.bodies.listing import media_of
-from transport.scene import Scene
-from transport.shapes import Point, Shape, Slab
+from transport.geometry.flat import Slab
+from transport.geometry.shape import Point, Shape
+from transport.scene.bodies import media_of
+from transport.scene.scene import Scene
 from transport.validation import SceneError
 from transport.vectors import Vector
 

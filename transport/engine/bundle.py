@@ -4,9 +4,13 @@ All fields lie at compile-time offsets from one base address, so LLVM knows that
 vectorises the lane loops. A field that no pass of a program uses is never touched and never occupies cache.
 """
 
+import ctypes
 import os
 
 import numpy as np
+from llvmlite import ir
+from numba import carray, config, njit, types
+from numba.extending import intrinsic
 
 # Lanes per bundle: a constant of the build. Only tests set the environment variable.
 LANES = int(os.environ.get("TRANSPORT_LANES", "256"))
@@ -66,7 +70,10 @@ CARRIED = (
     ("uz", "f8"),
     ("weight", "f8"),  # statistical weight [largest birth weight of the scene]; 0: the lane is idle
     ("birth", "f8"),  # reference weight for Russian roulette and splitting: the weight at birth
-    ("history", "i8"),  # number within the batch; a copy has a hash with bit 55 set (bank.py)
+    (
+        "history",
+        "i8",
+    ),  # number within the batch; a copy has a hash with bit 55 set (engine/passes/variance_reduction.py)
     ("event", "i8"),  # events that drew random numbers so far: a word of the random counter
     ("sheet", "i8"),  # sheet that the lane stands on, and the detector's sheet passed last (layout.STANDING)
     ("start", "f8"),  # ray parameter of the particle: 0, or < 0 for an aimed particle whose x is its target
@@ -82,7 +89,7 @@ CARRIED = (
     (
         "ahead",
         "f8",
-    ),  # state of forced first collisions: FRESH, FREE or the path of a forced copy (forcing.py)
+    ),  # state of forced first collisions: FRESH, FREE or the path of a forced copy (engine/passes/variance_reduction.py)
     ("visited", "i8"),  # bit set of the objects crossed, where a detector has `via`
     ("reflections", "i8"),  # reflections and scatterings so far, where a detector has `events`
     ("cell", "i8"),  # backward runs: bin of the detector in which the history was born
@@ -145,7 +152,7 @@ SCRATCH = (
     ("within", "f8"),  # ... and inside it
     ("fade", "f8"),  # absorption coefficient that lessens the weight along the path [1/scene lengths] ...
     ("keep", "f8"),  # ... and the total one, with absorption at collisions
-    ("walk_lane", "i8"),  # delta tracking through voxels (grids.py): lane of this walk ...
+    ("walk_lane", "i8"),  # delta tracking through voxels (engine/passes/voxels.py): lane of this walk ...
     ("walk_state", "i8"),  # ... its state ...
     ("walk_history", "i8"),
     ("walk_event", "i8"),
@@ -214,3 +221,97 @@ def empty_bundle() -> np.ndarray:
     bundle = memory[offset : offset + Bundle.itemsize].view(Bundle)
     bundle["address"], bundle["worth"] = bundle.ctypes.data, np.float64(1.0).view(np.int64)
     return bundle
+
+
+# ---- Raw addresses: call a pass by address, view memory as an array, add to a row; with plain Python twins for
+# NUMBA_DISABLE_JIT=1.
+#
+# The owner of an address keeps its memory alive: program.Program its tables, driver.run_batch its sums.
+
+
+@intrinsic
+def _pointer(typing_context, address):
+    """Convert an address (int64) to a void pointer."""
+
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
+
+    return types.voidptr(types.int64), codegen
+
+
+@intrinsic
+def _call_pass(typing_context, entry, bundle, table, first, live):
+    """Call the compiled pass at address `entry` as (bundle, table, first, live); returns the number of live
+    lanes.
+    """
+
+    def codegen(context, builder, signature, args):
+        pointer, integer = ir.IntType(8).as_pointer(), ir.IntType(64)
+        function = ir.FunctionType(integer, [pointer, pointer, integer, integer]).as_pointer()
+        bundle, table = (builder.inttoptr(a, pointer) for a in args[1:3])
+        return builder.call(builder.inttoptr(args[0], function), [bundle, table, args[3], args[4]])
+
+    return types.int64(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
+
+
+@intrinsic
+def _add_to_row(typing_context, address, first, second, third, fourth):
+    """Add four int64 words to the row of four at `address`, by one 32-byte load, addition and store."""
+
+    def codegen(context, builder, signature, args):
+        row = ir.VectorType(ir.IntType(64), 4)
+        added = ir.Constant(row, ir.Undefined)
+        for i, word in enumerate(args[1:]):
+            added = builder.insert_element(added, word, ir.IntType(32)(i))
+        pointer = builder.inttoptr(args[0], row.as_pointer())
+        builder.store(builder.add(builder.load(pointer, align=8), added), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64, types.int64, types.int64), codegen
+
+
+def _add_to_row_plain(address, *words):
+    """Twin of `_add_to_row` in plain Python."""
+    row = _view_plain(address, 4, np.int64)
+    row += np.array(words, np.int64)
+
+
+@njit(inline="always")
+def _view(address, count, dtype):
+    """View `count` items of `dtype` at `address` as an array, without a copy."""
+    return carray(_pointer(address), (count,), dtype)
+
+
+def _view_plain(address, count, dtype):
+    """Twin of `_view` in plain Python; records become a recarray."""
+    memory = (ctypes.c_char * (int(count) * np.dtype(dtype).itemsize)).from_address(int(address))
+    return np.frombuffer(memory, dtype).view(np.recarray if np.dtype(dtype).names else np.ndarray)
+
+
+def _call_pass_plain(entry, bundle, table, first, live):
+    """Twin of `_call_pass` in plain Python: `entry` is the Python function itself."""
+    return entry(bundle, table, first, live)
+
+
+view = _view_plain if config.DISABLE_JIT else _view
+call_pass = _call_pass_plain if config.DISABLE_JIT else _call_pass
+add_to_row = _add_to_row_plain if config.DISABLE_JIT else _add_to_row
+
+
+# ---- A bundle for plain Python (NUMBA_DISABLE_JIT=1), in which `b.weight[k]` is 25 times as fast as on a NumPy
+# record.
+
+
+class PlainRecord:
+    """The single record of an array: array fields are views, scalar fields are read and written in place."""
+
+    def __init__(self, array: np.ndarray) -> None:
+        record = array[0]
+        arrays = {name: record[name] for name in array.dtype.names if array.dtype[name].shape}
+        vars(self).update(arrays, _record=record)
+
+    def __getattr__(self, name: str):
+        return vars(self)["_record"][name]
+
+    def __setattr__(self, name: str, value) -> None:
+        vars(self)["_record"][name] = value

@@ -25,9 +25,9 @@ def source_digest() -> str:
     """Return the first 16 hex digits of the SHA-256 of every source that is compiled."""
     digest = hashlib.sha256()
     for path in sorted(
-        [*PACKAGE.glob("engine/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "compile/layout.py"]
+        [*PACKAGE.glob("engine/**/*.py"), *PACKAGE.glob("physics/*.py"), PACKAGE / "compile/layout.py"]
     ):
-        digest.update(path.name.encode())
+        digest.update(path.relative_to(PACKAGE).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -19,11 +19,10 @@ from transport.compile.limits_exceeded import (
     too_many_waiting,
 )
 from transport.compile.plan import Plan
-from transport.engine.addresses import call_pass
-from transport.engine.bank import FIELDS, ROOM
-from transport.engine.bundle import LANES, empty_bundle
+from transport.engine.bundle import LANES, PlainRecord, call_pass, empty_bundle
 from transport.engine.cache import cached_kernels
-from transport.engine.plain import PlainRecord
+from transport.engine.passes.lanes import FIELDS
+from transport.engine.passes.variance_reduction import ROOM
 from transport.engine.program import Program
 from transport.physics.bits import bits_of
 from transport.physics.streams import SHARES, random_words, uniform
@@ -31,7 +30,7 @@ from transport.physics.streams import SHARES, random_words, uniform
 REST = 0.5  # cost of a pass at a surface over that of a pass in flight: it serves only part of the lanes
 MOST_ROUNDS = 64  # rounds of flight and collision before lanes at a surface go on
 MOST_COPIES_EACH = 20_000  # copies per history on average, and as many per lane
-MOST_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/sums.py)
+MOST_CROSSINGS = 1 << 30  # per batch: below it no sum can overflow its 64 bits (engine/tally.py)
 # A bundle in which no history ends and no weight is lost for so many crossings or collisions never ends: 1e6
 # crossings per lane of a full bundle. Fewer than 16 histories end before as lost (surfaces.MOST_EVENTS).
 PATIENCE, PATIENCE_IN_MEDIA, FOR_EVER = 256 * 10**6, 1 << 30, 1 << 62

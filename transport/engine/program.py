@@ -8,33 +8,25 @@ import numpy as np
 from transport.compile import layout
 from transport.compile.media import box_rows, importance_row, roulette_row
 from transport.compile.plan import Plan
-from transport.engine import (
-    bank,
-    bodies,
-    flights,
-    hierarchies,
-    landings,
-    lanes,
-    meters,
-    optics,
-    rims,
-    roulette,
-    speeds,
-    surfaces,
-)
-from transport.engine.arrivals import boundaries, metering, stood, visits
 from transport.engine.bundle import CARRIED
-from transport.engine.expectations import (
-    expected_of_walls,
-    expected_sight,
+from transport.engine.passes import (
+    bvh,
+    detectors,
+    intersections,
+    landing,
+    lanes,
+    optics,
+    regions,
+    surfaces,
+    variance_reduction,
+    velocities,
 )
-from transport.engine.lookouts import casts_of_walls, sight_of
-from transport.engine.newborn import newborn_of
-from transport.engine.passages import expected_crossing, through
-from transport.engine.passes import Pass
-from transport.engine.registry import Step, rows_of, step
-from transport.engine.rounds import known_media, members_of, ready_to_fly, rounds_of
-from transport.engine.sampled import sampled_steps
+from transport.engine.registry import Pass, Step, rows_of, step
+from transport.engine.stages.births import newborn_of
+from transport.engine.stages.flights import known_media, members_of, ready_to_fly, rounds_of
+from transport.engine.stages.next_event import casts_of_walls, expected_of_walls, expected_sight, sight_of
+from transport.engine.stages.quasi_random import sampled_steps
+from transport.engine.stages.surfaces import boundaries, expected_crossing, metering, stood, through, visits
 
 BEYOND = layout.NOTHING_BEFORE | layout.NOTHING_BEHIND
 
@@ -83,7 +75,7 @@ def program_of(plan: Plan) -> Program:
     """Return the program of a scene's plan."""
     # Complete the bounding volume hierarchies of meshes.
     for table in plan.meshes.values():
-        hierarchies.complete(table)
+        bvh.complete(table)
     program = Program(plan)
     program.births = [list(newborn_of(plan, emitter)) for emitter in plan.emitters]
     # Steps of flight: preparation, rounds through media, then move, land and act at a surface.
@@ -102,7 +94,9 @@ def program_of(plan: Plan) -> Program:
     if plan.expectations:
         crossing = expected_crossing(plan)
         program.sight = list(expected_sight(plan, known_media(plan), members_of(plan), crossing))
-    program.withdrawal = [step(bank.withdraw, program.moved)] if plan.splits or plan.forces else []
+    program.withdrawal = (
+        [step(variance_reduction.withdraw, program.moved)] if plan.splits or plan.forces else []
+    )
     # Replace pseudo-random draws by quasi-random ones.
     if plan.method.sampling != "random":
         _sample(program, plan.method.sampling)
@@ -120,13 +114,13 @@ def _sample(program, sampling):
 
 def _flight(plan, moved):
     """Yield the steps from the end of a round to the surface: count escapes, compact lanes, move."""
-    yield step(flights.leave)
+    yield step(intersections.leave)
     yield step(lanes.part if plan.scatters else lanes.fill_gaps, moved)
     if plan.contacts:
-        yield step(landings.remember_origin)
+        yield step(landing.remember_origin)
     if plan.passes_meters:
-        yield step(flights.remember_ray)
-    yield step(flights.move)
+        yield step(intersections.remember_ray)
+    yield step(intersections.move)
 
 
 def _landing(plan):
@@ -134,25 +128,25 @@ def _landing(plan):
     if plan.members:
         yield from stood(plan)
         if plan.passes_meters and (plan.sheets["outward"] != 0).any():
-            yield step(landings.tell_leaving, rows_of(plan.sheets))
+            yield step(landing.tell_leaving, rows_of(plan.sheets))
         if plan.has_rims:
-            yield step(rims.draw_back_from_edge, rows_of(plan.rims))
+            yield step(landing.draw_back_from_edge, rows_of(plan.rims))
         for row in plan.contacts:
-            yield step(landings.keep_to_side, row)
+            yield step(landing.keep_to_side, row)
 
 
 def _crossing(plan, moved):
     """Yield the steps at a surface: score arrivals, absorb, sample a new direction, score departures."""
     # Without an acting surface, a crossing is scored once and the lane flies on.
     if not plan.acts:
-        yield from metering(plan, meters.bin_crossings)
+        yield from metering(plan, detectors.bin_crossings)
         yield from visits(plan)
         yield from boundaries(plan)
         yield from _onwards(plan)
         yield from _end(plan, moved)
         return
     # Score arrivals at detectors.
-    yield from metering(plan, meters.bin_arrivals)
+    yield from metering(plan, detectors.bin_arrivals)
     # Choose the material, absorb, and sample the new direction.
     if plan.draws_again:
         yield step(surfaces.draw_again)
@@ -174,11 +168,11 @@ def _crossing(plan, moved):
         yield step(surfaces.draw)
     yield from _new_directions(plan)
     if plan.has_thermal_walls:
-        yield step(speeds.take_wall_speed, rows_of(plan.surfaces))
+        yield step(velocities.take_wall_speed, rows_of(plan.surfaces))
     if plan.counts_reflections:
         yield step(surfaces.count_reflections)
     # Score departures; then visits, bodies beyond, shadow rays and next-event rays.
-    yield from metering(plan, meters.bin_departures, is_known=len(plan.layers) == 1)
+    yield from metering(plan, detectors.bin_departures, is_known=len(plan.layers) == 1)
     yield from visits(plan)
     yield from boundaries(plan)
     yield from casts_of_walls(plan)
@@ -186,9 +180,9 @@ def _crossing(plan, moved):
     yield from _onwards(plan)
     # Russian roulette, and the limit of events.
     if plan.has_roulette:
-        yield step(roulette.play_roulette, roulette_row(plan))
+        yield step(variance_reduction.play_roulette, roulette_row(plan))
     elif plan.splits and plan.reflects:
-        yield step(roulette.play_roulette_by_importance, importance_row(plan))
+        yield step(variance_reduction.play_roulette_by_importance, importance_row(plan))
     if plan.reflects:
         yield step(surfaces.give_up)
     yield from _end(plan, moved)
@@ -199,17 +193,17 @@ def _onwards(plan):
     medium.
     """
     if plan.passes_meters:
-        yield step(flights.resume_ray)
+        yield step(intersections.resume_ray)
         if plan.bounds_bodies:
             for row in box_rows(plan):
-                yield step(bodies.settle_at_edges, row)
+                yield step(regions.settle_at_edges, row)
 
 
 def _end(plan, moved):
     """Yield the steps that end lanes that left to empty space, and drop ended lanes."""
     escapes = plan.can_escape_at_once and any(row["code"] & BEYOND for _, row, _ in plan.members)
     if escapes:
-        yield step(bodies.escape_at_once)
+        yield step(regions.escape_at_once)
     if escapes or (plan.acts and (plan.absorbs or plan.reflects)):
         yield step(lanes.fill_gaps, moved)
 

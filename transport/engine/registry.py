@@ -1,13 +1,151 @@
 """Passes by name, and steps: a pass with its table."""
 
+import dis
+import itertools
+import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from threading import RLock
+from types import ModuleType
 
 import numpy as np
+from numba import cfunc, config, from_dtype, types
 
 from transport.compile import layout
 from transport.compile.plan import Plan
-from transport.engine.families import FAMILIES, HOMES
-from transport.engine.passes import Pass
+from transport.engine.bundle import CARRIED, SCRATCH, Bundle
+from transport.engine.cache import cached_kernels
+from transport.physics.device import ARITHMETIC
+
+# ---- Lazy loading of the modules of passes: a module is executed when a scene first needs one of its passes.
+#
+# Each module is listed by the passes found in its text and stands in sys.modules from the start, so that `from
+# transport.engine.passes import collisions` and an editor's jump to a definition work as usual.
+
+FOLDER = Path(__file__).parent / "passes"
+MARK = "\n@lane_pass("
+KNOWN = ("__name__", "__spec__")  # attributes that the import system reads before a module is executed
+BEING_READ = []
+READING = RLock()
+
+
+def _passes_in(path: Path) -> list[str]:
+    """Return the names of the passes of a file, from its text alone."""
+    after = path.read_text(encoding="utf-8").split(MARK)[1:]
+    return [text.partition("\ndef ")[2].partition("(")[0] for text in after]
+
+
+class Unread(ModuleType):
+    """A module that is executed at the first attribute access, by one thread, while other threads wait.
+
+    (importlib's LazyLoader of Python 3.11 exposes half-executed modules to other threads.)
+    """
+
+    def __getattribute__(self, name: str) -> object:
+        if name not in KNOWN:
+            with READING:
+                _read(self)
+        return ModuleType.__getattribute__(self, name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        with READING:
+            _read(self)  # so that executing it later does not undo this
+        ModuleType.__setattr__(self, name, value)
+
+
+def _read(module: ModuleType) -> None:
+    """Execute a module that has not been executed yet; it may access itself meanwhile."""
+    if object.__getattribute__(module, "__class__") is Unread and module.__spec__ not in BEING_READ:
+        BEING_READ.append(module.__spec__)
+        try:
+            module.__spec__.loader.exec_module(module)
+            module.__class__ = ModuleType
+        finally:
+            BEING_READ.remove(module.__spec__)
+
+
+def _unread(path: Path) -> ModuleType:
+    """Return the module of a file, executed at the first access of an attribute."""
+    name = f"transport.engine.passes.{path.stem}"
+    spec = spec_from_file_location(name, path)
+    module = sys.modules[name] = module_from_spec(spec)
+    module.__class__ = Unread
+    return module
+
+
+def _families() -> tuple[dict[str, ModuleType], dict[str, str]]:
+    """Return {module name: module} and {pass name: module name}."""
+    modules, homes = {}, {}
+    for path in sorted(FOLDER.glob("*.py")):
+        names = _passes_in(path)
+        if names:
+            modules[path.stem] = _unread(path)
+            homes |= dict.fromkeys(names, path.stem)
+    return modules, homes
+
+
+FAMILIES, HOMES = _families()
+
+
+# ---- A pass: one physical step as a loop over lanes [first, live), with one signature and its own table.
+#
+#     @lane_pass(Table)
+#     def step(bundle, table, first, live): ...; return live
+#
+# The docstring of a pass lists the bundle's fields that it reads, updates and writes (random counter omitted).
+#
+# It is compiled as a C callback when a program first needs it and cached on disk separately, so a new kind of
+# scene compiles only its new passes. With NUMBA_DISABLE_JIT=1 the same function runs as plain Python on
+# records.
+
+LANE_FIELDS = tuple(name for name, _ in CARRIED + SCRATCH)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A lane loop, the record type of its table and its floating-point options."""
+
+    function: object
+    table: np.dtype
+    arithmetic: dict = field(default_factory=lambda: ARITHMETIC, compare=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return self.function.__name__
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the lane fields that the loop uses, read from its bytecode as attributes of its first
+        parameter.
+        """
+        bundle = self.function.__code__.co_varnames[0]
+        steps = list(dis.get_instructions(self.function))
+        named = {after.argval for step, after in itertools.pairwise(steps) if step.argval == bundle}
+        return tuple(name for name in LANE_FIELDS if name in named)
+
+    @cached_property
+    def compiled(self):
+        """The C callback, compiled now or loaded from disk."""
+        signature = types.int64(from_dtype(Bundle), from_dtype(self.table), types.uint64, types.uint64)
+        with cached_kernels():
+            return cfunc(signature, cache=True, **self.arithmetic)(self.function)
+
+    @property
+    def entry(self):
+        """What the driver calls: the address of the callback, or the Python function without compilation."""
+        return self.function if config.DISABLE_JIT else self.compiled.address
+
+
+def lane_pass(table: np.dtype, arithmetic: dict = ARITHMETIC):
+    """Return a decorator that makes a function a pass whose table has this record type."""
+    return lambda function: Pass(function, table, arithmetic)
+
+
+# ---- Passes by name, and steps: a pass with its table.
 
 Step = tuple[Pass, np.ndarray]
 

@@ -86,7 +86,7 @@ def sample_tabulated(rows, count, u):
 
     Exact.
 
-    rows: `count` rows of phase_tables.SEGMENT. mu does not increase with u.
+    rows: `count` rows of media.SEGMENT. mu does not increase with u.
     """
     start, width, share, r = choose_segment(rows, count, u)
     return sample_segment(start, width, share, r)

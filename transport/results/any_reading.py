@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from transport.results.backward_readings import BackwardReading, ViewReading
-from transport.results.phase_readings import PhaseReading, SnapshotReading
-from transport.results.point_readings import PointReading
-from transport.results.readings import Reading
-from transport.results.volume_readings import VolumeReading
+from transport.results.backward import BackwardReading, ViewReading
+from transport.results.detectors import Reading
+from transport.results.phase_space import PhaseReading, SnapshotReading
+from transport.results.points import PointReading
+from transport.results.volumes import VolumeReading
 
 
 class AnyReading(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from transport.estimators.methods import Method
-from transport.results.findings import MORE
-from transport.results.notation import times_text
+from transport.compile.methods import Method
+from transport.statistics.findings import MORE
+from transport.statistics.notation import times_text
 
 MUCH_CHEAPER = 0.5  # cost relative to the chosen method, below which the report recommends another
 ONLY_WAY = "the only method that this scene allows"

@@ -1,22 +1,22 @@
 """Memory of a run's sums, from its plan alone, so that the number of batches is the same on every machine.
 
-The numbers are bounds for full bins: rows without a score take nothing (results/packed.py).
+The numbers are bounds for full bins: rows without a score take nothing (statistics/packed.py).
 """
 
 from __future__ import annotations
 
 import math
 
+from transport.compile.detectors import bin_counts, block_rows
 from transport.compile.layout import RECORD
-from transport.compile.looks import bin_counts, block_rows
 from transport.compile.plan import Plan
-from transport.compile.sizes import weights_vary
-from transport.detectors import Detector
-from transport.materials import Black, simple_parts
-from transport.results.aside import LARGE
-from transport.results.packed import MOST_PLAIN
-from transport.results.records import SAMPLED
-from transport.scene import Scene
+from transport.compile.volumes import weights_vary
+from transport.results.batches import SAMPLED
+from transport.scene.detectors import Detector
+from transport.scene.materials import Black, simple_parts
+from transport.scene.scene import Scene
+from transport.statistics.chunked import LARGE
+from transport.statistics.packed import MOST_PLAIN
 
 KEPT = 3 << 28  # bytes of batches that a run keeps, if the user did not set their number
 FEWEST = 8  # batches, whatever their size

@@ -11,9 +11,9 @@ import numpy as np
 from transport.compile.plan import Plan
 from transport.results.batches import Batch
 from transport.results.choice import Choice
-from transport.results.estimates import Batches
-from transport.results.findings import ALLOWED
-from transport.tracking import Tracking
+from transport.scene.tracking import Tracking
+from transport.statistics.findings import ALLOWED
+from transport.statistics.replicates import Batches
 
 BY_CHANCE = -0.5  # logarithmic slope of the error of independent histories against time
 
@@ -50,7 +50,7 @@ class Cost:
 
     Examples
     --------
-    >>> from transport.results import Cost
+    >>> from transport.results.record import Cost
     >>> cost = Cost(seconds=2.0, preparation=0.0, particles=1_000_000, crossings=3_000_000, threads=2)
     >>> cost.particles_per_second, cost.next_digit
     (500000.0, 200.0)

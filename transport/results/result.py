@@ -11,32 +11,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transport.compile.plan import Plan
-from transport.detectors import Detector
-from transport.phase_space import PhaseSpace, Snapshot
-from transport.points import PointDetector
 from transport.renderers import function_for
-from transport.results.backward_readings import backward_reading
-from transport.results.estimates import Estimate
-from transport.results.findings import Finding
-from transport.results.phase_readings import PhaseReading, SnapshotReading
-from transport.results.point_readings import PointReading
-from transport.results.prices import price_of
-from transport.results.quality import Quality
-from transport.results.readings import QUANTITIES, Reading
+from transport.results.backward import backward_reading
+from transport.results.detectors import QUANTITIES, Reading
+from transport.results.diagnostics.run_findings import findings_of, in_words, quality_in
+from transport.results.phase_space import PhaseReading, SnapshotReading
+from transport.results.points import PointReading
 from transport.results.record import BY_CHANCE, Cost, Record
-from transport.results.report import ledger_lines, report_of, share_of
-from transport.results.statistics import rounding_of
-from transport.results.trust import findings_of, in_words, quality_in
-from transport.results.volume_readings import VolumeReading
+from transport.results.report import ledger_lines, price_of, report_of, share_of
+from transport.results.volumes import VolumeReading
+from transport.scene.detectors import Detector
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.points import PointDetector
+from transport.scene.volumes import VolumeDetector
+from transport.statistics.batches import rounding_of
+from transport.statistics.estimates import Estimate
+from transport.statistics.findings import Finding
+from transport.statistics.quality import Quality
 from transport.units import Unit
 from transport.validation import SceneError, suggestion
-from transport.volumes import VolumeDetector
 
 if TYPE_CHECKING:
     from os import PathLike
 
     from transport.results.any_reading import AnyReading
-    from transport.results.estimates import EstimateOrArray
+    from transport.statistics.estimates import EstimateOrArray
 
 __all__ = ["QUANTITIES", "Cost", "Ledger", "Result"]
 

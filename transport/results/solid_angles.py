@@ -5,12 +5,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from transport.bins import DirectionCone
-from transport.detectors import Detector
-from transport.shapes import Shape, Sphere
-from transport.sheets import pieces
-from transport.theory.cones import cone_projected_solid_angle
-from transport.theory.world_bins import projected_solid_angles
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Sphere
+from transport.geometry.solid_angles import cone_projected_solid_angle, projected_solid_angles
+from transport.scene.bins import DirectionCone
+from transport.scene.detectors import Detector
+from transport.scene.sheets import pieces
 from transport.vectors import dot
 
 HEMISPHERE, SPHERE, CIRCLE = (0.0, 1.0), (-1.0, 1.0), (0.0, 2.0 * math.pi)

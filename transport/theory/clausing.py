@@ -28,7 +28,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory.round_view_factors import base_to_base
 
 PANEL, NODES = 1.0, 12  # longest panel [radii], nodes per panel

@@ -498,3 +498,341 @@ def _speed_share(order: float, low: float, high: float, sigma: float) -> float:
     return np.where(
         x < order, gammainc(order, y) - gammainc(order, x), gammaincc(order, x) - gammaincc(order, y)
     )[()]
+
+
+# ---- Isotropic gas of particles of one speed: flux through a plane, radiance, fluence rate.
+#
+# n is the density [m^-3], v the speed [m/s]. The particles that cross dA within dt fill the prism v dt
+# cos(theta) dA (Cornell CS 6620, lecture 2), so that a stream has the flux density n v cos(theta), and
+# all other quantities are integrals of it.
+
+
+def stream_flux_density(density: float, speed: float, mu: float) -> float:
+    """Particle flux density of a parallel stream on a patch.
+
+    Parameters
+    ----------
+    density : float or ndarray
+        Particle density n [m^-3].
+    speed : float or ndarray
+        Speed v [m/s].
+    mu : float or ndarray
+        Cosine between the patch's normal and the velocity; for mu < 0 the stream meets the other side
+        [1].
+
+    Returns
+    -------
+    float or ndarray
+        ``n v max(mu, 0)`` [m^-2 s^-1].
+
+    Notes
+    -----
+    Source: Cornell CS 6620, lecture 2; clamp of Akenine-Moeller et al. 2008, eq. 7.5.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import stream_flux_density
+    >>> print(f"{stream_flux_density(2.0, 3.0, 0.5):.4g}")
+    3
+    """
+    return density * speed * np.maximum(mu, 0.0)
+
+
+def one_way_flux_density(density: float, speed: float) -> float:
+    """One-way particle flux density through a plane in an isotropic gas.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    speed : float
+        Speed v [m/s].
+
+    Returns
+    -------
+    float
+        ``n v / 4`` [m^-2 s^-1].
+
+    Notes
+    -----
+    Source: Reif 1965, 7.11.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import one_way_flux_density
+    >>> print(f"{one_way_flux_density(2.0, 3.0):.4g}")
+    1.5
+    """
+    return density * speed / 4
+
+
+def net_flux_density(density: float, speed: float, mean_mu: float = 0.0) -> float:
+    """Net particle flux density through a plane: crossings in one direction minus those in the other.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    speed : float
+        Speed v [m/s].
+    mean_mu : float, default 0.0
+        Mean cosine between velocity and normal, 0 for an isotropic gas [1].
+
+    Returns
+    -------
+    float
+        ``n v <mu>`` [m^-2 s^-1].
+
+    Notes
+    -----
+    Source: Reif 1965, 7.11.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import net_flux_density
+    >>> print(f"{net_flux_density(2.0, 3.0, 0.1):.4g}")
+    0.6
+    """
+    return density * speed * mean_mu
+
+
+def radiance(density: float, speed: float) -> float:
+    """Particle radiance of an isotropic gas.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    speed : float
+        Speed v [m/s].
+
+    Returns
+    -------
+    float
+        ``n v / (4 pi)`` [s^-1 m^-2 sr^-1], because ``M = n v / 4 = pi L``.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import radiance
+    >>> print(f"{radiance(2.0, 3.0):.4g}")
+    0.4775
+    """
+    return density * speed / (4 * math.pi)
+
+
+def fluence_rate(density: float, speed: float) -> float:
+    """Fluence rate (integral of radiance over all directions) of any gas of one speed.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    speed : float
+        Speed v [m/s].
+
+    Returns
+    -------
+    float
+        ``n v`` [m^-2 s^-1].
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import fluence_rate
+    >>> print(f"{fluence_rate(2.0, 3.0):.4g}")
+    6
+    """
+    return density * speed
+
+
+def flux_in_bin(density: float, speed: float, projected_solid_angle: float) -> float:
+    """Flux density of an isotropic gas from a bin of directions.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    speed : float
+        Speed v [m/s].
+    projected_solid_angle : float
+        Projected solid angle P of the bin, the integral of cos(theta) d omega, of any shape (see
+        solid_angles.py) [sr].
+
+    Returns
+    -------
+    float
+        ``n v / (4 pi) * P`` [m^-2 s^-1]; n v / 4 for the hemisphere, P = pi.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import flux_in_bin
+    >>> print(f"{flux_in_bin(2.0, 3.0, 1.0):.4g}")
+    0.4775
+    """
+    return radiance(density, speed) * projected_solid_angle
+
+
+def mean_mu_of_crossers() -> float:
+    """Mean cosine of the particles that cross a plane one way in an isotropic gas.
+
+    Returns
+    -------
+    float
+        2/3 [1].
+
+    Notes
+    -----
+    Not 1/2, the mean over the gas's hemisphere of velocities: crossings are weighted by the cosine
+    (Reif 1965, 7.11).
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import mean_mu_of_crossers
+    >>> print(f"{mean_mu_of_crossers():.4g}")
+    0.6667
+    """
+    return 2 / 3
+
+
+# ---- Pressure: momentum that particles transfer to a wall per area and time.
+#
+# A stream has a momentum flux: n m v^2 for particles of mass m and speed v, and for light its energy
+# density u, because the momentum is w/c. A wall at the cosine mu receives mu^2 of it: one factor for the
+# arrival rate, one for the normal component. In an isotropic gas <mu^2> = 1/3, half of it from arriving
+# particles. Leaving particles add their own momentum: a mirror doubles it, a black wall adds nothing, a
+# diffuse wall of albedo 1 adds the cosine law's 2/3 of the momentum (Reif 1965, 7.13; for light Maxwell
+# 1873, art. 792; Boltzmann 1884).
+
+_ISOTROPIC = {"mirror": 1.0, "diffuse": 1.0, "black": 0.5}  # share of the pressure inside
+
+
+def light_pressure(energy_density: float, wall: str = "mirror") -> float:
+    """Pressure of isotropic light on a wall.
+
+    Parameters
+    ----------
+    energy_density : float
+        Energy density u [J m^-3].
+    wall : str, default 'mirror'
+        "mirror", "diffuse" (albedo 1, cosine law) or "black".
+
+    Returns
+    -------
+    float
+        ``u/3`` [Pa]; u/6 on a black wall.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import light_pressure
+    >>> print(f"{light_pressure(3.0):.4g}")
+    1
+    """
+    return isotropic_pressure(energy_density / 3, wall)
+
+
+def gas_pressure(density: float, temperature: float, wall: str = "mirror") -> float:
+    """Pressure of a gas on a wall.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    temperature : float
+        Temperature T [K].
+    wall : str, default 'mirror'
+        "mirror", "diffuse" (albedo 1, cosine law) or "black".
+
+    Returns
+    -------
+    float
+        ``n k T`` [Pa]; half of it on a black wall.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import gas_pressure
+    >>> print(f"{gas_pressure(2.5e25, 300.0):.4g}")
+    1.035e+05
+    """
+    return isotropic_pressure(density * BOLTZMANN * temperature, wall)
+
+
+def kinetic_pressure(density: float, mass: float, mean_square_speed: float) -> float:
+    """Pressure of an isotropic gas from its speeds.
+
+    Parameters
+    ----------
+    density : float
+        Particle density n [m^-3].
+    mass : float
+        Mass m of a particle [kg].
+    mean_square_speed : float
+        Mean of the squared speeds (not the square of the mean) [m^2 s^-2].
+
+    Returns
+    -------
+    float
+        ``n m <v^2>/3`` [Pa].
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import kinetic_pressure
+    >>> print(f"{kinetic_pressure(2.5e25, 4.65e-26, 2.7e5):.4g}")
+    1.046e+05
+    """
+    return density * mass * mean_square_speed / 3
+
+
+def isotropic_pressure(inside: float, wall: str = "mirror") -> float:
+    """Pressure of isotropic particles or light on a wall.
+
+    Parameters
+    ----------
+    inside : float
+        Pressure in the interior of the gas [Pa].
+    wall : str, default 'mirror'
+        "mirror", "diffuse" (albedo 1, cosine law) or "black".
+
+    Returns
+    -------
+    float
+        Pressure on the wall [Pa].
+
+    Notes
+    -----
+    A black wall receives the momentum of the arriving half only. A mirror and a diffuse wall of albedo
+    1 return particles with the distribution of an isotropic gas: the full pressure.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import isotropic_pressure
+    >>> print(f"{isotropic_pressure(1.0, 'black'):.4g}")
+    0.5
+    """
+    return _ISOTROPIC[wall] * inside
+
+
+def stream_pressure(momentum_flux: float, mu: float = 1.0, wall: str = "black") -> float:
+    """Pressure of a parallel stream on a wall.
+
+    Parameters
+    ----------
+    momentum_flux : float
+        Momentum flux along the stream: n m v^2, or u for light [Pa].
+    mu : float, default 1.0
+        Cosine between the stream and the wall's normal, 0 to 1 [1].
+    wall : str, default 'black'
+        "mirror", "diffuse" (albedo 1, cosine law) or "black".
+
+    Returns
+    -------
+    float
+        Pressure [Pa]: ``mu^2`` of the momentum flux on a black wall, twice that on a mirror,
+        ``mu (mu + 2/3)`` of it on a diffuse wall.
+
+    Examples
+    --------
+    >>> from transport.theory.effusion import stream_pressure
+    >>> print(f"{stream_pressure(1.0, 0.5, 'diffuse'):.4g}")
+    0.5833
+    """
+    leaving = {"mirror": mu, "diffuse": 2 / 3, "black": 0.0}[wall]
+    return momentum_flux * mu * (mu + leaving)

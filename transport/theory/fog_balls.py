@@ -26,8 +26,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory.glow import ball_fluence_share
-from transport.theory.nodes import legendre_nodes
 
 NODES, PANEL = 12, 1.0  # nodes per panel; longest panel [mean free paths]
 HALVINGS = 12  # number of halvings of panels towards a and R

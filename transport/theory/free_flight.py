@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(64)
 _REACH = 10.0  # standard deviations; beyond them exp(-x^2/2) adds less than 1e-22 to a bin

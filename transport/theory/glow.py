@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 NODES = 128  # Gauss-Legendre nodes over the directions at a point of a ball
 ROUNDING, TINY = 1e-16, 1e-300  # lower bounds of sqrt(1 - ρ²) at the rim and of ρ at the center

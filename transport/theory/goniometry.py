@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 

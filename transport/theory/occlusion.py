@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory.view_factors import coaxial_disks, opposed_rectangles, parallel_rectangles
 
 NODES = 24  # nodes per panel of the integral over the hole

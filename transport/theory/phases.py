@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 
 def henyey_greenstein(mu: np.ndarray, g: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(24)
 _LARGEST = 20.0  # largest t: beyond it s = 1 to 1e-17

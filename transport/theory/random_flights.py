@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 _NODES, _WEIGHTS = legendre_nodes(128)
 _BIN_NODES, _BIN_WEIGHTS = legendre_nodes(24)

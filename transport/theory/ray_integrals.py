@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 ORDER = 10  # nodes per panel
 FINEST = -2  # power of 2 of the finest panel about the projection of P: a quarter of the height

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 from transport.theory.view_factors import coaxial_disks
 
 NODES = 40  # nodes of the integral for two spheres

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from transport.theory.nodes import legendre_nodes
+from transport.statistics.quadrature import legendre_nodes
 
 NODES = 24  # nodes of the unequal rectangles' integrals; their nearest pole gives the error 3.7^-48
 

@@ -1,0 +1,1 @@
+"""Analyses made of runs: cost of accuracy, view factors, solid angles, paths of particles."""

@@ -1,0 +1,276 @@
+"""Paths of a few particles through a scene, for pictures, recorded by the engine itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from transport.compile.methods import checked_method
+from transport.io.html.charts import FILL
+from transport.io.html.elements import beside, escaped, framed, heading, plain_typeset, table, typeset
+from transport.run.settings import checked_whole
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
+from transport.simulate import checked_tracking
+from transport.validation import SceneError, shown
+
+EACH = 64  # flights per particle for which memory is allocated at first
+MOST_WAYS = 1 << 24  # most flights: 1.4 GB
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Straight flights of particles, grouped by particle in the order in which they were made.
+
+    A detector on the path splits a flight in two.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the flights.
+    starts : array (N, 3)
+        Start of each flight [m].
+    directions : array (N, 3)
+        Unit vectors.
+    lengths : array (N,)
+        Lengths [m], infinite where nothing is ahead.
+    weights : array (N,)
+        Weights at the start, relative to the birth weight of the brightest source.
+    histories : array (N,)
+        Number of the particle.
+    meets : array (N,) of bool
+        Whether the flight ends at a surface.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> paths = tp.tracks(scene, particles=3)
+    >>> paths.meets
+    array([ True, False, False])
+    >>> paths.ends(reach=2.0).shape
+    (3, 3)
+    """
+
+    scene: Scene
+    starts: np.ndarray
+    directions: np.ndarray
+    lengths: np.ndarray
+    weights: np.ndarray
+    histories: np.ndarray
+    meets: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+    def __repr__(self) -> str:
+        return f"<Tracks of {len(np.unique(self.histories))} particles in {len(self)} flights>"
+
+    def _repr_html_(self) -> str:
+        """Interactive drawing for notebooks."""
+        return tracks_html(self)
+
+    def ends(self, reach: float) -> np.ndarray:
+        """Return the end of each flight.
+
+        Parameters
+        ----------
+        reach : float
+            Length [m] that stands for infinite flights.
+
+        Returns
+        -------
+        array (N, 3)
+            Ends [m].
+        """
+        lengths = np.where(np.isfinite(self.lengths), self.lengths, reach)
+        return self.starts + lengths[:, None] * self.directions
+
+    @property
+    def ages(self) -> np.ndarray:
+        """Path length of the particle before each flight, (N,) [m]."""
+        goes_on = self.histories[1:] == self.histories[:-1]
+        before = np.zeros(len(self))
+        before[1:] = np.where(goes_on, self.lengths[:-1], 0.0)
+        # Sum over 2, 4, 8 ... flights: one cumulative sum over all would lose the digits of short flights.
+        step = 1
+        while (same := self.histories[step:] == self.histories[:-step]).any():
+            before[step:] += np.where(same, before[:-step], 0.0)
+            step *= 2
+        return before
+
+
+def tracks(
+    scene: Scene, particles: int = 300, seed: int = 0, tracking: Tracking | str | None = None
+) -> Tracks:
+    """Record the paths of a few particles: those of the first batch of a run with this seed and batch size.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene to trace.
+    particles : int, default 300
+        Number of particles.
+    seed : int, default 0
+        Seed.
+    tracking : Tracking or str, optional
+        As for `simulate`.
+
+    Returns
+    -------
+    Tracks
+        Flights of all particles. For scenes with cameras, which are estimated backward, paths start at the
+        camera.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be run, for splitting or forced collisions (whose copies share a particle number),
+        and for more than 2^24 flights.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> shape = tp.Disk(center=(0, 0, 1), normal=(0, 0, -1), radius=1.0)
+    >>> disk = tp.Surface(shape, tp.Black(), name="disk")
+    >>> source = tp.Source(tp.Point(), tp.Isotropic(power=1.0))
+    >>> scene = tp.Scene(sources=[source], surfaces=[disk], detectors=[tp.Detector("disk", "meter")])
+    >>> tp.tracks(scene, particles=3)
+    <Tracks of 3 particles in 3 flights>
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(
+            f"tracks: scene must be a Scene, got {shown(scene)}; write Scene(sources=[...], ...)"
+        )
+    particles = checked_whole("particles", particles, 1, MOST_WAYS)
+    seed, tracking = checked_whole("seed", seed, 0, 2**64 - 1), checked_tracking(scene, tracking)
+    plan, raw = _raw_ways(scene, particles, seed, tracking)
+    # Sort by particle (stable: flights stay in order), and convert to metres in scene coordinates.
+    ways = raw.ways[np.argsort(raw.ways["history"], kind="stable")]
+    size, origin = plan.space.size, np.array(plan.space.origin)
+    here, directions = (
+        np.stack([ways[c] for c in columns], axis=-1) for columns in ("xyz", ("ux", "uy", "uz"))
+    )
+    return Tracks(
+        scene=scene,
+        starts=(here + ways["start"][:, None] * directions) * size + origin,
+        directions=directions,
+        lengths=(ways["reach"] - ways["start"]) * size,
+        weights=ways["weight"].copy(),
+        histories=ways["history"].copy(),
+        meets=ways["met"] != 0,
+    )
+
+
+def _raw_ways(scene: Scene, particles: int, seed: int, tracking: Tracking | None):
+    """A plan that records flights, and the sums of its one batch; repeated if the memory was too small."""
+    from transport.compile.compiler import compile_scene
+    from transport.engine.driver import machine_of, run_batch
+    from transport.engine.program import program_of
+
+    plan = compile_scene(scene, tracking, checked_method(scene, None, "random"))
+    if plan.splits or plan.forces:
+        raise SceneError(
+            "tracks: copies of one particle share its number; use a tracking without splitting or forced"
+        )
+    # Run the batch; if the flights do not fit, repeat it with the memory that they need.
+    room = EACH * particles
+    while True:
+        plan = replace(plan, ways_room=min(room, MOST_WAYS))
+        raw = run_batch(machine_of(program_of(plan)), seed, 0, particles)
+        if raw.walked <= plan.ways_room:
+            return plan, raw
+        if raw.walked > MOST_WAYS:
+            raise SceneError(
+                f"tracks: at most {MOST_WAYS} flights, got {raw.walked} of {particles} particles;"
+                " trace fewer particles"
+            )
+        room = raw.walked
+
+
+# ---- Tracks in a notebook.
+#
+# Numbers of flights, and the paths of some particles as lines projected along one axis.
+
+MOST_FLIGHTS = 400  # in the picture
+SIZE, LEFT = 200, 6  # pixels
+FLAT = 0.02  # of the largest extent, below which an axis is not shown
+FRINGE = 0.01  # share of the points at either end that may lie outside the picture
+STEPS = 4  # of opacity, by weight
+
+
+def tracks_html(tracks: Tracks) -> str:
+    """Numbers of flights, and a picture of the first ones."""
+    if not len(tracks):
+        return framed(heading("Tracks", "of no particle"))
+    particles = len(np.unique(tracks.histories))
+    flies_off = int(np.count_nonzero(~np.isfinite(tracks.lengths)))
+    ways = tracks.lengths[np.isfinite(tracks.lengths)]
+    rows = [
+        ["particles", f">{particles}"],
+        ["flights", f">{len(tracks)}"],
+        ["end at a surface", f">{int(np.count_nonzero(tracks.meets))}"],
+        ["leave the scene", f">{flies_off}"],
+        *([["median length", f">{typeset(f'{np.median(ways):.3g} m')}"]] if ways.size else []),
+    ]
+    return framed(
+        heading("Tracks", escaped(repr(tracks).strip("<>").removeprefix("Tracks "))),
+        beside(_picture(tracks), table(rows)),
+    )
+
+
+def _picture(tracks: Tracks) -> str:
+    """The first flights, projected along one axis."""
+    count = min(len(tracks), MOST_FLIGHTS)
+    starts = tracks.starts[:count]
+    finite = np.isfinite(tracks.lengths[:count])
+    within = np.concatenate([starts, tracks.ends(0.0)[:count][finite]])
+    low, high = np.quantile(within, [FRINGE, 1 - FRINGE], axis=0)
+    span = float((high - low).max()) or 1.0
+    ends = tracks.ends(0.25 * span)[:count]
+    across, up = _plane(high - low)
+    middle, scale = 0.5 * (low + high)[[across, up]], SIZE / (1.25 * span)
+    here, there = (_place(points[:, [across, up]], middle, scale) for points in (starts, ends))
+    shares = np.clip(tracks.weights[:count] / max(tracks.weights[:count].max(), 1e-300), 0, 1)
+    steps = np.ceil(shares * STEPS).astype(int)
+    paths = [
+        f'<path d="{_lines(here[steps == step], there[steps == step])}"'
+        f' opacity="{0.15 + 0.5 * step / STEPS:.2f}"/>'
+        for step in range(1, STEPS + 1)
+        if (steps == step).any()
+    ]
+    axes = "xyz"[across], "xyz"[up]
+    label = plain_typeset(f"{axes[0]} to the right, {axes[1]} up, {1.25 * span:.3g} m across")
+    return (
+        f'<svg width="{SIZE + 2 * LEFT}" height="{SIZE + 20}" role="img" fill="currentColor" font-size="11"'
+        f' viewBox="0 0 {SIZE + 2 * LEFT} {SIZE + 20}"><title>the first {count} flights, paler for smaller'
+        f' weight</title><svg x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
+        f' style="overflow:hidden"><g fill="none" stroke="{FILL}" stroke-width="0.8">{"".join(paths)}</g>'
+        "</svg>"
+        f'<rect x="{LEFT}" y="0" width="{SIZE}" height="{SIZE}" fill="none" stroke="currentColor"'
+        ' opacity=".35"/>'
+        f'<text x="{LEFT}" y="{SIZE + 14}">{label}</text></svg>'
+    )
+
+
+def _plane(extents: np.ndarray) -> tuple[int, int]:
+    """The two axes across and up: z is up, unless flights hardly extend along it."""
+    if extents[2] < FLAT * extents.max():
+        return 0, 1
+    return (0 if extents[0] >= extents[1] else 1), 2
+
+
+def _place(points: np.ndarray, middle: np.ndarray, scale: float) -> np.ndarray:
+    """Positions in pixels, with the second axis upwards."""
+    return SIZE / 2 + (points - middle) * scale * np.array([1.0, -1.0])
+
+
+def _lines(here: np.ndarray, there: np.ndarray) -> str:
+    return "".join(
+        f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}"
+        for (a, b), (c, d) in zip(here.tolist(), there.tolist(), strict=True)
+    )

@@ -1,0 +1,1 @@
+"""`transport bench`: rates of the engine against straightforward kernels on the same machine."""

@@ -1,0 +1,286 @@
+"""The command `transport`: run, list, verify and checks; the other commands are in files by topic."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from typer.core import TyperGroup
+
+from transport import __version__
+from transport.cli.console import INTERRUPTED, REFUSED, TEXT_WIDTH, refusals, say, say_json
+from transport.cli.files import merge, show
+from transport.cli.measure import bench, cost, effects
+from transport.cli.options import (
+    Batches,
+    Checkpoint,
+    Cluster,
+    Every,
+    Json,
+    Overwrite,
+    Part,
+    Particles,
+    Resume,
+    Save,
+    Seed,
+    Set,
+    Sim,
+    Threads,
+    named_errors,
+    named_values,
+    number,
+    part_of,
+    tracking_of,
+    whole_number,
+)
+from transport.cli.printout import (
+    draw_picture,
+    print_checks,
+    print_menu,
+    print_run,
+    say_aside,
+    text_of,
+    told_unsaved,
+)
+from transport.cli.run import checked, is_complete, record_of
+from transport.cli.show import docs, gallery, schema, view
+from transport.cli.verify import verify_hard, verify_laws, verify_long
+from transport.compile.methods import ESTIMATORS, SAMPLINGS
+from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.validation import SceneError, suggestion
+from transport.verification.experiment import experiment, experiment_names, outcomes_of
+
+
+class Commands(TyperGroup):
+    """Command group that reports invalid input in one line with exit status 2."""
+
+    def invoke(self, ctx: typer.Context) -> object:
+        with refusals(debug=ctx.params["debug"]):
+            return super().invoke(ctx)
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple:
+        name = args[0]
+        if name not in self.commands and not name.startswith("-"):
+            if name.endswith(".py") or name in experiment_names():
+                raise SceneError(f"transport: no command {name!r}; did you mean 'transport run {name}'?")
+            raise SceneError(f"transport: no command {name!r}; {suggestion(name, self.commands)}")
+        return super().resolve_command(ctx, args)
+
+
+app = typer.Typer(
+    cls=Commands,
+    help="Monte Carlo transport of photons and particles: radiometry with standard errors.",
+    epilog="Each command's help has examples: transport run --help",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": TEXT_WIDTH},
+)
+
+
+def main() -> None:
+    """Entry point of the console script `transport` and of `python -m transport`."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # an ASCII pipe must not raise UnicodeEncodeError
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def menu(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error")] = False,
+) -> None:
+    """Print the list of experiments if no command is given."""
+    if version:
+        say(f"transport {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        print_menu()
+
+
+@app.command()
+def run(
+    sim: Sim,
+    set_: Set = None,
+    particles: Particles = None,
+    error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="meter.flux_in=1e-3",
+            help="Run until the quantity has this relative standard error; repeatable",
+        ),
+    ] = None,
+    seconds: Annotated[
+        str | None, typer.Option(metavar="S", help="Run each case for at most this many seconds")
+    ] = None,
+    tracking: Annotated[
+        str | None,
+        typer.Option(metavar="analog", help="Tracking in media: analog, weighted, forced or roulette=1e-8"),
+    ] = None,
+    estimator: Annotated[
+        str | None,
+        typer.Option(
+            metavar="auto",
+            help=f"{', '.join(ESTIMATORS)}, or auto: the cheapest in pilot runs"
+            " [default: auto with --error or --seconds, else analog]",
+        ),
+    ] = None,
+    sampling: Annotated[
+        str | None, typer.Option(metavar="sobol", help=f"Random numbers: {', '.join(SAMPLINGS)}")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Random seed; the same seed gives the same digits [default: 0]")
+    ] = None,
+    batches: Batches = None,
+    threads: Threads = None,
+    save: Save = None,
+    overwrite: Overwrite = False,
+    checkpoint: Checkpoint = None,
+    every: Every = None,
+    resume: Resume = None,
+    part: Part = None,
+    cluster: Cluster = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Folder of the picture [default: out]")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Draw no picture")] = False,
+    json: Json = False,
+) -> None:
+    """Run an experiment and compare its estimates with exact values.
+
+    \b
+    Examples:
+      transport run sun
+      transport run lambert_disk --particles 1e7 --seed 3
+      transport run inverse_square --set emitter=disk --set widths=5
+      transport run cost_disks --error meter.flux_in=1e-4
+      transport run cost_disks --particles 1e6 --estimator auto
+      transport run slab --set tau=20 --tracking roulette=1e-11 --no-picture
+      transport run mine.py --seconds 10 --json
+      transport run scene.json --particles 1e7
+      transport run scene.json --particles 1e10 --checkpoint run.nc --resume run.nc
+      transport run sun --particles 1e9 --part 2/8 --save part2.nc
+      transport run sun --particles 1e9 --cluster tcp://10.0.0.1:8786
+    """
+    limits = {
+        "particles": whole_number("--particles", particles),
+        "error": named_errors(error or ()),
+        "seconds": None if seconds is None else number("--seconds", seconds),
+        "tracking": tracking_of(tracking),
+        "estimator": estimator,
+        "sampling": sampling,
+        "seed": seed,
+        "batches": whole_number("--batches", batches),
+        "threads": threads,
+        "checkpoint": checkpoint,
+        "every": None if every is None else number("--every", every),
+        "resume": resume,
+        "part": part_of(part),
+        "cluster": cluster,
+        "progress": "lines",
+    }
+    if every is not None and checkpoint is None:
+        raise SceneError("--every needs --checkpoint FILE; add it, or leave out --every")
+    module = checked(experiment(sim))
+    pending = outcomes_of(module, named_values(set_ or ()), limits, save, overwrite)
+    if json:
+        outcomes = list(pending)
+        say_json(record_of(module, outcomes))
+        wants_picture = out is not None
+    else:
+        outcomes = print_run(module, pending)
+        wants_picture = out is not None or not sim.endswith(".json")
+    if wants_picture and not no_picture and is_complete(outcomes):
+        draw_picture(module, outcomes, Path("out") if out is None else out, quiet=json)
+    is_saved = told_unsaved(outcomes)
+    if resume is not None and save is None and checkpoint is None:
+        say_aside(
+            f"{resume} was not changed; pass --checkpoint {resume} or --save FILE to keep the new batches"
+        )
+    if not is_complete(outcomes):
+        raise typer.Exit(INTERRUPTED)
+    if not is_saved:
+        raise typer.Exit(REFUSED)
+
+
+@app.command("list")
+def list_(json: Json = False) -> None:
+    """List the experiments with their questions.
+
+    \b
+    Examples:
+      transport list
+      transport list --json
+    """
+    if json:
+        say_json(
+            [{"sim": name, "question": text_of(experiment(name), "question")} for name in experiment_names()]
+        )
+    else:
+        print_menu(with_commands=False)
+
+
+@app.command()
+def verify(
+    sims: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SIM", help="Experiments, with --hard families of cases [default: all]"),
+    ] = None,
+    particles: Particles = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    hard: Annotated[
+        bool, typer.Option("--hard", help="Run the hard cases instead, compared with naive formulas")
+    ] = False,
+    long: Annotated[
+        bool,
+        typer.Option(
+            "--long",
+            help="Run 1e8 particles per case and all hard cases; prints a time estimate first",
+        ),
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Compare results with exact values; exit status 1 if one fails.
+
+    \b
+    Examples:
+      transport verify
+      transport verify sun lambert_disk
+      transport verify mine.py --particles 1e6
+      transport verify --hard
+      transport verify --hard sums slivers
+      transport verify --long --particles 1e7
+    """
+    if hard and long:
+        raise SceneError("verify: --long includes the hard cases; leave out --hard")
+    if hard:
+        if particles is not None or seed != 0 or threads is not None:
+            raise SceneError(
+                "verify --hard: hard cases have fixed settings; leave out --particles, --seed, --threads"
+            )
+        raise typer.Exit(verify_hard(sims, json))
+    limits = {"particles": whole_number("--particles", particles), "seed": seed, "threads": threads}
+    limits["progress"] = "lines"
+    raise typer.Exit((verify_long if long else verify_laws)(sims, limits, json))
+
+
+@app.command()
+def checks(json: Json = False) -> None:
+    """List the checks of every run, and what they cannot detect.
+
+    \b
+    Examples:
+      transport checks
+      transport checks --json
+    """
+    if json:
+        say_json([diagnostic._asdict() for diagnostic in DIAGNOSTICS])
+    else:
+        print_checks()
+
+
+for command in (cost, show, merge, view, effects, gallery, bench, schema, docs):
+    app.command()(command)

@@ -1,0 +1,124 @@
+"""Measurements of `transport cost`: cost of accuracy, discretisation against noise, cost of effects."""
+
+import importlib
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from transport.analysis.binning import BinsAgainstNoise, bins_against_noise
+from transport.analysis.cost import CostOfAccuracy, cost_of_accuracy
+from transport.cli.effects.costs import EffectCost, effect_costs
+from transport.cli.run import drawn
+from transport.results.result import Result
+from transport.simulate import simulate
+from transport.statistics.estimates import EstimateArray
+from transport.validation import SceneError, suggestion
+from transport.verification.experiment import blamed, cases_of, name_of, scene_of, ways_of
+
+FEW = 1 << 14  # histories of the run that lists the quantities
+MANY = 1 << 20  # histories of the run that compares discretisation with noise
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Costs of one case of an experiment; `bins` is None if no detector has bins."""
+
+    sim: str
+    parameters: Mapping[str, object]
+    cost: CostOfAccuracy
+    bins: BinsAgainstNoise | None
+    effects: tuple[EffectCost, ...]
+
+    @property
+    def record(self) -> dict[str, object]:
+        """All values as one dictionary for JSON."""
+        bins = None if self.bins is None else asdict(self.bins) | {"total": self.bins.total()}
+        if bins is not None:
+            bins |= {"best": self.bins.best(), "best_of_100_times_the_particles": self.bins.best(100)}
+        named = {"sim": self.sim, "parameters": dict(self.parameters)}
+        return named | self.cost.to_dict() | {"bins": bins, "effects": [asdict(e) for e in self.effects]}
+
+
+def costs_of_case(
+    module: ModuleType,
+    settings: dict[str, object],
+    quantity: str | None,
+    seconds: float,
+    seed: int,
+    threads: int,
+) -> Costs:
+    """Measure the first case that the settings leave.
+
+    `quantity` None selects the first quantity with an exact value; `seconds` is the CPU time of all
+    estimators.
+    """
+    parameters = cases_of(module, settings)[0]
+    scene = scene_of(module, parameters, settings)
+    with blamed(module, settings):
+        exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
+    common = {"seed": seed, "threads": threads, "progress": False} | ways_of(module)
+    few = simulate(scene, FEW, **common)
+    name = _quantity(module, few, exact, quantity)
+
+    def measured(result: Result):
+        with blamed(module):
+            return module.measure(result)[name]
+
+    measured.__name__ = name
+    cost = cost_of_accuracy(
+        scene, measured, exact=exact.get(name), seconds=seconds, seed=seed, threads=threads
+    )
+    bins = _bins(few, lambda: simulate(scene, MANY, **common))
+    return Costs(name_of(module), parameters, cost, bins, tuple(effect_costs(scene)))
+
+
+def draw_costs(costs: Costs, folder: Path) -> tuple[list[Path], str]:
+    """Draw the diagram cost_SIM.png into the folder; return its path, or an empty list and the reason."""
+    if not any(way.known_points for way in costs.cost.ways):
+        return [], "no estimator has a known error; pass more --seconds"
+
+    def draw(path: Path) -> object:
+        title = f"{costs.sim}: cost of accuracy"
+        return importlib.import_module("viz.costs").cost_diagram(costs.cost, path, costs.bins, title)
+
+    return drawn(draw, folder / f"cost_{costs.sim.removeprefix('cost_')}.png")
+
+
+def _quantity(module: ModuleType, few: Result, exact: Mapping[str, float], asked: str | None) -> str:
+    """Return the name of the quantity to measure.  Raises SceneError for an unknown one."""
+    with blamed(module):
+        found = module.measure(few)
+    names = list(found)
+    if asked is None:
+        chancy = [name for name in names if not found[name].exact] or names
+        return next((name for name in chancy if name in exact), chancy[0])
+    if asked not in names:
+        raise SceneError(f"cost: {name_of(module)} has no quantity {asked!r}; {suggestion(asked, names)}")
+    return asked
+
+
+def _bins(few: Result, run) -> BinsAgainstNoise | None:
+    """Compare discretisation with noise for the first detector with bins, along its axis with the most bins.
+
+    `run()` returns a result with more histories.  Returns None if no detector has more than 3 bins on an
+    axis.
+    """
+    for meter in few.scene.meters:
+        array = _binned(few, meter)
+        if isinstance(array, EstimateArray):
+            axes = [(bins, dim) for bins, dim in zip(array.shape, array.dims, strict=True) if bins > 3]
+            for _, dim in sorted(axes, reverse=True) if np.any(array.value) else ():
+                with suppress(SceneError):  # the number of bins cannot be divided
+                    return bins_against_noise(_binned(run(), meter), dim)
+    return None
+
+
+def _binned(result: Result, meter) -> object:
+    try:
+        return result.quantity(f"{meter.name}.{'irradiance' if meter.directions is None else 'radiance'}")
+    except SceneError:  # e.g. a quantity that the estimator does not provide
+        return None

@@ -1,0 +1,245 @@
+"""`transport docs`: README, guides, reference and help of the commands as HTML pages, built by Sphinx."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import io
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import transport
+from transport.validation import SceneError
+
+# ---- Pages of the reference: every public name on the page of its module, with its docstring.
+
+UNITS = {  # SI units of the conversion factors, as in 650 * tp.nm
+    name: unit
+    for names, unit in (
+        ("nm um mm cm km au", "m"),
+        ("ns us", "s"),
+        ("deg arcmin arcsec mrad", "rad"),
+        ("speed_of_light", "m s^-1"),
+    )
+    for name in names.split()
+}
+READ = (
+    "results.readings.Reading",
+    "results.volume_readings.VolumeReading",
+    "results.point_readings.PointReading",
+    "results.phase_readings.PhaseReading",
+    "results.phase_readings.SnapshotReading",
+    "results.result.Ledger",
+    "results.backward_readings.ViewReading",
+    "results.result.Cost",
+)
+
+
+@dataclass
+class Page:
+    """A page of the reference: its title, the modules that it covers, and their public names."""
+
+    file: str
+    title: str
+    modules: tuple[str, ...]
+    also: tuple[str, ...] = ()  # classes that results return
+    names: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """The page as MyST Markdown for Sphinx."""
+        entries = [*map(_entry, self.names), *(f".. autoclass:: transport.{name}" for name in self.also)]
+        return f"# {self.title}\n\n```{{eval-rst}}\n{chr(10).join(entries)}\n```\n"
+
+
+def pages() -> list[Page]:
+    """Return the pages with all public names.  Raises LookupError for a name without a page."""
+    found = [
+        Page(
+            "scene",
+            "Scenes and sources",
+            ("scene.scene", "scene.sources", "scene.emissions", "scene.pulses", "validation"),
+        ),
+        Page("shapes", "Shapes", ("geometry",)),
+        Page("materials", "Surfaces and materials", ("scene.materials",)),
+        Page("media", "Media", ("scene.media", "scene.phase_functions", "scene.tracking")),
+        Page("speeds", "Speeds and phase space", ("scene.speeds", "scene.phase_space")),
+        Page(
+            "detectors",
+            "Detectors",
+            ("scene.detectors", "scene.bins", "scene.cameras", "scene.volumes", "scene.points"),
+        ),
+        Page(
+            "runs", "Runs", ("simulate", "analysis.tracks", "analysis.solid_angle", "analysis.view_factors")
+        ),
+        Page("results", "Results", ("results", "statistics"), READ),
+        Page("cost", "What accuracy costs", ("analysis.cost", "analysis.binning")),
+        Page("units", "Units", ("units",)),
+        Page("files", "Saved runs", ("io",)),
+    ]
+    for name in sorted(transport.__all__, key=str.lower):
+        module = getattr(getattr(transport, name), "__module__", "transport.units")
+        _page_of(module, name, found).names.append(name)
+    return found
+
+
+def _page_of(module: str, name: str, found: list[Page]) -> Page:
+    for page in found:
+        if any(f"{module}.".startswith(f"transport.{known}.") for known in page.modules):
+            return page
+    raise LookupError(f"transport.{name} of {module} has no page: add its module to one")
+
+
+def _entry(name: str) -> str:
+    value = getattr(transport, name)
+    if isinstance(value, type):
+        is_error = issubclass(value, BaseException)
+        return f".. autoclass:: transport.{name}" + "\n   :no-inherited-members:" * is_error
+    if callable(value):
+        return f".. autofunction:: transport.{name}"
+    return f".. py:data:: {name}\n   :value: {value!r} {UNITS[name]}"
+
+
+def command_pages(group: Any) -> Iterator[tuple[str, str]]:
+    """Yield the name of each command of a click group and the text of `transport NAME --help`."""
+    for name, command in group.commands.items():
+        context = command.make_context(name, [], parent=_root(group), resilient_parsing=True)
+        yield name, command.get_help(context)
+
+
+def _root(group):
+    return group.make_context("transport", [], resilient_parsing=True)
+
+
+# ---- `transport docs`: README, guides, reference and help of the commands as HTML pages, built by Sphinx.
+
+PACKAGE = Path(__file__).resolve().parents[1]
+GUIDES = PACKAGE / "guides"
+WIDE = ".content { width: 56em; }\n"  # code blocks have lines of 100 characters
+NEEDED = ("sphinx", "furo", "myst_parser")
+ORDER = (
+    "surfaces",
+    "media",
+    "clocks",
+    "cost",
+    "numbers",
+    "scenes",
+    "saving",
+    "clusters",
+    "commands",
+    "laws",
+    "performance",
+    "extending",
+    "code",
+)
+
+
+def build_site(out: Path, commands: Any) -> Path:
+    """Build the pages into the folder; return the path of the first.  Raises SceneError without Sphinx."""
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        raise SceneError(
+            f"docs: {', '.join(missing)} not installed; pip install '.[docs]' in the project's folder"
+        )
+    from sphinx.application import Sphinx
+
+    with tempfile.TemporaryDirectory() as folder:
+        sources = Path(folder)
+        write_sources(sources, commands)
+        said, warned = io.StringIO(), io.StringIO()
+        site = Sphinx(sources, None, out, sources / "trees", "html", _settings(), status=said, warning=warned)
+        site.build()
+    if site.statuscode or warned.getvalue().strip():
+        raise SceneError(f"docs: Sphinx reports warnings: {warned.getvalue().strip()}")
+    return out / "index.html"
+
+
+def write_sources(folder: Path, commands: Any) -> None:
+    """Write the sources of Sphinx: Markdown pages and their pictures."""
+    (folder / "guides").mkdir(parents=True)
+    (folder / "reference").mkdir()
+    for page in pages():
+        (folder / "reference" / f"{page.file}.md").write_text(page.text, encoding="utf-8")
+    help_texts = "\n".join(
+        f"## transport {name}\n\n```text\n{text}\n```\n" for name, text in command_pages(commands)
+    )
+    (folder / "reference" / "commands.md").write_text(f"# Commands\n\n{help_texts}", encoding="utf-8")
+    for guide in sorted(GUIDES.glob("*.md")):
+        text = guide.read_text(encoding="utf-8").replace("](../../viz/gallery/", "](../gallery/")
+        (folder / "guides" / guide.name).write_text(_without_lost(text), encoding="utf-8")
+    first = readme().replace("](viz/gallery/", "](gallery/").replace("](transport/guides/", "](guides/")
+    (folder / "index.md").write_text(_without_lost(first) + _contents(), encoding="utf-8")
+    (folder / "looks").mkdir()
+    (folder / "looks" / "wide.css").write_text(WIDE)
+    pictures = gallery()
+    if pictures is not None:
+        shutil.copytree(pictures, folder / "gallery")
+
+
+def readme() -> str:
+    """Return the README of the project's folder, or of the installed package."""
+    beside = PACKAGE.parent / "README.md"
+    if beside.is_file():
+        return beside.read_text(encoding="utf-8")
+    return str(importlib.metadata.metadata("transport").get_payload())
+
+
+def gallery() -> Path | None:
+    """Return the folder of the pictures; None if the package `viz` is not installed with them."""
+    spec = importlib.util.find_spec("viz")
+    folder = Path(spec.origin).parent / "gallery" if spec and spec.origin else None
+    return folder if folder is not None and folder.is_dir() else None
+
+
+def _contents() -> str:
+    guides = [f"guides/{name}" for name in ORDER]
+    names = [f"reference/{page.file}" for page in pages()] + ["reference/commands"]
+    return "".join(
+        f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{chr(10).join(files)}\n```\n"
+        for caption, files in (("Guides", guides), ("Reference", names))
+    )
+
+
+def _without_lost(text: str) -> str:
+    """Replace pictures that do not exist by their alternative text."""
+    folder = gallery()
+
+    def kept(found):
+        return (
+            found[0] if folder is not None and (folder / found["name"]).is_file() else f"({found['words']})"
+        )
+
+    return re.sub(r"!?\[(?P<words>[^\]]*)\]\((?:\.\./)?gallery/(?P<name>[^)]*)\)", kept, text)
+
+
+def _settings() -> dict[str, object]:
+    return {
+        "project": "transport",
+        "extensions": ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_parser"],
+        "napoleon_google_docstring": False,
+        # Render sections as lists: otherwise words of a type such as "shape (n,)" become links, and an entry
+        # under Attributes clashes with the member of that name.
+        "napoleon_custom_sections": [("Attributes", "params_style")],
+        "napoleon_use_param": False,
+        "napoleon_use_rtype": False,
+        "html_theme": "furo",
+        "html_title": "transport",
+        "html_show_sphinx": False,
+        "html_show_copyright": False,
+        "html_static_path": ["looks"],
+        "html_css_files": ["wide.css"],
+        "html_copy_source": False,
+        "default_role": "code",
+        "autodoc_typehints_format": "short",
+        "autodoc_member_order": "bysource",
+        "autodoc_default_options": {"members": True, "inherited-members": True},
+        "python_use_unqualified_type_names": True,
+        "python_maximum_signature_line_length": 88,
+        "add_module_names": False,
+        "myst_heading_anchors": 3,
+    }

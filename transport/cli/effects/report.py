@@ -1,0 +1,213 @@
+"""Report of `transport effects`: compilation, memory, cost of effects and of possible additions."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+
+from rich.table import Table
+
+from transport.cli.console import say, say_json, say_labelled
+from transport.cli.effects.compile_times import Start, cold_start, start_of
+from transport.cli.effects.costs import (
+    EFFECTS,
+    EffectCost,
+    Footprint,
+    files_of_passes,
+    footprint_of,
+    grouped,
+    lanes_a_history,
+    plain_name,
+)
+from transport.cli.effects.passes import Effects, costs_of
+from transport.cli.effects.prices import AS_IT_IS, Price, PriceList, base_prices, prices_in
+from transport.cli.effects.treatment import Treatment
+from transport.cli.tables import effect_table, effects_lines, pass_table, plain_table
+from transport.run.progress import progress_on
+from transport.statistics.notation import duration
+
+# ---- Tables and lines on effects: memory, compilation, and prices of additional effects.
+
+PRICE_HEADS = (
+    "effect",
+    "over",
+    "ns per history>",
+    "adds ns>",
+    "times>",
+    "events>",
+    "ns per event>",
+    "passes>",
+    "bytes per lane>",
+)
+COLD_HEADS = "kind of scene", "passes>", "cold>", "from disk>", "machine code>", "bytes per lane>", "carried>"
+
+
+def price_table(prices: Iterable[Price]) -> Table:
+    """Return a table with a row per price; `over` is empty for additions to the unchanged scene."""
+    table = plain_table(*PRICE_HEADS)
+    for price in prices:
+        of_scene = price.over is None
+        table.add_row(
+            price.name,
+            "" if of_scene or price.over == AS_IT_IS else price.over,
+            f"{price.ns:.3g}",
+            "" if of_scene else f"{price.added:+.3g}",
+            "" if of_scene else f"{price.ratio:.2f}",
+            f"{price.events:.3g}",
+            f"{price.ns_an_event:.3g}" if price.events else "–",
+            str(price.passes),
+            str(price.footprint.touched),
+        )
+    return table
+
+
+def price_lines(prices: PriceList) -> list[tuple[str, str]]:
+    """Return (label, text) lines that explain the table and list the omitted additions."""
+    lines = [
+        (
+            "note",
+            "CPU time per history, medians of alternating runs; an event is a crossing or a collision",
+        )
+    ]
+    if any(price.over not in (None, AS_IT_IS) for price in prices.prices):
+        lines.append(
+            (
+                "note",
+                "an effect with an entry under over is compared with a run that has that effect alone",
+            )
+        )
+    if prices.idle:
+        lines.append(("no change", f"present already, or without effect: {', '.join(prices.idle)}"))
+    if prices.refused:
+        lines.append(("refused", f"impossible in this scene: {', '.join(dict.fromkeys(prices.refused))}"))
+    return lines
+
+
+def memory_line(footprint: Footprint) -> str:
+    """Return a line on the bytes per lane and per bundle."""
+    return (
+        f"a step touches {footprint.touched} bytes per lane and carries {footprint.carried} with a"
+        f" particle; a bundle uses {footprint.used / 1024:.0f} of {footprint.bundle / 1024:.0f} KiB, which"
+        f" reserve {footprint.known} bytes per lane for all effects"
+    )
+
+
+def start_line(start: Start) -> str:
+    """Return a line on how many passes were compiled and how many loaded."""
+    new = start.passes - start.on_disk
+    if new == 0:
+        return f"nothing: all {start.passes} passes were on disk, loaded in {duration(start.seconds)}"
+    return (
+        f"{new} of {start.passes} passes in {duration(start.seconds)}; {start.on_disk} were on disk already"
+    )
+
+
+def cold_table(starts: Mapping[str, tuple[Start, Start, Footprint]]) -> Table:
+    """Return a table of the first start (empty cache) and the second start of each kind of scene."""
+    table = plain_table(*COLD_HEADS)
+    for name, (first, second, footprint) in starts.items():
+        table.add_row(
+            name,
+            str(first.passes),
+            duration(first.seconds),
+            duration(second.seconds),
+            f"{first.bytes / 2**20:.1f} MiB",
+            str(footprint.touched),
+            str(footprint.carried),
+        )
+    return table
+
+
+# ---- Report of `transport effects`: compilation, memory, cost of effects and of possible additions.
+
+
+def print_effects(told: Effects, scene: Treatment, cold: bool, more: bool) -> None:
+    """Print the used fields and the absent effects of a scene, then measure and print compilation and costs.
+
+    `cold` also measures compilation with an empty cache; `more` also prices each effect that the scene lacks.
+    """
+    for label, names in (*effects_lines(told)[:2], ("absent", absent_line(told))):
+        say_labelled(label, names)
+    say_labelled("memory", memory_line(_footprint(scene)))
+    say_labelled("compiled", start_line(started(scene)))
+    if cold:
+        first = cold_start(scene)
+        say_labelled("cold", f"{duration(first.seconds)} for {first.passes} passes, with an empty cache")
+    costs = costs_of(scene)
+    for number, births in enumerate(told.births):
+        say(f"\nbirths at emitter {number}", style="bold")
+        say(pass_table(births, costs))
+    say("\nevery step", style="bold")
+    say(pass_table(told.steps, costs))
+    say("\ncost of each effect", style="bold")
+    say(effect_table(_shares(scene, costs)))
+    if more:
+        found = prices_in(scene)
+        say("\ncost of one additional effect", style="bold")
+        say(price_table(found.prices))
+        for label, text in price_lines(found):
+            say_labelled(label, text)
+
+
+def absent_line(told: Effects) -> str:
+    """Return the names of the absent effects, and the numbers of absent passes and fields."""
+    files, kinds = files_of_passes(), list(told.absent.values())
+    present = {files.get(plain_name(name)) for name in told.passes}
+    absent = [name for name, members in EFFECTS.items() if not present & set(members)]
+    return (
+        f"{', '.join(absent)}; in all {kinds.count('pass')} passes and {kinds.count('field')} fields"
+        " of the engine (--json lists them)"
+    )
+
+
+def record_of_scene(
+    scene: Treatment, costs: Mapping[str, float], cold: bool, more: bool
+) -> dict[str, object]:
+    """Return {memory, compiled, cold, effects, additions, refused, idle} of one scene for JSON.
+
+    `cold` and the entries on additions are None if not requested.
+    """
+    start = started(scene)
+    found = prices_in(scene) if more else None
+    return {
+        "memory": asdict(_footprint(scene)),
+        "compiled": asdict(start),
+        "cold": asdict(cold_start(scene)) if cold else None,
+        "effects": [asdict(effect) for effect in _shares(scene, costs)],
+        "additions": None if found is None else [price.record for price in found.prices],
+        "refused": None if found is None else dict(found.refused),
+        "idle": None if found is None else list(found.idle),
+    }
+
+
+def print_base_prices(turns: int, json: bool) -> None:
+    """Measure and print the price list of the base room."""
+    found = base_prices(turns)
+    if json:
+        say_json([price.record for price in found.prices])
+        return
+    say(price_table(found.prices))
+    for label, text in price_lines(found):
+        say_labelled(label, text)
+
+
+def print_cold_starts(json: bool) -> None:
+    """Measure and print compilation times of each kind of scene with an empty cache, and bytes per lane."""
+    from transport.cli.bench.compile_times import cold_rows, cold_starts
+
+    starts = cold_starts()
+    say_json(cold_rows(starts)) if json else say(cold_table(starts))
+
+
+def started(scene: Treatment) -> Start:
+    """Compile or load the scene's program, with a progress bar."""
+    with progress_on(None) as bar:
+        return start_of(scene, bar.compiling)
+
+
+def _shares(scene: Treatment, costs: Mapping[str, float]) -> list[EffectCost]:
+    return grouped(costs, lanes_a_history(scene), files_of_passes()) if costs else []
+
+
+def _footprint(scene: Treatment):
+    from transport.engine.program import program_of
+
+    return footprint_of(program_of(scene.plan))

@@ -1,0 +1,48 @@
+"""A treatment: a scene with the tracking, estimator and sampling of its run."""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+from transport.compile.compiler import compile_scene
+from transport.compile.method_aimed import aimed_scene
+from transport.compile.methods import ANALOG, AUTO, Method, checked_method
+from transport.compile.plan import Plan
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
+from transport.simulate import checked_tracking
+from transport.verification.experiment import ways_of
+
+
+@dataclass(frozen=True)
+class Treatment:
+    """A scene and the settings of its run; `tracking` None selects the default of the scene."""
+
+    scene: Scene
+    tracking: Tracking | None = None
+    method: Method = ANALOG
+
+    def checked(self) -> "Treatment":
+        """Return this treatment.  Raises SceneError if the scene does not allow its settings."""
+        checked_method(self.scene, self.method.estimator, self.method.sampling)
+        checked_tracking(self.scene, self.tracking)
+        return self
+
+    @property
+    def plan(self) -> Plan:
+        """The compiled plan."""
+        scene = aimed_scene(self.scene) if self.method.estimator == "aimed" else self.scene
+        return compile_scene(scene, self.tracking, self.method)
+
+
+def treatment_of(scene: Scene | Treatment, **ways: object) -> Treatment:
+    """Return the treatment of a scene with these arguments of `simulate`; "auto" and None: defaults."""
+    if isinstance(scene, Treatment):
+        return scene
+    estimator = ways.get("estimator")
+    method = checked_method(scene, None if estimator == AUTO else estimator, ways.get("sampling") or "random")
+    return Treatment(scene, checked_tracking(scene, ways.get("tracking")), method)
+
+
+def treatment_by(module: ModuleType, scene: Scene) -> Treatment:
+    """Return the treatment of a scene with the default settings of its experiment."""
+    return treatment_of(scene, **ways_of(module))

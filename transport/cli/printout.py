@@ -1,0 +1,153 @@
+"""Printed output of the commands: menu, checks, runs of experiments, costs."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+from rich.text import Text
+
+from transport.analysis.cost import price_notes
+from transport.cli.console import UNBROKEN, console, say, say_labelled
+from transport.cli.costs import Costs
+from transport.cli.run import is_complete, picture_of, total_cost, verdict_on, warnings_of
+from transport.cli.tables import bins_table, case_table, cost_table, effect_table, ledger_line
+from transport.results.diagnostics.table import DIAGNOSTICS
+from transport.results.report import cost_lines, method_lines, tracking_lines
+from transport.verification.experiment import Outcome, experiment, experiment_names, name_of
+
+
+def print_menu(with_commands: bool = True) -> None:
+    """Print the experiments grouped by question."""
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name in experiment_names():
+        module = experiment(name)
+        groups.setdefault(text_of(module, "question"), []).append((name, text_of(module, "law")))
+    if with_commands:
+        say(
+            "transport: Monte Carlo transport and radiometry with standard errors",
+            style="bold",
+        )
+        say("")
+    width = max((len(name) for group in groups.values() for name, _ in group), default=0)
+    for question, sims in groups.items():
+        say(question, style="bold")
+        for name, law in sims:
+            say_labelled(f"  {name:{width}}  ", law, style="cyan")
+    if with_commands:
+        example = next(iter(sims for group in groups.values() for sims, _ in group), "my_experiment.py")
+        say("")
+        say(
+            f"Start with: transport run {example}. Other commands: view, gallery, list, verify, cost,"
+            " effects, bench; see transport --help"
+        )
+
+
+def print_checks() -> None:
+    """Print the table of diagnostics."""
+    for diagnostic in DIAGNOSTICS:
+        say(diagnostic.name, style="bold")
+        say_labelled("  detects  ", diagnostic.detects, style="cyan")
+        if diagnostic.cannot:
+            say_labelled("  misses   ", diagnostic.cannot, style="cyan")
+
+
+def print_run(module: ModuleType, pending: Iterable[Outcome]) -> list[Outcome]:
+    """Print law and question, table and ledger of each case when it ends, then verdict, cost and warnings."""
+    outcomes = []
+    for outcome in pending:
+        if not outcomes:
+            say(name_of(module), style="bold")
+            for label in filter(partial(text_of, module), ("about", "law", "question")):
+                say_labelled(label, text_of(module, label))
+        outcomes.append(outcome)
+        say("")
+        if outcome.title:
+            say(outcome.title, style="bold cyan")
+        say(case_table(outcome))
+        if outcome.bins:
+            say_labelled("in bins", f"{bins_line(outcome)}; --json lists them")
+        say_labelled("ledger", ledger_line(outcome.result))
+    say("")
+    is_whole = is_complete(outcomes)
+    if verdict := verdict_on(module, outcomes):
+        say_labelled("verdict", verdict, style="bold" if is_whole else "bold red")
+    told = dict.fromkeys(
+        (*_estimators_of(outcomes), *(line for o in outcomes for line in tracking_lines(o.result)))
+    )
+    kept = sum(outcome.result.particles for outcome in outcomes)
+    whole = SimpleNamespace(cost=total_cost(outcomes), particles=kept)
+    for line in (*told, *cost_lines(whole)):
+        label, _, text = line.partition(": ")
+        say_labelled(label, text)
+    for warning in warnings_of(outcomes):
+        say_labelled("warning", warning, style="bold yellow")
+    return outcomes
+
+
+def _estimators_of(outcomes: list[Outcome]) -> Iterator[str]:
+    """Yield the estimator of each case, or, if pilots chose for several cases, the cases per estimator."""
+    if len(outcomes) == 1 or all(outcome.result.choice is None for outcome in outcomes):
+        yield from (line for outcome in outcomes for line in method_lines(outcome.result))
+        return
+    counts = Counter(outcome.result.plan.method.title for outcome in outcomes)
+    told = "; ".join(f"{title} in {count} of {len(outcomes)} cases" for title, count in counts.items())
+    yield f"estimator: chosen by pilots: {told} (--json gives each)"
+
+
+def told_unsaved(outcomes: Iterable[Outcome]) -> bool:
+    """Return whether all runs were saved; print failures to standard error."""
+    lines = dict.fromkeys(line for outcome in outcomes for line in outcome.not_saved)
+    for line in lines:
+        say_aside(line, style="bold red")
+    return not lines
+
+
+def say_aside(line: str, style: str = "yellow") -> None:
+    """Print a line to standard error."""
+    console(stderr=True).print(Text(line, style=style), soft_wrap=True)
+
+
+def bins_line(outcome: Outcome) -> str:
+    """Return the names of the binned quantities with their axes and numbers of bins."""
+    told = []
+    for name, array in outcome.bins.items():
+        axes = zip(array.dims, array.shape, strict=True)
+        told.append(
+            f"{name}{UNBROKEN}({f',{UNBROKEN}'.join(f'{dim}{UNBROKEN}{bins}' for dim, bins in axes)})"
+        )
+    return ", ".join(told)
+
+
+def draw_picture(module: ModuleType, outcomes: list[Outcome], folder: Path, quiet: bool) -> None:
+    """Draw the experiment's figures and print their paths unless quiet; print a failure to standard error."""
+    tell_picture(*picture_of(module, outcomes, folder), quiet)
+
+
+def tell_picture(paths: list[Path], why: str, quiet: bool) -> None:
+    """Print the paths of figures unless quiet, or the reason why there are none to standard error."""
+    if not paths:
+        console(stderr=True).print(f"no picture: {why}", style="yellow")
+    elif not quiet:
+        say_labelled("picture", ", ".join(str(path).replace(" ", UNBROKEN) for path in paths))
+
+
+def print_costs(costs: Costs) -> None:
+    """Print prices, noise and blur of bins, and the cost of each effect."""
+    title = ", ".join(f"{name}={value}" for name, value in costs.parameters.items())
+    say(f"{costs.sim}{': ' if title else ''}{title}", style="bold")
+    cost = costs.cost
+    value = f"{cost.truth:.7g} {cost.unit}" if isinstance(cost.truth, float) else f"{len(cost.truth)} bins"
+    say_labelled("quantity", f"{cost.quantity}, {value}, {cost.truth_is}")
+    say("", cost_table(cost))
+    for line in price_notes(cost):
+        say_labelled("note", line)
+    if costs.bins is not None:
+        say("", bins_table(costs.bins))
+    say("", effect_table(costs.effects))
+
+
+def text_of(module: ModuleType, name: str) -> str:
+    """Return a text of the experiment on one line; empty if it has none."""
+    return " ".join(str(getattr(module, name, "")).split())

@@ -1,0 +1,171 @@
+"""An experiment on the command line: requirements, verdict, picture, and its outcomes as data."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+
+from transport.cli.laws import row_name, score_of
+from transport.results.record import Cost
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.validation import SceneError
+from transport.verification.experiment import Outcome, blamed, name_of
+
+FEW_CASES = 3  # largest number of cases that a warning names
+
+EXTRAS = {"matplotlib": "plot", "pyvista": "viz"}  # package that a picture needs -> extra that installs it
+INCOMPLETE = "incomplete: interrupted, so no verdict"
+
+
+def checked(module: ModuleType) -> ModuleType:
+    """Return the experiment.  Raises SceneError if it lacks scene() or measure()."""
+    missing = [name for name in ("scene", "measure") if not callable(getattr(module, name, None))]
+    if missing:
+        raise SceneError(
+            f"{module.__name__}: no function {' and '.join(missing)}; an experiment module must define it"
+        )
+    return module
+
+
+def is_complete(outcomes: list[Outcome]) -> bool:
+    """Return whether no case was interrupted."""
+    return all(outcome.result.is_complete for outcome in outcomes)
+
+
+def verdict_on(module: ModuleType, outcomes: list[Outcome]) -> str:
+    """Return the experiment's verdict, or a note that the run is incomplete."""
+    if not is_complete(outcomes):
+        return INCOMPLETE
+    with blamed(module):
+        return module.verdict(outcomes) if hasattr(module, "verdict") else ""
+
+
+def total_cost(outcomes: list[Outcome]) -> Cost:
+    """Return the sum of the costs of all cases."""
+    costs = [outcome.result.cost for outcome in outcomes]
+    counted = ("seconds", "preparation", "particles", "crossings", "collisions")
+    return Cost(
+        threads=costs[0].threads,
+        workers=costs[0].workers,
+        **{name: sum(getattr(cost, name) for cost in costs) for name in counted},
+    )
+
+
+def picture_of(module: ModuleType, outcomes: list[Outcome], folder: Path) -> tuple[list[Path], str]:
+    """Draw the experiment's figures into the folder; return their paths, or an empty list and the reason."""
+    if not hasattr(module, "draw"):
+        return [], "the experiment has no draw()"
+    with blamed(module):
+        return drawn(partial(module.draw, outcomes), folder / f"{name_of(module)}.png")
+
+
+def drawn(draw: Callable[[Path], object], path: Path) -> tuple[list[Path], str]:
+    """Call draw(path), which may return several paths; return the paths, or [] and the reason."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made = draw(path)
+        return list(made) if isinstance(made, list | tuple) and made else [path], ""
+    except OSError as error:
+        return [], f"cannot write {path}: {error.strerror or error}; pass another --out FOLDER"
+    except Exception as error:
+        wanted = (error.name or "").partition(".")[0] if isinstance(error, ImportError) else ""
+        if wanted in EXTRAS:
+            return [], f"{wanted} is not installed; {pip_install(EXTRAS[wanted])}"
+        raise
+
+
+def pip_install(extra: str) -> str:
+    """Return the command that installs an extra; it runs in the clone: the package is in no index."""
+    return f"pip install '.[{extra}]' in the clone"
+
+
+def record_of(module: ModuleType, outcomes: list[Outcome]) -> dict[str, object]:
+    """Return the outcomes for JSON: {sim, parameters, quantities, [bins,] ledger, cost, ..., method}.
+
+    With several cases, parameters and the ledger's values and errors are lists with one entry per case, names
+    of quantities start with the case, and the cost is the sum.
+    """
+    one = len(outcomes) == 1
+    quantities = [
+        {
+            "name": row_name(outcome, row.name, len(outcomes)),
+            **numbers_of(row.estimate),
+            "exact": row.exact,
+            "z": score_of(row.estimate, row.exact),
+        }
+        for outcome in outcomes
+        for row in outcome.rows
+    ]
+    names = dict.fromkeys(name for outcome in outcomes for name in outcome.parameters)
+    parameters = {name: _one_or_all(one, [o.parameters.get(name) for o in outcomes]) for name in names}
+    ledgers = [outcome.result._own_ledger for outcome in outcomes]
+    ledger = {
+        name: {
+            "value": _one_or_all(one, [ledger[name].value for ledger in ledgers]),
+            "error": _one_or_all(one, [ledger[name].error for ledger in ledgers]),
+            "unit": str(ledgers[0][name].unit),
+        }
+        for name in ledgers[0]
+    }
+    bins = [
+        bins_record(row_name(outcome, name, len(outcomes)), array)
+        for outcome in outcomes
+        for name, array in outcome.bins.items()
+    ]
+    cost = total_cost(outcomes)
+    rates = {"particles_per_second": cost.particles_per_second, "next_digit": cost.next_digit}
+    return {
+        "sim": name_of(module),
+        "parameters": parameters,
+        "quantities": quantities,
+        **({"bins": bins} if bins else {}),
+        "ledger": ledger,
+        "cost": asdict(cost) | rates,
+        "verdict": verdict_on(module, outcomes),
+        "warnings": warnings_of(outcomes),
+        "method": _one_or_all(one, [_method(outcome.result) for outcome in outcomes]),
+    }
+
+
+def bins_record(name: str, array: EstimateArray) -> dict[str, object]:
+    """Return a binned quantity for JSON: nested lists with one axis per dim, and bin edges in coords."""
+    coords = {dim: edges.tolist() for dim, edges in array.coords.items()}
+    numbers = {"value": array.value.tolist(), "error": array.error.tolist(), "unit": str(array.unit)}
+    doubtful = {"doubtful": array.is_doubtful.tolist()}
+    return {"name": name, "dims": array.dims, "coords": coords, **numbers, **doubtful}
+
+
+def _method(result) -> dict[str, object]:
+    """Return the settings that, with parameters and particles, repeat a run."""
+    method = result.plan.method
+    return {"estimator": method.estimator, "sampling": method.sampling, "seed": result.seed}
+
+
+def numbers_of(estimate: Estimate) -> dict[str, object]:
+    """Return an estimate for JSON, with its verdict and findings."""
+    told = [finding.record() for finding in estimate.findings]
+    numbers = {"value": estimate.value, "error": estimate.error, "unit": str(estimate.unit)}
+    return numbers | {"verdict": estimate.verdict, "findings": told}
+
+
+def _one_or_all(one: bool, values: list[object]) -> object:
+    return values[0] if one else values
+
+
+def warnings_of(outcomes: list[Outcome]) -> list[str]:
+    """Return each warning once, preceded by its cases if there are several cases."""
+    cases: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        for warning in outcome.warnings:
+            cases.setdefault(warning, []).append(outcome.title)
+    if len(outcomes) == 1:
+        return list(cases)
+    return [f"{_whose(titles, len(outcomes))}: {warning}" for warning, titles in cases.items()]
+
+
+def _whose(titles: list[str], cases: int) -> str:
+    """Return the cases of a warning: their names, or their number if there are many."""
+    if len(titles) == cases:
+        return "all cases"
+    return "; ".join(titles) if len(titles) <= FEW_CASES else f"{len(titles)} of {cases} cases"

@@ -1,0 +1,379 @@
+"""`transport view`: one case of an experiment in 3-D, as a window, a picture, a page, files or a movie."""
+
+import importlib
+import textwrap
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+import typer
+
+from transport.analysis.tracks import Tracks, tracks
+from transport.cli.console import say, say_json
+from transport.cli.effects.treatment import treatment_by
+from transport.cli.gallery import Settings, build_gallery
+from transport.cli.options import Json, Seed, Set, Sim, Threads, named_values, whole_number
+from transport.cli.printout import tell_picture
+from transport.cli.run import EXTRAS, checked, drawn, pip_install
+from transport.results.result import Result
+from transport.scene.scene import Scene
+from transport.simulate import simulate
+from transport.validation import SceneError
+from transport.verification.experiment import PARTICLES, cases_of, experiment, name_of, scene_of, ways_of
+
+WINDOW, PICTURE, PAGE, FILES, MOVIE = "window", ".png", ".html", ".vtm", ".gif"
+TRACKS, FLYING = 300, 1500  # number of tracks of a picture, and of a movie
+MOST_FLIGHTS = 200_000  # largest number of flights if the user gave no number of tracks
+FEWER = 64  # factor by which tracks are reduced if they do not fit into memory
+SHORT = 10  # characters of a short number
+LONGEST = 76  # largest number of characters of a title
+BY_DIRECTION, BY_WEIGHT = "direction", "weight"
+
+
+@dataclass(frozen=True)
+class View:
+    """What is drawn of one case of an experiment.
+
+    `result` and `tracks` are None if not drawn.  `flying` holds the tracks of a movie, None for a movie in
+    time.  `case` counts from 1; `note` is a remark on the tracks.
+    """
+
+    sim: str
+    parameters: Mapping[str, object]
+    scene: Scene
+    result: Result | None
+    tracks: Tracks | None
+    flying: Tracks | None
+    colour: str
+    case: int = 1
+    note: str = ""
+
+    @property
+    def title(self) -> str:
+        """The experiment and the parameters of its case in one line."""
+        said = ", ".join(
+            f"{name} = {_short(value)}" if isinstance(value, float) else f"{name} = {value}"
+            for name, value in self.parameters.items()
+        )
+        return textwrap.shorten(f"{self.sim}: {said}" if said else self.sim, LONGEST, placeholder=" …")
+
+
+def _short(value: float) -> str:
+    """Return all digits if they are few, else four: 0.99999 must not read as 1."""
+    return repr(value) if len(repr(value)) <= SHORT else f"{value:.4g}"
+
+
+def kinds_of(page: bool, files: bool, movie: bool, folder: Path | None) -> tuple[str, ...]:
+    """Return the requested kinds; by default a window if there is a display and no folder, else a picture.
+
+    Raises SceneError, with the packages to install, if this machine cannot draw them.
+    """
+    asked = tuple(kind for kind, is_asked in ((PAGE, page), (FILES, files), (MOVIE, movie)) if is_asked)
+    with _installed():
+        screen = importlib.import_module("viz.screen")
+        if not asked:
+            asked = (WINDOW if folder is None and screen.has_display() else PICTURE,)
+        if not set(asked) <= {FILES, PAGE}:  # these are written without drawing
+            try:
+                screen.require_screen()
+            except screen.NoScreen as lack:
+                raise SceneError(f"view: {lack}") from None
+    return asked
+
+
+def view_of(
+    module: ModuleType,
+    settings: dict[str, object],
+    kinds: tuple[str, ...],
+    case: int = 1,
+    particles: int | None = None,
+    ways: int | None = None,
+    colour: str = BY_DIRECTION,
+    seed: int = 0,
+    threads: int | None = None,
+) -> View:
+    """Run one case of an experiment, and trace the paths of a few particles.
+
+    `case` counts from 1.  `particles` None: the experiment's number, at most a million; 0: no run.  `ways` is
+    the number of tracks, None: a suitable number.
+    """
+    if colour not in (BY_DIRECTION, BY_WEIGHT):
+        raise SceneError(f"view: --colour must be {BY_DIRECTION} or {BY_WEIGHT}, got {colour!r}")
+    parameters = _case(module, settings, case)
+    scene = scene_of(module, parameters, settings)
+    if particles is None:
+        particles = min(getattr(module, "particles", PARTICLES), PARTICLES)
+    film = _filmed(module, scene) if MOVIE in kinds and particles > 0 else None
+    is_still = set(kinds) != {MOVIE}
+    result = None
+    if particles > 0 and (is_still or film is not None):
+        result = simulate(film or scene, particles, seed=seed, threads=threads, **ways_of(module))
+    still = 0 if not is_still else TRACKS if ways is None else ways
+    flying = FLYING if ways is None else ways
+    shown, note = _ways(scene, still, seed, ways is None)
+    flown, note = (
+        _ways(scene, flying, seed, ways is None) if MOVIE in kinds and film is None else (None, note)
+    )
+    return View(
+        sim=name_of(module),
+        parameters=parameters,
+        scene=scene,
+        result=result,
+        tracks=shown,
+        flying=flown,
+        colour=colour,
+        case=case,
+        note=note,
+    )
+
+
+def show(view: View) -> None:
+    """Open an interactive window of the scene, and wait until it is closed."""
+    scene_view = importlib.import_module("viz.scene_view")
+    scene_view.scene_plotter(view.scene, view.result, view.tracks, off_screen=False).show(title=view.title)
+
+
+def written(view: View, kinds: tuple[str, ...], folder: Path) -> Iterator[Path]:
+    """Write each kind of file into the folder as view_SIM (case 2: view_SIM_2), and yield the paths.
+
+    Raises SceneError if one cannot be written.
+    """
+    number = f"_{view.case}" if view.case > 1 else ""
+    for kind in kinds:
+        with _installed():
+            paths, why = drawn(
+                lambda path, kind=kind: _WRITERS[kind](view, path), folder / f"view_{view.sim}{number}{kind}"
+            )
+        if not paths:
+            raise SceneError(f"view: {why}")
+        yield from paths
+
+
+def _case(module: ModuleType, settings: dict[str, object], number: int) -> dict[str, object]:
+    """Return the parameters of a case, counted from 1.  Raises SceneError for a number out of range."""
+    cases = cases_of(module, settings)
+    if not 1 <= number <= len(cases):
+        has = (
+            f"{name_of(module)} has {len(cases)} cases, counted from 1"
+            if len(cases) > 1
+            else "there is only one"
+        )
+        raise SceneError(f"view: no case {number}; {has}")
+    return cases[number - 1]
+
+
+def _ways(scene: Scene, wanted: int, seed: int, is_free: bool) -> tuple[Tracks | None, str]:
+    """Return the tracks to draw, and a note if they are fewer; `is_free`: the user gave no number."""
+    count = wanted
+    while count:
+        try:
+            found = tracks(scene, count, seed)
+        except SceneError:
+            if count == 1:
+                raise
+            count = max(1, count // FEWER)
+            continue
+        flights = len(found)
+        if flights <= MOST_FLIGHTS or not is_free:
+            break
+        if count == 1:
+            found = _first(found, MOST_FLIGHTS)
+            return found, f"the first {MOST_FLIGHTS} flights of 1 of {wanted} tracks, which has {flights}"
+        count = max(1, count * MOST_FLIGHTS // (2 * flights))
+    if count == wanted:
+        return (found if wanted else None), ""
+    return found, f"{count} of {wanted} tracks: each has about {flights / count:.2g} flights"
+
+
+def _first(found: Tracks, flights: int) -> Tracks:
+    """Return the tracks cut to their first `flights` flights."""
+    columns = ("starts", "directions", "lengths", "weights", "histories", "meets")
+    return replace(found, **{name: getattr(found, name)[:flights] for name in columns})
+
+
+def _filmed(module: ModuleType, scene: Scene) -> Scene | None:
+    """Return the scene with one snapshot per frame; None without a duration, or if it allows no snapshots."""
+    if scene.duration is None:
+        return None
+    with _installed():
+        film = importlib.import_module("viz.flying").filmed(scene)
+    try:
+        compiles = treatment_by(module, film).plan is not None
+    except SceneError:
+        return None
+    return film if compiles else None
+
+
+@contextmanager
+def _installed() -> Iterator[None]:
+    """Turn an ImportError of an optional package into a SceneError with the install command."""
+    try:
+        yield
+    except ImportError as error:
+        wanted = (error.name or "").partition(".")[0]
+        if wanted not in EXTRAS:
+            raise
+        raise SceneError(f"view: {wanted} is not installed; {pip_install('viz')}") from None
+
+
+def _write_picture(view: View, path: Path) -> object:
+    scene_view = importlib.import_module("viz.scene_view").scene_view
+    return scene_view(view.scene, path, view.result, view.tracks, title=view.title)
+
+
+def _write_page(view: View, path: Path) -> object:
+    scene_page = importlib.import_module("viz.page").scene_page
+    return scene_page(view.scene, path, view.result, view.tracks, title=view.title)
+
+
+def _write_files(view: View, path: Path) -> object:
+    blocks = importlib.import_module("viz.scene_view").scene_blocks(view.scene, view.result, view.tracks)
+    path.open("wb").close()  # raises OSError; the VTK writer would only print
+    blocks.save(path)
+    return path
+
+
+def _write_movie(view: View, path: Path) -> object:
+    movie = importlib.import_module("viz.movie")
+    common = {"colour": view.colour, "title": view.title}
+    if view.flying is None:
+        return movie.clock_movie(view.scene, path, view.result, **common)
+    return movie.tracks_movie(view.scene, path, view.flying, **common)
+
+
+_WRITERS = {PICTURE: _write_picture, PAGE: _write_page, FILES: _write_files, MOVIE: _write_movie}
+
+
+# ---- Commands view, gallery, schema and docs.
+
+
+def view(
+    sim: Sim,
+    set_: Set = None,
+    case: Annotated[int, typer.Option(metavar="K", help="Number of the case, from 1")] = 1,
+    particles: Annotated[
+        str | None, typer.Option(metavar="N", help="Particles of the run that colours surfaces; 0: no run")
+    ] = None,
+    tracks: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=0, help=f"Number of paths drawn [default: {TRACKS}, movie: more]"),
+    ] = None,
+    html: Annotated[
+        bool, typer.Option("--html", help="Write an interactive HTML page that works offline")
+    ] = False,
+    vtk: Annotated[bool, typer.Option("--vtk", help="Write ParaView files: a .vtm and its blocks")] = False,
+    movie: Annotated[
+        bool, typer.Option("--movie", help="Write a GIF of moving particles, in time if the scene has it")
+    ] = False,
+    colour: Annotated[
+        str, typer.Option(metavar="direction", help="Movie: colour particles by direction or weight")
+    ] = "direction",
+    seed: Seed = 0,
+    threads: Threads = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Write files here, no window [default: out]")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show an experiment in 3-D: a window, a PNG, a page or a movie.
+
+    Opens a window if there is a display. Otherwise, or with --out, writes a PNG.
+
+    \b
+    Examples:
+      transport view integrating_sphere
+      transport view cloud --html
+      transport view effusion --movie --tracks 2000
+      transport view mine.py --case 2 --set albedo=0.9 --vtk --out figures
+    """
+    folder = Path("out") if out is None and json else out
+    kinds = kinds_of(html, vtk, movie, folder)
+    number_of = whole_number("--particles", particles)
+    seen = view_of(
+        checked(experiment(sim)),
+        named_values(set_ or ()),
+        kinds,
+        case,
+        number_of,
+        tracks,
+        colour,
+        seed,
+        threads,
+    )
+    if WINDOW in kinds:
+        show(seen)
+        return
+    paths = list(written(seen, kinds, Path("out") if folder is None else folder))
+    if json:
+        say_json({"sim": seen.sim, "parameters": seen.parameters, "pictures": paths})
+    else:
+        say(seen.title, style="bold")
+        if seen.note:
+            say(f"{'tracks':<12}{seen.note}")
+        tell_picture(paths, "", quiet=False)
+
+
+def gallery(
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Draw only this figure or experiment; repeatable"),
+    ] = None,
+    particles: Annotated[
+        str | None, typer.Option(metavar="N", help="Largest number of particles per scene")
+    ] = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of the figures and the page")] = Path(
+        "out/gallery"
+    ),
+    json: Json = False,
+) -> None:
+    """Draw all figures into a folder, with a page that describes them.
+
+    \b
+    Examples:
+      transport gallery
+      transport gallery --only power_flow --only convergence
+      transport gallery --only lambert_disk --particles 1e5 --out pictures
+    """
+    settings = Settings(whole_number("--particles", particles), seed, threads)
+    raise typer.Exit(build_gallery(settings, only or (), out, json))
+
+
+def schema(
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Output file [default: standard output]")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of scene files.
+
+    \b
+    Examples:
+      transport schema
+      transport schema --out scene.schema.json
+    """
+    from transport.io.json.schema import schema_text
+
+    if out is None:
+        typer.echo(schema_text(), nl=False)
+    else:
+        out.write_text(schema_text(), encoding="utf-8")
+
+
+def docs(
+    context: typer.Context,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of the pages")] = Path("out/docs"),
+) -> None:
+    """Build README, guides and reference as HTML pages.
+
+    \b
+    Examples:
+      transport docs
+      transport docs --out site
+    """
+    from transport.cli.docs import build_site
+
+    say(f"pages: {build_site(out, context.find_root().command)}")

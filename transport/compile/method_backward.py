@@ -1,0 +1,141 @@
+"""Estimator "backward": histories start at the detectors and score the radiance of sources that they reach.
+
+Light can be traced in either direction: along a ray L/eta^2 is constant, and reflection and scattering are
+reciprocal. The radiance that arrives at a detector is therefore the mean, over histories sent out from it, of
+their weight times L_s (eta_d/eta_s)^2 of each source that they reach (Veach 1997, chapters 4 and 5).
+Histories are distributed equally over the detector's bins, so that a bin of a ten-thousandth of all
+directions costs no more than all directions. At diffuse surfaces and collisions they also cast shadow rays to
+the sources (as "expected" does to detectors), so that small bright sources are not left to chance. Light from
+mirrors, dielectrics and glossy surfaces, and of the first flight, is scored on arrival. The energy balance is
+that of these backward histories, with unit 1.
+
+What each part becomes (all others are unchanged):
+
+    Lambertian source         detector on its side: arriving weight times radiance
+    Isotropic volume source   volume detector: weight times path length times emission per m^3 and sr
+    emitting medium           the same, over its body
+    Detector                  source with cosine law into its bins, from its receiving side
+    PointDetector             point that emits into all directions
+    Camera, EnvironmentMap    point that emits into each pixel or bin
+
+`why_not` refuses what cannot be run backward: sources that no history reaches (a Point, any Beam); particles
+and time; detector options that need a history's past (via, events, times, speeds, moments); volumes; surfaces
+that are not reciprocal (ThinLens, which does not conserve L/eta^2 equally from both sides; a TwoSided whose
+sides transmit differently). Light that leaves a detector has no backward estimate: put a detector on the
+other side. The `aim` of a source is ignored: the whole source counts.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Point
+from transport.geometry.solid import Sphere
+from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam
+from transport.scene.materials import (
+    Diffuse,
+    Material,
+    Mirror,
+    Mixture,
+    Surface,
+    ThinLens,
+    Transparent,
+    TwoSided,
+    simple_parts,
+    titled,
+)
+from transport.scene.points import PointDetector
+from transport.scene.sources import Source
+from transport.validation import shown
+
+if TYPE_CHECKING:
+    from transport.scene.scene import Scene
+
+PLACED = Disk | Rectangle | Sphere  # shapes with bins of position in which histories can start
+SAME = 1e-12  # tolerance of equal transmittances
+UNKNOWING = ("times", "speeds", "via", "events")  # properties that a backward history does not know
+
+
+def is_instrument(detector: object) -> bool:
+    """Whether only backward histories can reach it."""
+    return isinstance(detector, Camera | EnvironmentMap)
+
+
+def why_not(scene: Scene) -> str | None:
+    """Reason why a scene cannot be run backward, as the end of a message; None if it can."""
+    if scene.duration is not None:
+        return f"it is time-dependent, got duration={scene.duration!r}; leave duration out"
+    if scene.measured_in == "particles":
+        return "it emits particles, not watts; write estimator='analog'"
+    if not scene.detectors:
+        return "it has no detector from which histories could start; write detectors=[...]"
+    reasons = (
+        *(_against_detector(scene, detector) for detector in scene.detectors),
+        *(_against_source(scene, source, k) for k, source in enumerate(scene.sources)),
+        *(_against_surface(scene, surface) for surface in scene.surfaces),
+    )
+    return next(filter(None, reasons), None)
+
+
+def more_or_backward(scene: Scene) -> str:
+    """Cure for a forward run that hardly sampled some light; names "backward" only if the scene allows it."""
+    return "use more particles" + ("" if why_not(scene) else ", or estimator='backward'")
+
+
+def _against_detector(scene: Scene, detector: object) -> str | None:
+    """Reason why a detector cannot be run backward; None if it can."""
+    if isinstance(detector, Instrument | PointDetector):
+        return None
+    title = f"{type(detector).__name__} {detector.name!r}"
+    if not isinstance(detector, Detector):
+        return f"no history starts from {title}; use a Detector, an EnvironmentMap or estimator='analog'"
+    shape = scene.shape_of(detector)
+    if shape.is_infinite:
+        return f"{title} must be finite, got {shown(shape)}; use a Rectangle or Disk in it"
+    for name in UNKNOWING:
+        if (value := getattr(detector, name)) is not None:
+            return f"{title} has {name}={shown(value)}, which only forward histories know; leave it out"
+    if detector.moments:
+        return f"{title} has moments, which only forward histories know; leave moments out"
+    if detector.positions is not None and not isinstance(shape, PLACED):
+        return (
+            f"{title} has positions on a {type(shape).__name__};"
+            " leave them out, or use a Disk, Rectangle or Sphere"
+        )
+    if isinstance(shape, Mesh) and getattr(detector.directions, "phi", None) is not None:
+        return f"{title} bins phi on a Mesh; leave phi out of its directions"
+    return None
+
+
+def _against_source(scene: Scene, source: Source, number: int) -> str | None:
+    """Reason why no history reaches a source; None if histories do."""
+    title = f"sources[{number}]"
+    if isinstance(source.emission, Beam):
+        return f"no history can hit the Beam of {title}; write estimator='analog'"
+    if isinstance(scene.shape_of(source), Point):
+        return f"no history can hit the Point of {title}; write estimator='expected', or use a small Sphere"
+    return None
+
+
+def _against_surface(scene: Scene, surface: Surface) -> str | None:
+    """Reason why a surface is not reciprocal; None if it is."""
+    title = titled(surface, scene.surfaces.index(surface))
+    if any(isinstance(part, ThinLens) for part in simple_parts(surface.material)):
+        return f"{title} is a ThinLens, which is not reciprocal; build it from Dielectric surfaces"
+    if isinstance(surface.material, TwoSided):
+        sides = [_passing(side) for side in (surface.material.front, surface.material.back)]
+        if any(abs(a - b) > SAME for a, b in zip(*sides, strict=True)):
+            return f"{title} transmits different shares from its two sides (not reciprocal); make them equal"
+    return None
+
+
+def _passing(material: Material) -> tuple[float, float]:
+    """Shares of incident light that a material transmits diffusely, and straight on."""
+    parts = material.parts if isinstance(material, Mixture) else ((material, 1.0),)
+    diffuse = sum(share * part.transmission for part, share in parts if isinstance(part, Diffuse))
+    straight = sum(share * part.transmission for part, share in parts if isinstance(part, Mirror))
+    return diffuse, straight + sum(share for part, share in parts if isinstance(part, Transparent))

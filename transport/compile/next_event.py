@@ -1,0 +1,398 @@
+"""Rows of expected crossings: shapes of detectors, densities of events that send shadow rays, shares.
+
+Sums of expected crossings follow those of the particles' own crossings. They are scaled so that the largest
+score is about 1: a detector that fills 1e-20 of all directions keeps all digits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.method_expected import expects
+from transport.compile.points import scatters_anywhere
+from transport.compile.sources import CLOSE, FAINTEST, aim_columns, one_minus_cosine
+from transport.geometry.distances import is_behind, least_distance, least_height
+from transport.geometry.flat import Disk, FlatShape, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Point, Shape
+from transport.geometry.solid import Sphere
+from transport.geometry.supports import are_on_one_support
+from transport.scene.bodies import body_bits_around
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Isotropic, Lambertian
+from transport.scene.materials import Diffuse, Mixture, is_specular, simple_parts
+from transport.scene.sheets import pieces
+from transport.scene.sides import IS_BACK
+from transport.validation import SceneError, refuse, shown
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Emitter, Plan
+    from transport.scene.sheets import Sheet
+
+# [sr^-1] greatest densities of Lambertian and of isotropic directions
+LAMBERTIAN, NEUTRAL = 1 / math.pi, 0.25 / math.pi
+BALL = 4.0  # upper bound of peak angle r^2 / (r^2 + pi radius^2 peak)
+ALL, FLAT_SHARE, BALL_SHARE = 1, 2, 3  # values of `how` in layout.HELD
+GRID = 1.1  # safety factor over the maximum on a grid of points
+MOST_FACES = 256  # of a mesh whose faces are bounded one by one
+SMALLEST = 1e-12  # of a coordinate: 1000 roundings across a detector
+
+Row = np.ndarray
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """A detector whose crossings are expected: rows of layout.EXPECTATION by kind of event.
+
+    Events of these kinds (births, walls, collisions) send shadow rays to the detector.
+    """
+
+    detector: Detector
+    births: list[Row | None]  # by emitter; None where an emitter sends no shadow rays
+    walls: Row | None
+    collisions: Row | None
+    held: dict[str, float]  # columns of layout.HELD
+    layer: int  # of its sheet, among the detectors there
+    scale: float  # factor by which its rows are scaled up
+    # by side: largest score of a shadow ray from a birth or wall, for a particle of weight 1
+    strongest: dict[str, float]
+    nearest: dict[str, float]  # by side: largest share that a particle's own crossing still counts
+    # The same share for a flight from a collision at least that far away [m]; None without collisions.
+    scattered: Callable[[float], float] | None
+
+
+def fill_expected(plan: Plan) -> None:
+    """Fill an Expectation for each detector that shadow rays sample points on."""
+    if not plan.expects:
+        return
+    scene = plan.scene
+    for detector in scene.meters:
+        if expects(scene, detector):
+            plan.expectations.append(_expectation(plan, detector, len(plan.expectations)))
+    by_name = {each.detector.name: each for each in plan.expectations}
+    plan.expected_layers = [_expected_layer(plan, layer, by_name) for layer in plan.layers]
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A sphere around a detector in which specular arrivals are counted, by the sheet that they come from.
+
+    These are flights from mirrors, glass, glossy surfaces and lenses. The counts are never added to an
+    estimate, and never prove that no such light exists: a focus is narrower than any sphere.
+    """
+
+    detector: str
+    radius: float  # [m]
+    row: np.ndarray  # of layout.GUARD
+    surfaces: dict[int, int]  # by sheet, the number of a specular surface on it
+
+
+def fill_guards(plan: Plan, sheets: list[Sheet]) -> None:
+    """Fill a Guard per expected detector, where specular light exists that no shadow ray covers."""
+    if plan.turned is not None or not plan.expectations:
+        return
+    scene = plan.scene
+    specular = {number for number, surface in enumerate(scene.surfaces) if is_specular(surface.material)}
+    numbers = {id(surface): number for number, surface in enumerate(scene.surfaces)}
+    # Find the specular surfaces by sheet.
+    found = {
+        number: numbers[id(member.surface)]
+        for number, sheet in enumerate(sheets, start=1)
+        for member in sheet.members
+        if member.surface is not None and numbers[id(member.surface)] in specular
+    }
+    # Place a sphere around each expected detector, and reserve its cells.
+    for each in plan.expectations if found else ():
+        shape = scene.shape_of(each.detector)
+        apart = min(least_distance(scene.surfaces[number].shape, shape.middle) for number in specular)
+        radius = math.sqrt(shape.extent * max(apart, shape.extent))
+        place = layout.center_columns(plan.space.place(shape.middle))
+        row = layout.row(
+            layout.GUARD, **place, radius2=(radius / plan.space.size) ** 2, first=plan.size_cells
+        )
+        plan.guards.append(Guard(each.detector.name, radius, row, found))
+        plan.size_cells += len(sheets) + 1
+    for guard in plan.guards:
+        guard.row["cells"] = plan.size_cells
+
+
+def _expected_layer(plan: Plan, layer: np.ndarray, by_name: dict[str, Expectation]) -> np.ndarray:
+    """Return a layer as shadow rays see it: expected detectors only, with their expected rows."""
+    copy = layer.copy()
+    for row in copy:
+        if row["look"] != 0:
+            is_told = plan.meter_names[row["meter"]] in by_name
+            row["look"] = row["look"] + 2 * plan.half if is_told else 0
+    return copy
+
+
+def _expectation(plan: Plan, detector: Detector, number: int) -> Expectation:
+    """Return the Expectation of a detector.
+
+    A kind of event is (largest density of directions [sr^-1], least distance from the detector [m]).
+    """
+    shape = plan.scene.shape_of(detector)
+    # Bound what each kind of event can send.
+    births = {k: kind for k, emitter in enumerate(plan.emitters) if (kind := _birth(emitter, shape))}
+    walls, collisions = _walls(plan, shape), _collisions(plan, shape)
+    kinds = [kind for kind in (*births.values(), walls, collisions) if kind is not None]
+    is_pure = all(peak * _angle(shape, gap) <= CLOSE for peak, gap in kinds)
+    bound = max((_bound(shape, is_pure, *kind) for kind in kinds), default=1.0)
+    _check_size(plan, detector, shape, bound)
+    # Scale sums by a power of two, so that the largest score is about 1.
+    scale = math.ldexp(1.0, -math.frexp(bound)[1])
+    layer, sheet = _place(plan, detector)
+    values = _columns(plan, detector, shape, sheet) | {"number": number, "scale": scale}
+
+    def row(kind: tuple[float, float] | None, **more: float) -> Row | None:
+        if kind is None:
+            return None
+        shares = {"peak": kind[0], "sharing": 0.0 if is_pure else kind[0]}
+        return layout.row(layout.EXPECTATION, **values, **shares, **more)
+
+    by_emitter = [
+        row(births[k], **_law(emitter)) if k in births else None for k, emitter in enumerate(plan.emitters)
+    ]
+    held = _held(shape, values, is_pure, sheet)
+    # Bound the strongest ray and the largest MIS share per side, which diagnostics compare with the scores.
+    places = {side: _places_of_events(plan, shape, side) for side in ("front", "back")}
+    strongest = {side: _strongest(shape, side, is_pure, kinds) for side, kinds in places.items()}
+    nearest = {
+        side: 0.0 if is_pure else max((_flights_share(shape, *kind) for *_, kind in kinds), default=0.0)
+        for side, kinds in places.items()
+    }
+    scattered = None if is_pure or collisions is None else partial(_scattered_share, shape, *collisions)
+    return Expectation(
+        detector, by_emitter, row(walls), row(collisions), held, layer, scale, strongest, nearest, scattered
+    )
+
+
+def face_of(detector: Detector) -> str:
+    """Return the side of its shape, "front" or "back", that a detector measures on."""
+    return "back" if IS_BACK[detector.side] else "front"
+
+
+def _places_of_events(plan: Plan, shape: Shape, side: str) -> list[tuple[Shape, float, tuple[float, float]]]:
+    """Return the emitters and diffuse walls that send shadow rays to one side of a detector.
+
+    Each is (shape, greatest weight sent, (greatest density [sr^-1], least distance [m])); those behind the
+    detector are left out. For the estimator "backward" these are walls alone, as shadow rays from births stay
+    within their own cell.
+    """
+    emitters = [] if plan.method.estimator == "backward" else plan.emitters
+    places = [
+        (emitter.shape, 1.0, max(law.values()), isinstance(emitter.source.emission, Isotropic))
+        for emitter in emitters
+        if (law := _law(emitter))
+    ]
+    for surface in plan.scene.surfaces:
+        parts = [part for part in simple_parts(surface.material) if isinstance(part, Diffuse)]
+        sent = max((part.albedo + part.transmission for part in parts), default=0.0)
+        walls = _triangles(surface.shape) if parts and isinstance(shape, FlatShape) else pieces(surface.shape)
+        places += [(piece, sent, LAMBERTIAN, False) for piece in walls if sent > 0]
+    if isinstance(shape, FlatShape):
+        places = [place for place in places if not is_behind(place[0], shape, side)]
+    return [(where, sent, (peak, _gap(where, shape, filled))) for where, sent, peak, filled in places]
+
+
+def _triangles(shape: Shape) -> tuple[Shape, ...]:
+    """Return the pieces of a shape; a small mesh by its faces, as those behind a detector do not count."""
+    if not isinstance(shape, Mesh) or len(shape.faces) > MOST_FACES:
+        return pieces(shape)
+    try:
+        return tuple(Triangle(vertices=corners) for corners in shape.vertices[shape.faces].tolist())
+    except SceneError:  # a face too thin to define a plane
+        return (shape,)
+
+
+def _strongest(
+    shape: Shape, side: str, is_pure: bool, places: list[tuple[Shape, float, tuple[float, float]]]
+) -> float:
+    """Return the largest score of a shadow ray from one of these places, for a particle of weight 1."""
+    most = 0.0
+    bounds = [(sent * _bound(shape, is_pure, *kind), sent, place) for place, sent, kind in places]
+    for bound, sent, place in sorted(bounds, key=lambda each: -each[0]):
+        if bound > most:  # Skip the costlier bound by angles where it cannot raise the result.
+            most = max(most, min(bound, sent * _slanted(place, shape, side)))
+    return most
+
+
+def _slanted(place: Shape, shape: Shape, side: str) -> float:
+    """Bound the score of a ray of weight 1 from a flat place by the angles at both ends.
+
+    The score is A cos(there) cos(here) / (pi r^2); of shapes that are not flat the bound is infinite. It is
+    bounded over all points of the detector: r is reduced by the detector's extent, and the height over the
+    wall is increased by the part of the extent that lies across the wall.
+    """
+    if not isinstance(place, FlatShape):
+        return math.inf
+    normal, reach = np.array(place.normal), shape.extent
+    height = float(np.dot(normal, np.subtract(shape.middle, place.middle)))
+    if abs(height) <= reach:
+        return math.inf
+    facing = np.zeros(3)
+    if isinstance(shape, FlatShape):
+        facing = np.array(shape.normal) * (-1.0 if IS_BACK[side] else 1.0)
+    # The plane of a flat detector comes up in this direction.
+    along = facing - np.dot(facing, normal) * normal
+    slope = float(np.linalg.norm(along))
+    # largest height of a point of the detector over its middle
+    lift = reach * slope if facing.any() else reach
+    u = along / slope if slope > 0 else np.array(place.frame[0])
+    across = np.cross(normal, u)
+    ways, turns = np.meshgrid(abs(height) * np.geomspace(0.01, 100, 200), np.linspace(0, math.pi, 61))
+    points = (
+        -height * normal + (ways * np.cos(turns))[..., None] * u + (ways * np.sin(turns))[..., None] * across
+    )
+    apart = np.linalg.norm(points, axis=-1)
+    least = np.maximum(apart - reach, 0.0)
+    with np.errstate(divide="ignore"):
+        there = np.minimum((abs(height) + lift) / least, 1.0)
+        # A flat detector is equally high above all of these points.
+        here = np.clip(points @ facing / least, 0.0, 1.0) if facing.any() else 1.0
+        area = math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
+        return float(np.max(there * here / least**2)) * area * LAMBERTIAN * GRID
+
+
+def _scattered_share(shape: Shape, peak: float, gap: float, distance: float) -> float:
+    return _flights_share(shape, peak, max(gap, distance))
+
+
+def _flights_share(shape: Shape, peak: float, gap: float) -> float:
+    """Return the largest share that a particle's own crossing keeps from that distance [m].
+
+    See physics/connections.py.
+    """
+    if isinstance(shape, Sphere):
+        area, distance = math.pi * shape.radius**2, gap + shape.radius
+    else:
+        area, distance = shape.area, gap
+    return peak * area / (distance**2 + peak * area)
+
+
+def _check_size(plan: Plan, detector: Detector, shape: Shape, bound: float) -> None:
+    """Refuse detectors too small for rounding to resolve their points, or for their scores to be held."""
+    if not bound > FAINTEST:
+        refuse(detector, f"must subtend more than {FAINTEST:g} sr, got {shown(shape)}; come closer")
+    if shape.extent / plan.space.size < SMALLEST * sum(map(abs, plan.space.place(shape.middle))):
+        must = f"must be larger than {SMALLEST:g} times its distance from the smallest shape of the scene"
+        refuse(detector, f"{must}, got {shown(shape)}; run it in a scene of its own")
+
+
+def _birth(emitter: Emitter, shape: Shape) -> tuple[float, float] | None:
+    """Return the greatest density of directions [sr^-1] and the least distance [m] of births.
+
+    None where they send no shadow rays.
+    """
+    law = _law(emitter)
+    if not law:
+        return None
+    is_filled = isinstance(emitter.source.emission, Isotropic)
+    return max(law.values()), _gap(emitter.shape, shape, is_filled)
+
+
+def _law(emitter: Emitter) -> dict[str, float]:
+    """Return the density of directions at birth that shadow rays use; empty for births with a target."""
+    if emitter.target is not None:
+        return {}
+    match emitter.source.emission:
+        case Lambertian():
+            return {"lambertian": LAMBERTIAN}
+        case Isotropic():
+            return {"isotropic": NEUTRAL}
+    return {}
+
+
+def _walls(plan: Plan, shape: Shape) -> tuple[float, float] | None:
+    """Return the same for diffuse walls; a flat detector on a wall receives nothing from it."""
+    scene = plan.scene
+    walls = [s.shape for s in scene.surfaces if any(isinstance(p, Diffuse) for p in simple_parts(s.material))]
+    if not walls:
+        return None
+    facing = [s for s in walls if not (isinstance(shape, FlatShape) and are_on_one_support(s, shape))]
+    return LAMBERTIAN, min((_gap(wall, shape) for wall in facing), default=math.inf)
+
+
+def _collisions(plan: Plan, shape: Shape) -> tuple[float, float] | None:
+    """Return the same for collisions in media that scatter."""
+    if not scatters_anywhere(plan):
+        return None
+    return max(map(peak_of, plan.phase_numbers)), nearest_collision(plan, shape)
+
+
+def peak_of(phase) -> float:
+    """Return the greatest density of a phase function [sr^-1]; for a mixture the sum over its parts."""
+    if isinstance(phase, Mixture):
+        return sum(share * peak_of(part) for part, share in phase.parts)
+    values = getattr(phase, "values", None)
+    return float(np.max(phase.density(np.array([-1.0, 1.0])) if values is None else values))
+
+
+def nearest_collision(plan: Plan, shape: Shape) -> float:
+    """Return the least distance of collisions from a detector [m]; 0 in a medium that scatters."""
+    rows = np.flatnonzero(plan.media["phase"] != 0).tolist()
+    bits = int(body_bits_around(plan.scene, np.array([shape.middle]))[0])
+    if 0 in rows or any(bits >> (row - 1) & 1 for row in rows):
+        return 0.0
+    bounds = {number for row in rows for number in plan.bodies[row - 1].surfaces}
+    shapes = [plan.scene.surfaces[number].shape for number in sorted(bounds)]
+    if isinstance(shape, Point):
+        return min((least_distance(bound, shape.position) for bound in shapes), default=math.inf)
+    return min((_gap(bound, shape) for bound in shapes), default=math.inf)
+
+
+def _gap(place: Shape, shape: Shape, is_filled: bool = False) -> float:
+    """Return a lower bound of the distance between the place of events and a detector [m]."""
+    if isinstance(shape, Sphere):
+        return max(0.0, least_distance(place, shape.center, filled=is_filled) - shape.radius)
+    reach = shape.radius if isinstance(shape, Disk) else shape.extent
+    apart = least_distance(place, shape.middle, filled=is_filled) - reach
+    return max(apart, least_height(place, shape))
+
+
+def _angle(shape: Shape, gap: float) -> float:
+    """Return an upper bound of a detector's solid angle from that distance [sr]; for a flat one area/r^2."""
+    if isinstance(shape, Sphere):
+        return 2 * math.pi * one_minus_cosine(shape.radius, shape.radius + gap) if gap > 0 else 4 * math.pi
+    return shape.area / gap**2 if gap > 0 else math.inf
+
+
+def _bound(shape: Shape, is_pure: bool, peak: float, gap: float) -> float:
+    """Return the largest score of a ray of weight 1."""
+    bound = peak * _angle(shape, gap)
+    return bound if is_pure else min(bound, BALL if isinstance(shape, Sphere) else 1.0)
+
+
+def _columns(plan: Plan, detector: Detector, shape: Shape, sheet: int) -> dict[str, float]:
+    """Return the columns of layout.EXPECTATION that do not depend on the kind of event."""
+    size = plan.space.size
+    values = layout.center_columns(plan.space.place(shape.middle))
+    values |= {"first": plan.bases[detector.name] + 2 * plan.half, "legs": 1, "sheet": -1}
+    if isinstance(shape, Sphere):
+        radius = shape.radius / size
+        return values | {"half_w": radius, "area": math.pi * radius * radius, "legs": 2}
+    return values | aim_columns(shape, plan.space) | {"area": shape.area / size / size, "sheet": sheet}
+
+
+def _place(plan: Plan, detector: Detector) -> tuple[int, int]:
+    """Return the layer and the sheet of a detector in one piece."""
+    return next(
+        (layer, int(number))
+        for layer, rows in enumerate(plan.layers)
+        for number in np.flatnonzero(rows["look"])
+        if plan.meter_names[rows[number]["meter"]] == detector.name
+    )
+
+
+def _held(shape: Shape, values: dict[str, float], is_pure: bool, sheet: int) -> dict[str, float]:
+    """Return the columns of layout.HELD."""
+    how = BALL_SHARE if isinstance(shape, Sphere) else FLAT_SHARE
+    columns = {name: values[name] for name in ("cx", "cy", "cz", "area")}
+    return columns | {"how": ALL if is_pure else how, "sheet": sheet}

@@ -1,0 +1,438 @@
+"""Rows of the shapes on sheets: how rays intersect them, and where points are clamped inside edges."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.meshes import mesh_row
+from transport.compile.space import Space
+from transport.compile.speeds import Quantile, constant_quantile, quantile_row
+from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box, Sphere
+from transport.scene.materials import (
+    Black,
+    Dielectric,
+    Diffuse,
+    Glossy,
+    Material,
+    Mirror,
+    Mixture,
+    ThinLens,
+    Transparent,
+    TwoSided,
+)
+from transport.scene.sheets import Member, Sheet
+from transport.scene.speeds import SpeedDistribution
+from transport.theory.microfacets import lobe_quantile
+from transport.validation import SceneError, refuse, shown
+from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Plan
+
+
+# [scene lengths] A point nearer to an edge is clamped inside it. This is 2000 roundings of a coordinate,
+# which clears a neighbour that meets the edge at an angle of 0.001 as well.
+SETBACK = 2.0**-42
+KINDS = {Rectangle: "rectangle", Disk: "disk", Triangle: "triangle", Plane: "plane", Mesh: "mesh"}
+
+
+def piece_row(plan: Plan, member: Member, sheet: Sheet, code: int, number: int) -> tuple[str, np.ndarray]:
+    """Return the name of the shape's passes, without their verb, and its row."""
+    shape = member.shape
+    row = (
+        layout.row(_kind(shape), code=code, sheet=number)
+        if not isinstance(shape, Mesh)
+        else mesh_row(plan, shape)
+    )
+    row["code"], row["sheet"] = code, number
+    for name, value in _columns(member, plan.space).items():
+        row[name] = value
+    _share_plane(row, member, sheet, plan.space)
+    return name_of(shape), row
+
+
+def name_of(shape: Shape) -> str:
+    """Return the name of a shape's passes, without their verb."""
+    if isinstance(shape, Revolved):
+        return "sphere" if shape.is_closed else "quadric"
+    return "holed" if isinstance(shape, Rectangle) and shape.hole is not None else KINDS[type(shape)]
+
+
+def _kind(shape: Shape) -> np.dtype:
+    """Return the record type of a shape's row."""
+    return getattr(layout, name_of(shape).upper())
+
+
+def _columns(member: Member, space: Space) -> dict[str, float]:
+    """Return the columns of a member's shape, in scene lengths."""
+    shape = member.shape
+    slack = slack_of(member, space)
+    match shape:
+        case Mesh():
+            return {}
+        case Revolved():
+            return _sphere(shape, space) if shape.is_closed else quadric_columns(shape, space, slack)
+        case Triangle():
+            return _triangle(shape, space, slack)
+        case Disk():
+            return _disk(shape, space, slack)
+        case Plane():
+            return layout.center_columns(space.place(shape.center)) | _vector("n", shape.normal)
+    values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
+    for axis, length in (("u", shape.width), ("v", shape.height)):
+        half = 0.5 * length / space.size
+        values |= {f"half_{axis}": half + slack, f"inner_{axis}": half - min(SETBACK + slack, half / 1024)}
+    return values | hole_columns(shape, space, slack)
+
+
+def bounds_bodies(member: Member) -> bool:
+    """Return whether the member is a boundary of media."""
+    return member.bodies[0] != member.bodies[1]
+
+
+def slack_of(member: Member, space: Space) -> float:
+    """Return how far a member reaches over its edges [scene lengths], so that closed boxes do not leak.
+
+    It bounds the rounding of a crossing's coordinates and of the coordinates given by the user; 0 for members
+    that neither act nor bound a body.
+    """
+    shape = member.shape
+    if shape.is_infinite or (member.surface is None and not bounds_bodies(member)):
+        return 0.0
+    rounding = layout.ROUNDING * (sum(map(abs, space.place(shape.middle))) + shape.extent / space.size)
+    return rounding + 2.0**-52 * sum(map(abs, shape.middle)) / space.size
+
+
+def _sphere(shape: Sphere, space: Space) -> dict[str, float]:
+    return layout.center_columns(space.place(shape.center)) | {"radius": shape.radius / space.size}
+
+
+def _disk(shape: Disk, space: Space, slack: float) -> dict[str, float]:
+    """Return the columns of a disk: squared radii for hits, and squared radii clear of the edges."""
+    outer, inner = shape.radius / space.size, shape.inner_radius / space.size
+    most, least = disk_margins(shape, space, slack)
+    values = layout.center_columns(space.place(shape.center)) | _vector("n", shape.normal)
+    inner, outer = max(inner - slack, 0.0), outer + slack
+    values |= {"inner2": inner * inner, "outer2": outer * outer, "breadth": 2 * outer}
+    return values | {"most2": most * most, "least2": least * least if least > 0 else -1.0}
+
+
+def disk_margins(shape: Disk, space: Space, slack: float) -> tuple[float, float]:
+    """Return the outer and the inner radius [scene lengths] between which a point is clear of the edges."""
+    outer, inner = shape.radius / space.size, shape.inner_radius / space.size
+    margin = min(SETBACK + slack, (outer - inner) / 1024)
+    return outer - margin, inner + margin if inner > 0 else 0.0
+
+
+def _triangle(shape: Triangle, space: Space, slack: float) -> dict[str, float]:
+    """Return the columns of a triangle: dual vectors, and the least weights clear of the edges."""
+    columns = triangle_columns(shape, space)
+    values = {name: columns[name] for name in layout.TRIANGLE.names if name in columns}
+    for name, reach in zip("abc", triangle_reaches(columns), strict=True):
+        values |= {f"reach_{name}": reach, f"least_{name}": min((SETBACK + slack) * reach, 1 / 64)}
+    return values | {"slack": slack}
+
+
+def triangle_columns(triangle: Triangle, space: Space) -> dict[str, float]:
+    """Return the columns of a triangle: vertex, edges as e_u and e_v, normal, dual vectors."""
+    first, second, third = (space.place(vertex) for vertex in triangle.vertices)
+    edges = [tuple(q - p for p, q in zip(first, other, strict=True)) for other in (second, third)]
+    matrix = np.linalg.inv(np.array([*edges, triangle.normal]).T)
+    duals = dict(zip(("ax", "ay", "az", "bx", "by", "bz"), matrix[:2].ravel(), strict=True))
+    return layout.center_columns(first) | layout.frame_columns((*edges, triangle.normal)) | duals
+
+
+def triangle_reaches(columns: dict[str, float]) -> tuple[float, float, float]:
+    """Return how fast the weights of the second, third and first vertex change [per scene length]."""
+    a, b = (tuple(columns[f"{e}{x}"] for x in "xyz") for e in "ab")
+    return math.hypot(*a), math.hypot(*b), math.hypot(*(p + q for p, q in zip(a, b, strict=True)))
+
+
+def quadric_columns(shape: Revolved, space: Space, slack: float = 0.0) -> dict[str, float]:
+    """Return the columns of a surface of revolution, in scene lengths; a pole has no edge."""
+    profile, size = shape.profile, space.size
+    values = layout.center_columns(space.place(profile.origin)) | _vector("a", shape.axis)
+    values |= {"alpha": profile.alpha / size / size, "beta": profile.beta / size, "gamma": profile.gamma}
+    margin = min(SETBACK + slack, (profile.high - profile.low) / size / 1024)
+    for name, end, outwards in (("low", profile.low, -1.0), ("high", profile.high, 1.0)):
+        is_pole = isinstance(shape, Sphere | Paraboloid) and profile.radius_at(end) == 0
+        values[name] = outwards * math.inf if is_pole else end / size + outwards * slack
+        values[f"inner_{name}"] = outwards * math.inf if is_pole else end / size - outwards * margin
+    return values
+
+
+def hole_columns(shape: Rectangle, space: Space, slack: float) -> dict[str, float]:
+    """Return the columns of the hole, reduced by the slack, in the rectangle's frame."""
+    hole, size = shape.hole, space.size
+    if hole is None:
+        return {}
+    e_u, e_v, _ = shape.frame
+    way = tuple(p - q for p, q in zip(hole.center, shape.center, strict=True))
+    values = {"hole_u": dot(way, e_u) / size, "hole_v": dot(way, e_v) / size, "hole_cos": 1.0}
+    if isinstance(hole, Disk):
+        half = hole.radius / size
+        return values | {"half_p": half - min(slack, half / 2), "margin": SETBACK + 2 * slack}
+    p, q = hole.frame[0], (0.5 * hole.width / size, 0.5 * hole.height / size)
+    values |= {"hole_cos": dot(p, e_u), "hole_sin": dot(p, e_v), "margin": SETBACK + 2 * slack}
+    return values | {f"half_{name}": half - min(slack, half / 2) for name, half in zip("pq", q, strict=True)}
+
+
+def rim_row(plan: Plan, member: Member) -> np.ndarray:
+    """Return the row of a member's edges, which clamp points that landed within rounding of them."""
+    shape, space = member.shape, plan.space
+    slack = slack_of(member, space)
+    match shape:
+        case Rectangle():
+            values = _columns(member, space)
+            kept = {name: values[name] for name in layout.RIM.names if name in values}
+            return layout.row(layout.RIM, **kept, form=layout.RECTANGLE_RIM)
+        case Disk():
+            most, least = disk_margins(shape, space, slack)
+            values = layout.center_columns(space.place(shape.center)) | layout.frame_columns(shape.frame)
+            return layout.row(layout.RIM, **values, inner_u=most, inner_v=least, form=layout.DISK_RIM)
+        case Triangle():
+            values = triangle_columns(shape, space)
+            reaches = zip("abc", triangle_reaches(values), strict=True)
+            values |= {f"least_{name}": min((SETBACK + slack) * reach, 1 / 64) for name, reach in reaches}
+            kept = {name: values[name] for name in layout.RIM.names if name in values}
+            return layout.row(layout.RIM, **kept, form=layout.TRIANGLE_RIM)
+        case Revolved() if not shape.is_closed:
+            values = quadric_columns(shape, space, slack)
+            values |= {"low": values["inner_low"], "high": values["inner_high"]} | layout.frame_columns(
+                shape.frame
+            )
+            kept = {name: values[name] for name in layout.RIM.names if name in values}
+            return layout.row(layout.RIM, **kept, form=layout.QUADRIC_RIM)
+    return np.zeros((), layout.RIM)
+
+
+def outward_of(member: Member, flat: Shape) -> float:
+    """Return +1 (-1) where a box's face points along (against) a normal; 0 for other members."""
+    if not isinstance(member.whole, Box) or member.surface is not None:
+        return 0.0
+    return math.copysign(1.0, dot(member.shape.normal, flat.normal))
+
+
+def covers_alike(one: Member, other: Member) -> bool:
+    """Return whether two members of a sheet cover the same points, so that one pass finds both.
+
+    Two acting members never do.
+    """
+    if other.surface is not None:
+        return False
+    if isinstance(one.shape, Plane) and isinstance(other.shape, Plane):
+        return True
+    same = one.shape == other.shape and one.whole == other.whole
+    return same and one.surface is None and bounds_bodies(one) == bounds_bodies(other)
+
+
+def _share_plane(row: np.ndarray, member: Member, sheet: Sheet, space: Space) -> None:
+    """Give all flat members of a sheet the point of the smallest one, and detectors its normal.
+
+    With planes of their own they would lie a rounding apart, and a particle that crosses there could miss
+    both or hit one twice.
+    """
+    if "sx" in row.dtype.names:
+        finest = min((member.shape for member in sheet.members), key=lambda shape: shape.extent)
+        row["sx"], row["sy"], row["sz"] = space.place(finest.center)
+        if "outward" in row.dtype.names:
+            row["outward"] = outward_of(member, finest)
+        is_meter = (int(row["code"]) >> layout.SURFACE_SHIFT) & layout.SURFACE_MASK == 0
+        if is_meter:
+            row["nx"], row["ny"], row["nz"] = finest.normal
+
+
+def _vector(name: str, vector: tuple[float, float, float]) -> dict[str, float]:
+    """Return a vector as columns."""
+    return dict(zip((f"{name}x", f"{name}y", f"{name}z"), vector, strict=True))
+
+
+# ---- Find the empty sides of sheets: a particle that leaves there has escaped without another flight.
+
+PARALLEL = 1e-15
+
+
+def empty_sides(sheet: Sheet, sheets: list[Sheet]) -> tuple[bool, bool]:
+    """Return whether the front and the back side of a sheet are empty (exact, without tolerance)."""
+    others = [other.support for other in sheets if other is not sheet]
+    others += [member.shape for other in sheets if other is not sheet for member in other.members[1:]]
+    match sheet.support:
+        case FlatShape() as flat:
+            return tuple(all(_is_behind(flat, shape, side) for shape in others) for side in (1.0, -1.0))
+        case Sphere(is_closed=True) as ball:
+            return all(_is_within(ball, shape) for shape in others), False
+    return False, False
+
+
+def _is_behind(flat: FlatShape, shape: Shape, side: float) -> bool:
+    """Return whether a shape lies behind a plane (side 1), or on the normal's side (side -1)."""
+    normal, center = np.array(flat.normal), np.array(flat.center)
+    if shape.is_infinite:
+        is_parallel = isinstance(shape, Plane) and abs(dot(shape.normal, flat.normal)) >= 1 - PARALLEL
+        return is_parallel and side * (np.array(shape.center) - center) @ normal <= 0.0
+    return bool((side * ((_corners(shape) - center) @ normal) <= 0.0).all())
+
+
+def _is_within(ball: Sphere, shape: Shape) -> bool:
+    if shape.is_infinite:
+        return False
+    if isinstance(shape, Sphere):
+        apart = float(np.linalg.norm(np.array(shape.center) - np.array(ball.center)))
+        return apart + shape.radius <= ball.radius
+    reach = np.linalg.norm(_corners(shape) - np.array(ball.center), axis=1)
+    return bool((reach <= ball.radius).all())
+
+
+def _corners(shape: Shape) -> np.ndarray:
+    return np.array(np.meshgrid(*zip(*shape.bounds, strict=True), indexing="ij")).reshape(3, -1).T
+
+
+# ---- Rows of acting surfaces: the material of each part and each side, with its optical properties.
+
+Rows = list[tuple[np.ndarray, np.ndarray]]  # rows of layout.SURFACE and layout.OPTICS
+
+
+def nothing() -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of a transparent surface."""
+    surface = layout.row(layout.SURFACE, material=layout.TRANSPARENT, albedo=1.0)
+    return surface, layout.row(layout.OPTICS, side=1.0, ratio=1.0)
+
+
+def coat_rows(plan: Plan, member: Member) -> Rows:
+    """Return the rows of an acting member: front, then back where the two differ."""
+    material = member.surface.material
+    front, back = (material.front, material.back) if isinstance(material, TwoSided) else (material, None)
+    rows = _part_rows(plan, front, member)
+    if back is not None:
+        rows[0][0]["back"] = len(rows)
+        rows += _part_rows(plan, back, member)
+    return rows
+
+
+def _part_rows(plan: Plan, material: Material, member: Member) -> Rows:
+    """Return one row per part of a mixture, with cumulative shares; one row for any other material."""
+    if not isinstance(material, Mixture):
+        return [_rows(plan, material, member)]
+    shares = np.cumsum([share for _, share in material.parts])
+    rows = [_rows(plan, part, member) for part, _ in material.parts]
+    for (surface, _), share in zip(rows, shares, strict=True):
+        surface["share"], surface["parts"] = share, len(rows)
+    return rows
+
+
+def _rows(plan: Plan, material: Material, member: Member) -> tuple[np.ndarray, np.ndarray]:
+    surface, optics = nothing()
+    optics["side"] = member.orientation
+    match material:
+        case Transparent():
+            pass
+        case Black() | Diffuse(albedo=0.0, transmission=0.0) | Mirror(reflectance=0.0, transmission=0.0):
+            surface["material"], surface["albedo"] = layout.BLACK, 0.0
+        case Diffuse(albedo=share, transmission=passed, speed=speed):
+            surface["material"], surface["albedo"] = layout.DIFFUSE, share + passed
+            optics["through"] = passed / (share + passed)
+            if speed is not None and plan.has_speeds:
+                surface["quantiles"] = _wall_speeds(plan, speed)
+        case Mirror(reflectance=share, transmission=passed):
+            surface["material"], surface["albedo"] = layout.MIRROR, share + passed
+            optics["through"] = passed / (share + passed)
+        case Dielectric(index_inside=inside, index_outside=outside):
+            surface["material"] = layout.DIELECTRIC
+            optics["inside"], optics["outside"] = inside, outside
+            optics["ratio"] = inside / outside
+            optics["excess"] = (inside - outside) * (inside + outside) / outside / outside
+        case Glossy(roughness=roughness, albedo=albedo):
+            surface["material"], surface["albedo"] = layout.GLOSSY, albedo
+            optics["roughness"] = roughness
+            optics["lobe"] = _address(plan, quantile_row(plan, _lobe(roughness), unit=1.0))
+        case ThinLens(focal_length=length):
+            surface["material"] = layout.LENS
+            optics["cx"], optics["cy"], optics["cz"] = plan.space.place(member.shape.center)
+            optics["power"] = plan.space.size / length
+        case _:
+            raise SceneError(f"Surface: the engine does not support {shown(material)}")
+    return surface, optics
+
+
+def _wall_speeds(plan: Plan, speed: float | SpeedDistribution) -> int:
+    """Return the address of the quantile table of speeds leaving a wall (weighted by the speed)."""
+    quantile = constant_quantile(speed) if isinstance(speed, float) else speed.flux_quantile
+    return _address(plan, quantile_row(plan, quantile))
+
+
+@lru_cache(maxsize=64)
+def _lobe(roughness: float) -> Quantile:
+    """Return the quantile function of the microfacet lobe's cosine; one object per roughness."""
+    return lambda u: lobe_quantile(u, roughness)
+
+
+def _address(plan: Plan, row: np.ndarray) -> int:
+    """Keep a row alive in the plan, and return its address."""
+    plan.kept.append(row)
+    return row.ctypes.data
+
+
+# ---- Refuse surfaces so thin that rounding would distort them.
+#
+# An acting surface reaches over its edges by the rounding of what lands there, so that closed boxes do not leak
+# (surfaces.slack_of).
+# For a flat surface of aspect ratio 1e8 that is 1e-7 of its width; for 1e14 it would be one half, unnoticed.
+# Light along a thin fibre meets its sides at an angle of radius over length, which magnifies the rounding of a
+# position along the fibre. Once that reaches the fibre's length, light may be in or out of the glass by chance.
+
+WIDENED = 2.0**-11  # of the width on each side: a flux that is 0.1 % off
+
+
+def check_slivers(sheets: list[Sheet], space: Space) -> None:
+    """Raise SceneError for a surface too narrow for its position.
+
+    Faces of a box bound one another and need no check.
+    """
+    for sheet in sheets:
+        for member in sheet.members:
+            if member.surface is not None and member.whole in (None, member.shape):
+                _check(member, space)
+
+
+def _check(member: Member, space: Space) -> None:
+    if isinstance(member.shape, Cylinder | Cone | Paraboloid) and isinstance(
+        member.surface.material, Dielectric
+    ):
+        _check_fibre(member, space)
+    width, slack = _width(member.shape), slack_of(member, space) * space.size
+    if slack > WIDENED * width:
+        cure = "make it wider, cut it into shorter ones, or bring far objects nearer"
+        must = f"a flat surface here must be wider than {slack / WIDENED:.2g} m because of rounding"
+        refuse(member.surface, f"{must}, got {width:.3g} m; {cure}")
+
+
+def _check_fibre(member: Member, space: Space) -> None:
+    """Refuse a dielectric tube so thin that rounding along it reaches its length."""
+    profile, length = member.shape.profile, member.shape.extent
+    radius = max(map(profile.radius_at, (profile.low, profile.high)))
+    least = math.sqrt(slack_of(member, space) * space.size * length)
+    if radius < least:
+        cure = "make it thicker or shorter, or bring far objects nearer"
+        must = f"glass {length:.3g} m long must have a radius above {least:.2g} m here because of rounding"
+        refuse(member.surface, f"{must}, got {radius:.3g} m; {cure}")
+
+
+def _width(shape: Shape) -> float:
+    """Return the least width of a flat shape [m]; infinite for other shapes."""
+    match shape:
+        case Rectangle(width=width, height=height):
+            return min(width, height)
+        case Disk(radius=radius, inner_radius=inner):
+            return radius - inner
+        case Triangle(vertices=(a, b, c)):
+            return 2 * shape.area / max(math.dist(a, b), math.dist(b, c), math.dist(c, a))
+    return math.inf

@@ -1,0 +1,5 @@
+"""Passes: the steps of a particle as loops over lanes. A module is loaded when a scene first needs one of its passes."""
+
+from transport.engine.registry import FAMILIES
+
+globals().update(FAMILIES)

@@ -1,0 +1,360 @@
+"""Backward (adjoint) runs: histories start in the cells of a detector and score at sources, by cell.
+
+A cell is a bin of position and direction, numbered by u, v, turn and mu, the last fastest. The bins of a
+camera's pixels are its rows (turn) and columns (mu). Each cell gets equally many histories.
+"""
+
+import math
+
+import numpy as np
+from numba import int64, uint64
+
+from transport.compile.layout import LAYERS, METER, NO_TABLE, SENSOR, SLACK, VOLUME
+from transport.engine.bundle import add_to_row, view
+from transport.engine.passes.detector_bins import PARALLEL, along_surface
+from transport.engine.passes.volumes import A_SCORE, mean_of_fading
+from transport.engine.registry import lane_pass
+from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+from transport.physics.directions import either, turned_by
+from transport.physics.elementary import cos_sin_turn, exp_negative
+from transport.physics.streams import DIRECTION, POSITION, SHARES, random_words, uniform
+
+SLANT_UNITS = 1 << 22  # units of a slant of 1
+
+
+@lane_pass(SENSOR)
+def draw_cell(b, table, first, live):
+    """Assign cells in turn, from a random one on: per batch each has equally many histories, or one more.
+
+    Fields: reads `history`; writes `cell`.
+    """
+    w0, w1, _, _ = random_words(table.part, b.batch, 1, SHARES, b.seed_low, b.seed_high)
+    cells = uint64(table.cells)
+    offset = ((w0 << uint64(32)) | w1) % cells
+    for k in range(first, live):
+        cell = table.first + int64((uint64(b.history[k]) + offset) % cells)
+        b.cell[k] = cell
+        add_to_row(b.tallies + 32 * (table.births + cell), 0, 0, 1, 0)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def draw_place(b, table, first, live):
+    """Draw the uniforms u0, u1 for a position in a cell.
+
+    Fields: reads `history`; writes `u0`, `u1`.
+    """
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, POSITION, seed_low, seed_high)
+        b.u0[k], b.u1[k] = uniform(w0, w1), uniform(w2, w3)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def draw_direction(b, table, first, live):
+    """Draw the uniforms u2, u3 for a direction in a cell.
+
+    Fields: reads `history`; writes `u2`, `u3`.
+    """
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, DIRECTION, seed_low, seed_high)
+        b.u2[k], b.u3[k] = uniform(w0, w1), uniform(w2, w3)
+    return live
+
+
+@device
+def between(edges, cells, number, u):
+    """Return the coordinate at share u of a bin."""
+    bounds = view(edges, cells + 1, np.float64)
+    return bounds[number] + u * (bounds[number + 1] - bounds[number])
+
+
+@lane_pass(SENSOR)
+def find_place(b, table, first, live):
+    """Set the two coordinates, uniform in area, within the cell's bin of position.
+
+    Fields: reads `cell`; updates `u0`, `u1`.
+    """
+    for k in range(first, live):
+        number = (b.cell[k] - table.first) // (table.mu_cells * table.turn_cells)
+        b.u0[k] = between(table.u_edges, table.u_cells, number // table.v_cells, b.u0[k])
+        b.u1[k] = between(table.v_edges, table.v_cells, number % table.v_cells, b.u1[k])
+    return live
+
+
+@lane_pass(SENSOR)
+def find_direction(b, table, first, live):
+    """Set the two coordinates, uniform in their measure, within the cell's bin of direction.
+
+    Fields: reads `cell`; updates `u2`, `u3`.
+    """
+    for k in range(first, live):
+        number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
+        b.u2[k] = between(table.mu_edges, table.mu_cells, number % table.mu_cells, b.u2[k])
+        b.u3[k] = between(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
+    return live
+
+
+@lane_pass(SENSOR)
+def find_hemisphere_direction(b, table, first, live):
+    """Set squared cosine, squared sine and turn within the cell's bin.
+
+    The sine is computed apart because it keeps its digits near the normal.
+
+    Fields: reads `cell`; updates `u2`, `u3`; writes `u4`.
+    """
+    for k in range(first, live):
+        number = (b.cell[k] - table.first) % (table.mu_cells * table.turn_cells)
+        column, u = number % table.mu_cells, b.u2[k]
+        b.u2[k] = between(table.mu_edges, table.mu_cells, column, u)
+        b.u4[k] = between(table.sine_edges, table.mu_cells, column, u)
+        b.u3[k] = between(table.turn_edges, table.turn_cells, number // table.mu_cells, b.u3[k])
+    return live
+
+
+@device
+def wrapped(turn):
+    """Return a turn in [-1, 1) as one in [0, 1)."""
+    return turn + 1.0 if turn < 0.0 else turn
+
+
+@lane_pass(SENSOR)
+def start_on_rectangle(b, table, first, live):
+    """Set the position on a rectangle from its lengths u0, u1.
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
+    """
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz = table.evx, table.evy, table.evz
+    for k in range(first, live):
+        u, v = b.u0[k], b.u1[k]
+        b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    return live
+
+
+@lane_pass(SENSOR)
+def start_on_disk(b, table, first, live):
+    """Set the position on a disk from squared radius u0 and azimuth u1.
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`.
+    """
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz = table.evx, table.evy, table.evz
+    for k in range(first, live):
+        c, s = cos_sin_turn(wrapped(b.u1[k]))
+        radius = math.sqrt(b.u0[k])
+        u, v = radius * c, radius * s
+        b.x[k], b.y[k], b.z[k] = cx + u * eux + v * evx, cy + u * euy + v * evy, cz + u * euz + v * evz
+    return live
+
+
+@lane_pass(SENSOR)
+def start_on_sphere(b, table, first, live):
+    """Set position and normal on a sphere from the cosine to its axis u0 and the azimuth u1 (Archimedes).
+
+    Fields: reads `u0`, `u1`; writes `x, y, z`, `nx, ny, nz`.
+    """
+    cx, cy, cz, eux, euy, euz = table.cx, table.cy, table.cz, table.eux, table.euy, table.euz
+    evx, evy, evz, ax, ay, az = table.evx, table.evy, table.evz, table.nx, table.ny, table.nz
+    radius, side = table.radius, table.side
+    for k in range(first, live):
+        w = b.u0[k]
+        c, s = cos_sin_turn(wrapped(b.u1[k]))
+        sine = math.sqrt((1.0 - w) * (1.0 + w))
+        u, v = sine * c, sine * s
+        nx, ny, nz = u * eux + v * evx + w * ax, u * euy + v * evy + w * ay, u * euz + v * evz + w * az
+        b.x[k], b.y[k], b.z[k] = cx + radius * nx, cy + radius * ny, cz + radius * nz
+        b.nx[k], b.ny[k], b.nz[k] = side * nx, side * ny, side * nz
+    return live
+
+
+@lane_pass(SENSOR)
+def look_from_plane(b, table, first, live):
+    """Set a direction by the cosine law within the cell's bin, for one common normal.
+
+    Fields: reads `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    """
+    side, handed = table.side, table.handed
+    nx, ny, nz = side * table.nx, side * table.ny, side * table.nz
+    eux, euy, euz = handed * table.eux, handed * table.euy, handed * table.euz
+    evx, evy, evz = table.evx, table.evy, table.evz
+    for k in range(first, live):
+        mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
+        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        c, s = c * sine, s * sine
+        b.ux[k] = c * eux + s * evx + mu * nx
+        b.uy[k] = c * euy + s * evy + mu * ny
+        b.uz[k] = c * euz + s * evz + mu * nz
+    return live
+
+
+@lane_pass(SENSOR)
+def look_from_surface(b, table, first, live):
+    """Set a direction by the cosine law about the local normal; e_v is the projected axis of the shape.
+
+    Fields: reads `nx, ny, nz`, `u2`, `u3`, `u4`; writes `ux, uy, uz`.
+    """
+    ax, ay, az, ox, oy, oz = table.nx, table.ny, table.nz, table.evx, table.evy, table.evz
+    for k in range(first, live):
+        mu, sine = math.sqrt(b.u2[k]), math.sqrt(b.u4[k])
+        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        c, s = c * sine, s * sine
+        nx, ny, nz = b.nx[k], b.ny[k], b.nz[k]
+        evx, evy, evz = along_surface(ax, ay, az, nx, ny, nz)
+        qx, qy, qz = along_surface(ox, oy, oz, nx, ny, nz)  # at the pole of a sphere
+        upright = evx * evx + evy * evy + evz * evz >= PARALLEL
+        evx, evy, evz = either(upright, evx, evy, evz, qx, qy, qz)
+        scale = 1.0 / math.sqrt(evx * evx + evy * evy + evz * evz)
+        evx, evy, evz = evx * scale, evy * scale, evz * scale
+        eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
+        b.ux[k] = c * eux + s * evx + mu * nx
+        b.uy[k] = c * euy + s * evy + mu * ny
+        b.uz[k] = c * euz + s * evz + mu * nz
+    return live
+
+
+@lane_pass(SENSOR)
+def look_evenly(b, table, first, live):
+    """Set a direction from its cosine to +z and azimuth: uniform in solid angle.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
+    for k in range(first, live):
+        mu = b.u2[k]
+        c, s = cos_sin_turn(wrapped(b.u3[k]))
+        sine = math.sqrt((1.0 - mu) * (1.0 + mu))
+        b.ux[k], b.uy[k], b.uz[k] = sine * c, sine * s, mu
+    return live
+
+
+@lane_pass(SENSOR)
+def look_into_cone(b, table, first, live):
+    """Set a direction uniform in the solid angle of a cone: 1 - cos uniform up to `spread`.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
+    ax, ay, az, spread = table.axis_x, table.axis_y, table.axis_z, table.spread
+    for k in range(first, live):
+        less = spread * b.u2[k]
+        sine = math.sqrt(less * (2.0 - less))
+        c, s = cos_sin_turn(b.u3[k])
+        b.ux[k], b.uy[k], b.uz[k] = turned_by(ax, ay, az, 1.0 - less, sine * c, sine * s)
+    return live
+
+
+@lane_pass(SENSOR)
+def look_through_pixel(b, table, first, live):
+    """Set the direction through a point of the image plane at distance 1.
+
+    Fields: reads `u2`, `u3`; writes `ux, uy, uz`.
+    """
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz = table.nx, table.ny, table.nz
+    for k in range(first, live):
+        u, v = b.u2[k], b.u3[k]
+        mu = 1.0 / math.sqrt(1.0 + u * u + v * v)
+        u, v = mu * u, mu * v
+        b.ux[k] = u * eux + v * evx + mu * nx
+        b.uy[k] = u * euy + v * evy + mu * ny
+        b.uz[k] = u * euz + v * evz + mu * nz
+    return live
+
+
+@lane_pass(SENSOR)
+def weigh_pixel(b, table, first, live):
+    """Weight by solid angle per area of the image plane, cos^3: the mean is per solid angle.
+
+    Fields: reads `ux, uy, uz`; updates `weight`.
+    """
+    nx, ny, nz = table.nx, table.ny, table.nz
+    for k in range(first, live):
+        mu = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz
+        b.weight[k] *= mu * mu * mu
+    return live
+
+
+@lane_pass(SENSOR)
+def weigh_by_plane(b, table, first, live):
+    """Weight uniform directions by their cosine to the side; 0 below its horizon.
+
+    Fields: reads `ux, uy, uz`; updates `weight`.
+    """
+    nx, ny, nz = table.side * table.nx, table.side * table.ny, table.side * table.nz
+    for k in range(first, live):
+        mu = b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz
+        b.weight[k] *= mu if mu > 0.0 else 0.0
+    return live
+
+
+@lane_pass(SENSOR)
+def weigh_by_surface(b, table, first, live):
+    """The same about the local normal.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; updates `weight`.
+    """
+    for k in range(first, live):
+        mu = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
+        b.weight[k] *= mu if mu > 0.0 else 0.0
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_cell(b, table, first, live):
+    """Score arrivals at a source, by flights or next-event rays, in the row of the cell of birth.
+
+    No departures.
+
+    No reading needs weight/|mu| of these rows: their slant counts the rays that are among the strongest.
+
+    Fields: reads `weight`, `cell`, `home`, `meter`; updates `bin`; writes `slant`.
+    """
+    meters, half = view(table.meters, table.meter_count, METER), table.half
+    for k in range(first, live):
+        m, is_flight = meters[b.meter[k]], b.home[k] < half
+        arrives = is_flight | ((b.home[k] >= 2 * half) & (b.home[k] < 3 * half))
+        row = (m.by_cell if is_flight else m.of_rays) + b.cell[k]
+        b.bin[k] = row if (b.bin[k] != 0) & arrives else 0
+        b.slant[k] = 0 if is_flight | (b.weight[k] < m.strong) else SLANT_UNITS
+    return live
+
+
+@lane_pass(VOLUME)
+def score_way_by_cell(b, table, first, live):
+    """Score weight times path length in a source that fills a volume, by cell of birth.
+
+    Fields: reads `weight`, `history`, `cell`, `within`; updates `scored`.
+    """
+    total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        way = b.within[k]
+        if way > 0.0:
+            high, low = fair_limbs(b.weight[k] * way * scale, chance_of(bits_of(way), salt + b.history[k]))
+            seen = 1 if way > SLACK else 0  # paths left by rounding alone do not count
+            add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
+            total += high
+    b.scored += total + A_SCORE * int64(live - first)
+    return live
+
+
+@lane_pass(VOLUME)
+def score_way_by_cell_in_media(b, table, first, live):
+    """The same where media absorb: mean weight along the path times its length.
+
+    Fields: reads `weight`, `history`, `cell`, `lead`, `within`, `fade`; updates `scored`.
+    """
+    total, scale, salt = 0, table.scale, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        way, fade = b.within[k], b.fade[k]
+        if way > 0.0:
+            mean, _ = mean_of_fading(fade * way)
+            track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way
+            high, low = fair_limbs(track * scale, chance_of(bits_of(way), salt + b.history[k]))
+            seen = 1 if way > SLACK else 0
+            add_to_row(b.tallies + 32 * (table.first + b.cell[k]), high, low, seen, 0)
+            total += high
+    b.scored += total + A_SCORE * int64(live - first)
+    return live

@@ -1,0 +1,212 @@
+"""Further bin axes of surface detectors: time, speed, azimuth, cosine edges, world frame, cone, position.
+
+Each pass works on lanes that already have a bin, and exists only where a detector has that axis. A coordinate
+outside its edges goes to the detector's outside row.
+"""
+
+import math
+
+import numpy as np
+
+from transport.compile.layout import (
+    CONE,
+    DISK_PLACE,
+    LAYER,
+    LAYERS,
+    METER,
+    RECTANGLE_PLACE,
+    REVOLVED_PLACE,
+    SHEET_SHIFT,
+    SPHERE_AZIMUTH,
+    WORLD_AZIMUTH,
+    WORLD_COSINE,
+)
+from transport.engine.bundle import view
+from transport.engine.registry import lane_pass
+from transport.physics.device import device
+from transport.physics.elementary import TWO_PI, azimuth_turn
+
+# squared sine of the angle within which a normal counts as parallel to an axis (vectors.PARALLEL)
+PARALLEL = 1e-12
+
+
+@device
+def cell(value, cells, edges):
+    """Return the number of the cell that holds the value, by binary search in the edges at an address.
+
+    -1: none.
+    """
+    found = -1
+    bounds = view(edges, cells + 1, np.float64)
+    if (value >= bounds[0]) & (value <= bounds[cells]):
+        found, width = 0, cells
+        while width > 1:  # halves by selection: a branch would be mispredicted half of the time
+            half = width >> 1
+            found += half if value >= bounds[found + half] else 0
+            width -= half
+    return found
+
+
+@device
+def shifted(bin, base, found, stride):
+    """Return the row `found` cells further along an axis, or the outside row."""
+    return bin + found * stride if found >= 0 else base
+
+
+@device
+def sine_squared(ux, uy, uz, ax, ay, az):
+    """Return the squared sine of the angle between two unit vectors, without cancellation.
+
+    2 beyond a right angle.
+    """
+    x, y, z = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
+    return x * x + y * y + z * z if ux * ax + uy * ay + uz * az > 0.0 else 2.0
+
+
+@device
+def along_surface(ax, ay, az, nx, ny, nz):
+    """Return the part of a vector perpendicular to a unit normal."""
+    a = ax * nx + ay * ny + az * nz
+    return ax - a * nx, ay - a * ny, az - a * nz
+
+
+@lane_pass(LAYERS)
+def know_meter(b, table, first, live):
+    """Set the index of the detector's row, for the bin axes that follow.
+
+    Fields: reads `hit`; writes `meter`.
+    """
+    rows = view(table.rows, table.count, LAYER)
+    for k in range(first, live):
+        b.meter[k] = rows[b.hit[k] >> SHEET_SHIFT].meter
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_time(b, table, first, live):
+    """Bin by the time of crossing.
+
+    Each bin of time has outside rows of its own for direction and position.
+
+    Fields: reads `time`, `meter`; updates `home`, `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] != 0:
+            m = meters[b.meter[k]]
+            if m.time_cells != 0:
+                found = cell(b.time[k], m.time_cells, m.time_edges)
+                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                b.bin[k] = shifted(b.bin[k], outside, found, m.time_stride)
+                b.home[k] = shifted(b.home[k], outside, found, m.time_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_speed(b, table, first, live):
+    """Bin by speed, with outside rows like those of time.
+
+    Fields: reads `speed`, `meter`; updates `home`, `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.home[k]:
+            m = meters[b.meter[k]]
+            if m.speed_cells != 0:
+                found = cell(b.speed[k], m.speed_cells, m.speed_edges)
+                outside = m.outside + (table.half if b.home[k] >= table.half else 0)
+                b.bin[k] = shifted(b.bin[k], outside, found, m.speed_stride)
+                b.home[k] = shifted(b.home[k], outside, found, m.speed_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_cosine(b, table, first, live):
+    """Bin by cosine with given edges, by cosine in the world's frame, or by one cone.
+
+    Fields: reads `ux, uy, uz`, `mu`, `home`, `meter`; updates `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.home[k]:  # not yet outside of another axis
+            m = meters[b.meter[k]]
+            if m.mu_kind != 0:
+                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0  # arrivals by the direction they come from
+                value = abs(b.mu[k])
+                if m.mu_kind == WORLD_COSINE:
+                    value = toward * b.uz[k]
+                if m.mu_kind == CONE:
+                    value = -sine_squared(
+                        toward * b.ux[k], toward * b.uy[k], toward * b.uz[k], m.axis_x, m.axis_y, m.axis_z
+                    )
+                found = cell(value, m.mu_cells, m.mu_edges)
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.mu_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_azimuth(b, table, first, live):
+    """Bin by azimuth of the direction, from e_u towards e_v, or from the world's x towards y.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`, `mu`, `home`, `meter`; updates `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.home[k]:
+            m = meters[b.meter[k]]
+            if m.turn_kind != 0:
+                toward = -1.0 if m.side * b.mu[k] < 0.0 else 1.0
+                ux, uy, uz = toward * b.ux[k], toward * b.uy[k], toward * b.uz[k]
+                eux, euy, euz, evx, evy, evz = m.eux, m.euy, m.euz, m.evx, m.evy, m.evz
+                # On a sphere: e_v = projected axis, e_u = e_v x n; lengths do not matter.
+                if m.turn_kind == SPHERE_AZIMUTH:
+                    nx, ny, nz = m.side * b.nx[k], m.side * b.ny[k], m.side * b.nz[k]
+                    evx, evy, evz = along_surface(m.axis_x, m.axis_y, m.axis_z, nx, ny, nz)
+                    if evx * evx + evy * evy + evz * evz < PARALLEL:  # a facet of a mesh across the axis
+                        evx, evy, evz = along_surface(m.evx, m.evy, m.evz, nx, ny, nz)
+                    eux, euy, euz = evy * nz - evz * ny, evz * nx - evx * nz, evx * ny - evy * nx
+                if m.turn_kind == WORLD_AZIMUTH:
+                    turn = azimuth_turn(ux, uy)
+                else:
+                    turn = azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz)
+                angle = turn * TWO_PI  # within a turn from the first edge
+                if angle < m.turn_low:
+                    angle += TWO_PI
+                elif angle >= m.turn_low + TWO_PI:
+                    angle -= TWO_PI
+                found = cell(angle, m.turn_cells, m.turn_edges)
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.turn_stride)
+    return live
+
+
+@lane_pass(LAYERS)
+def refine_by_place(b, table, first, live):
+    """Bin by position in the shape's coordinates: width and height.
+
+    Radius and azimuth; polar angle and azimuth.
+
+    Fields: reads `x, y, z`, `home`, `meter`; updates `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] > b.home[k]:
+            m = meters[b.meter[k]]
+            if m.place != 0:
+                px, py, pz = b.x[k] - m.cx, b.y[k] - m.cy, b.z[k] - m.cz
+                u = px * m.eux + py * m.euy + pz * m.euz
+                v = px * m.evx + py * m.evy + pz * m.evz
+                if m.place == RECTANGLE_PLACE:
+                    u = m.handed * u
+                elif m.place == DISK_PLACE:
+                    u = m.handed * u
+                    u, v = math.sqrt(u * u + v * v), azimuth_turn(u, v) * TWO_PI
+                else:
+                    w = px * m.nx + py * m.ny + pz * m.nz
+                    polar = azimuth_turn(w, math.sqrt(u * u + v * v)) * TWO_PI
+                    u, v = w if m.place == REVOLVED_PLACE else polar, azimuth_turn(u, v) * TWO_PI
+                found = cell(u, m.u_cells, m.u_edges)
+                b.bin[k] = shifted(b.bin[k], b.home[k], found, m.u_stride)
+                if b.bin[k] > b.home[k]:
+                    found = cell(v, m.v_cells, m.v_edges)
+                    b.bin[k] = shifted(b.bin[k], b.home[k], found, m.v_stride)
+    return live

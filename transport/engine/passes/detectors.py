@@ -1,0 +1,217 @@
+"""Scoring at surface detectors: which detector, which bin, and the exact sums.
+
+Layer l of a sheet holds at most one detector; a lane finds it by (sheet, layer). Bins are ordered (u, v,
+azimuth, cosine), the last fastest, after one row for values outside all bins; departures follow all arrivals.
+"""
+
+from numba import float64, int64, uint64
+
+from transport.compile.layout import (
+    LAYER,
+    LAYERS,
+    LOOK_BACK,
+    LOOK_BASE,
+    LOOK_CELLS,
+    LOOK_CELLS_SHIFT,
+    METER,
+    MOMENTS,
+    NO_TABLE,
+    SHEET_SHIFT,
+)
+from transport.engine.bundle import add_to_row, view
+from transport.engine.registry import lane_pass
+from transport.engine.tally import balance_grazing, chance_of, fair_limbs, grazes, long_limbs, salt_of, slant
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+
+
+@lane_pass(LAYERS)
+def look_up_meter(b, table, first, live):
+    """Set the packed word of the detector of this layer on the sheet that was hit.
+
+    Fields: reads `hit`; writes `look`.
+    """
+    rows = view(table.rows, table.count, LAYER)
+    for k in range(first, live):
+        b.look[k] = rows[uint64(b.hit[k] >> SHEET_SHIFT)].look
+    return live
+
+
+@device
+def facing(look, hit, layer, mu):
+    """Return mu relative to the detector's side: negative for arrivals, positive for departures.
+
+    0 without detector.
+    """
+    covered = (look != 0) & (((hit >> layer) & 1) != 0)
+    return (-mu if look & LOOK_BACK else mu) if covered else 0.0
+
+
+@device
+def cosine_bin(look, mu):
+    """Return the row of the cosine bin relative to the detector's first row, which is the outside row."""
+    cells = (look >> LOOK_CELLS_SHIFT) & LOOK_CELLS
+    return 1 + min(int64(abs(mu) * float64(cells)), cells - 1)
+
+
+@lane_pass(LAYERS)
+def bin_arrivals(b, table, first, live):
+    """Find the cosine bin of arrivals at the detector's side, and the integers to score.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
+    layer, any_grazes, salt = table.layer, 0, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        look, mu = b.look[k], b.mu[k]
+        base = look & LOOK_BASE
+        here = (facing(look, b.hit[k], layer, mu) < 0.0) & (b.weight[k] != 0.0)
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        any_grazes |= grazes(here, mu)
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
+    return live
+
+
+@lane_pass(LAYERS)
+def bin_departures(b, table, first, live):
+    """Find the cosine bin of departures from the detector's side, and the integers to score.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
+    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        look, mu = b.look[k], b.mu[k]
+        base = (look & LOOK_BASE) + half
+        here = (facing(look, b.hit[k], layer, mu) > 0.0) & (b.weight[k] != 0.0)
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if here else 0
+        any_grazes |= grazes(here, mu)
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
+    return live
+
+
+@lane_pass(LAYERS)
+def bin_crossings(b, table, first, live):
+    """Find the cosine bin where nothing acts: arrival on one side is departure from the other.
+
+    Fields: reads `weight`, `history`, `hit`, `mu`, `look`; writes `home`, `bin`, `high`, `low`, `slant`,
+    `grazes`.
+    """
+    layer, half, any_grazes, salt = table.layer, table.half, 0, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        look, mu = b.look[k], b.mu[k]
+        side = facing(look, b.hit[k], layer, mu) if b.weight[k] != 0.0 else 0.0
+        base = (look & LOOK_BASE) + (half if side > 0.0 else 0)
+        b.home[k], b.bin[k] = base, base + cosine_bin(look, mu) if side != 0.0 else 0
+        any_grazes |= grazes((side != 0.0), mu)
+        chance = chance_of(bits_of(abs(mu)), salt + b.history[k])
+        b.high[k], b.low[k] = fair_limbs(b.weight[k], chance)
+        b.slant[k] = slant(b.weight[k], mu, chance)
+    b.grazes = any_grazes
+    return live
+
+
+@lane_pass(NO_TABLE)
+def score(b, table, first, live):
+    """Add weight, count and slant (weight/|mu|) to the row of the bin, for the few lanes that have one.
+
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
+    n = 0
+    for k in range(first, live):  # no branch, so no misprediction
+        b.listed[n] = k
+        n += 1 if b.bin[k] != 0 else 0
+    for j in range(n):
+        k = uint64(b.listed[j])
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    balance_grazing(b, first, live)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def score_all(b, table, first, live):
+    """The same where nearly every lane has a bin; row 0 takes the others and is never read.
+
+    Fields: reads `mu`, `bin`, `high`, `low`, `slant`, `grazes`.
+    """
+    for k in range(first, live):
+        add_to_row(b.tallies + 32 * b.bin[k], b.high[k], b.low[k], 1, b.slant[k])
+    balance_grazing(b, first, live)
+    return live
+
+
+@lane_pass(MOMENTS)
+def score_moments(b, table, first, live):
+    """Add normal momentum, speed and squared speed of the lanes with a bin to its three moment rows.
+
+    Matter of speed v has momentum v per unit mass, light of energy w has w/v; both relative to the scene's
+    extreme speeds.
+
+    Fields: reads `weight`, `speed`, `mu`, `bin`.
+    """
+    n, fastest, slowest, is_light = 0, table.fastest, table.slowest, table.is_light
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if b.bin[k] != 0 else 0
+    for j in range(n):
+        k = b.listed[j]
+        weight, v = b.weight[k], b.speed[k] / fastest
+        momentum = slowest / b.speed[k] if is_light != 0 else v
+        row = b.moments + 96 * b.bin[k]
+        high, middle, low, rest = long_limbs(weight * abs(b.mu[k]) * momentum)
+        add_to_row(row, high, middle, low, rest)
+        high, middle, low, rest = long_limbs(weight * v)
+        add_to_row(row + 32, high, middle, low, rest)
+        high, middle, low, rest = long_limbs(weight * v * v)
+        add_to_row(row + 64, high, middle, low, rest)
+    return live
+
+
+# ---- Filters by history: marks of visited objects (`via`) and numbers of reflections (`events`).
+
+
+@lane_pass(LAYERS)
+def mark_visit(b, table, first, live):
+    """Set the visit bit of the object at this crossing, where a detector has it in `via`.
+
+    Fields: reads `hit`; updates `visited`.
+    """
+    rows, layer = view(table.rows, table.count, LAYER), table.layer
+    for k in range(first, live):
+        mark = rows[b.hit[k] >> SHEET_SHIFT].mark
+        b.visited[k] |= mark if ((b.hit[k] >> layer) & 1) != 0 else 0
+    return live
+
+
+@lane_pass(LAYERS)
+def require_visits(b, table, first, live):
+    """Drop the bin of lanes that have not visited all objects in the detector's `via`.
+
+    Fields: reads `visited`, `meter`; updates `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] != 0:
+            via = meters[b.meter[k]].via
+            b.bin[k] = b.bin[k] if (b.visited[k] & via) == via else 0
+    return live
+
+
+@lane_pass(LAYERS)
+def require_reflections(b, table, first, live):
+    """Drop the bin of lanes whose number of reflections lies outside the detector's `events`.
+
+    Fields: reads `reflections`, `meter`; updates `bin`.
+    """
+    meters = view(table.meters, table.meter_count, METER)
+    for k in range(first, live):
+        if b.bin[k] != 0:
+            m = meters[b.meter[k]]
+            b.bin[k] = b.bin[k] if (b.reflections[k] >= m.least) & (b.reflections[k] <= m.most) else 0
+    return live

@@ -1,0 +1,203 @@
+"""Flat shapes other than whole rectangles and disks: infinite planes, triangles, rectangles with a hole."""
+
+import math
+
+from transport.compile.layout import (
+    EDGE,
+    HOLED,
+    PLANE,
+    PLANES,
+    ROUNDING,
+    SHEET_SHIFT,
+    STANDING,
+    TRIANGLE,
+)
+from transport.engine.passes.intersections import ahead
+from transport.engine.registry import lane_pass
+from transport.physics.device import device
+from transport.physics.rays import plane_crossing
+
+
+@device
+def beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q):
+    """Return the distance of a point (u, v) of the plane from the hole; negative inside the hole."""
+    du, dv = u - hole_u, v - hole_v
+    p, q = abs(hole_cos * du + hole_sin * dv), abs(hole_cos * dv - hole_sin * du)
+    round_ = math.sqrt(p * p + q * q) - half_p
+    beyond_p, beyond_q = p - half_p, q - half_q
+    square = beyond_p if beyond_p > beyond_q else beyond_q
+    return round_ if half_q == 0.0 else square
+
+
+@lane_pass(PLANE)
+def meet_plane(b, table, first, live):
+    """Intersect rays with an acting infinite plane; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, _, _, _ = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        nearer = (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = code if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(PLANE)
+def cover_plane(b, table, first, live):
+    """Intersect rays with a transparent detector on a plane; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    nx, ny, nz, sx, sy, sz = table.nx, table.ny, table.nz, table.sx, table.sy, table.sz
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        start, places = b.start[k], b.sheet[k]
+        b.distance[k], b.hit[k] = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+    return live
+
+
+@device
+def nearest_plane(t, code, sheet, start, places, distance, hit):
+    """Return distance and hit after a detector's plane at t.
+
+    A nearer plane replaces them; on the sheet of the nearest hit its bit is added.
+    """
+    same = (hit >> SHEET_SHIFT) == sheet
+    covers = (t < math.inf) & ahead(t, start, sheet, places)
+    nearer = covers & ((t < distance) | same)
+    found = (hit | code if same else code) if nearer else hit
+    return t if nearer & (not same) else distance, found
+
+
+@lane_pass(PLANES)
+def cover_planes(b, table, first, live):
+    """Intersect rays with two parallel planes (as of a Slab), with one division by the cosine.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    one, other = table.one, table.other
+    nx, ny, nz, sx, sy, sz = one.nx, one.ny, one.nz, one.sx, one.sy, one.sz
+    ox, oy, oz = other.sx, other.sy, other.sz
+    code, sheet, other_code, other_sheet = one.code, one.sheet, other.code, other.sheet
+    for k in range(first, live):
+        x, y, z, start, places = b.x[k], b.y[k], b.z[k], b.start[k], b.sheet[k]
+        inverse = 1.0 / (b.ux[k] * nx + b.uy[k] * ny + b.uz[k] * nz)
+        t = ((sx - x) * nx + (sy - y) * ny + (sz - z) * nz) * inverse
+        distance, hit = nearest_plane(t, code, sheet, start, places, b.distance[k], b.hit[k])
+        t = ((ox - x) * nx + (oy - y) * ny + (oz - z) * nz) * inverse
+        b.distance[k], b.hit[k] = nearest_plane(t, other_code, other_sheet, start, places, distance, hit)
+    return live
+
+
+@lane_pass(TRIANGLE)
+def meet_triangle(b, table, first, live):
+    """Intersect rays with an acting triangle; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
+    reach_a, reach_b, reach_c, slack = table.reach_a, table.reach_b, table.reach_c, table.slack
+    least_a, least_b, least_c = table.least_a, table.least_b, table.least_c
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
+        r, beyond = 1.0 - p - q, slack + ROUNDING * t
+        nearer = (p >= -beyond * reach_a) & (q >= -beyond * reach_b) & (r >= -beyond * reach_c)
+        nearer &= (t < b.distance[k]) & (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        edge = (p < least_a) | (q < least_b) | (r < least_c)
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(TRIANGLE)
+def cover_triangle(b, table, first, live):
+    """Intersect rays with a transparent detector on a triangle; keep it if its sheet is the nearest ahead.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
+    ax, ay, az, bx, by, bz = table.ax, table.ay, table.az, table.bx, table.by, table.bz
+    code, sheet = table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
+        p, q = px * ax + py * ay + pz * az, px * bx + py * by + pz * bz
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (p >= 0.0) & (q >= 0.0) & (p + q <= 1.0)
+        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(HOLED)
+def meet_holed(b, table, first, live):
+    """Intersect rays with an acting rectangle with a hole; keep it if it is the nearest surface ahead.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, inner_u, inner_v = table.half_u, table.half_v, table.inner_u, table.inner_v
+    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
+    half_p, half_q, margin, code, sheet = table.half_p, table.half_q, table.margin, table.code, table.sheet
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        t, px, py, pz = plane_crossing(cx - b.x[k], cy - b.y[k], cz - b.z[k], ux, uy, uz, nx, ny, nz)
+        pu, pv, slack = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz, ROUNDING * t
+        u, v = abs(pu), abs(pv)
+        beyond = beyond_hole(pu, pv, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+        nearer = (u - slack <= half_u) & (v - slack <= half_v) & (beyond + slack >= 0.0) & (t < b.distance[k])
+        nearer &= (t > b.start[k]) & ((b.sheet[k] & STANDING) != sheet)
+        edge = (u > inner_u) | (v > inner_v) | (beyond < margin)
+        b.distance[k] = t if nearer else b.distance[k]
+        b.hit[k] = (code | EDGE if edge else code) if nearer else b.hit[k]
+    return live
+
+
+@lane_pass(HOLED)
+def cover_holed(b, table, first, live):
+    """Intersect rays with a transparent detector on a rectangle with a hole; keep it if nearest.
+
+    On the sheet of the nearest hit, adds its bit to the hit.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; updates `distance`, `hit`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    sx, sy, sz = table.sx, table.sy, table.sz
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    half_u, half_v, code, sheet = table.half_u, table.half_v, table.code, table.sheet
+    hole_u, hole_v, hole_cos, hole_sin = table.hole_u, table.hole_v, table.hole_cos, table.hole_sin
+    half_p, half_q = table.half_p, table.half_q
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        t, _, _, _ = plane_crossing(sx - b.x[k], sy - b.y[k], sz - b.z[k], ux, uy, uz, nx, ny, nz)
+        px, py, pz = t * ux - rx, t * uy - ry, t * uz - rz
+        u, v = px * eux + py * euy + pz * euz, px * evx + py * evy + pz * evz
+        beyond = beyond_hole(u, v, hole_u, hole_v, hole_cos, hole_sin, half_p, half_q)
+        same = (b.hit[k] >> SHEET_SHIFT) == sheet
+        covers = (abs(u) <= half_u) & (abs(v) <= half_v) & (beyond >= 0.0)
+        covers &= ahead(t, b.start[k], sheet, b.sheet[k])
+        nearer = covers & ((t < b.distance[k]) | same)
+        b.distance[k] = t if nearer & (not same) else b.distance[k]
+        b.hit[k] = (b.hit[k] | code if same else code) if nearer else b.hit[k]
+    return live

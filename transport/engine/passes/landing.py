@@ -1,0 +1,280 @@
+"""Landing on a surface: its sheet and normal, the point projected onto it, the cosine of incidence."""
+
+import math
+
+from numba import uint64
+
+from transport.compile.layout import (
+    CONTACT,
+    DISK_RIM,
+    EDGE,
+    NO_TABLE,
+    OUT,
+    QUADRIC_RIM,
+    RECTANGLE_RIM,
+    RIM,
+    ROWS,
+    SHEET,
+    SHEET_SHIFT,
+    STANDING,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    TRIANGLE_RIM,
+)
+from transport.engine.bundle import view
+from transport.engine.registry import lane_pass
+from transport.physics.device import device
+from transport.physics.quadrics import quadric_form
+
+STEEP = 2.0**-12  # cosine below which a ray grazes a surface
+NARROW = 2.0**-22  # [scene lengths] back from where two surfaces touch: there they are 2^-45 apart
+# largest share of a flight: its origin may stand on a surface, within rounding of either side
+SHORT = 31.0 / 32.0
+ZONE = 64.0  # in units of `reach`: distance from a surface within which a point is kept clear of it
+
+
+@lane_pass(ROWS)
+def stand_on_sheet(b, table, first, live):
+    """Set the sheet and its normal.
+
+    The gather is a pass of its own because it would slow down a longer loop.
+
+    Fields: reads `hit`; writes `sheet`, `nx, ny, nz`.
+    """
+    sheets = view(table.rows, table.count, SHEET)
+    for k in range(first, live):
+        s = b.hit[k] >> SHEET_SHIFT
+        b.sheet[k] = s
+        row = sheets[uint64(s)]
+        b.nx[k], b.ny[k], b.nz[k] = row.nx, row.ny, row.nz
+    return live
+
+
+@lane_pass(ROWS)
+def put_back_on_sphere(b, table, first, live):
+    """On a sphere: set the normal from the point, and project the point to the radius.
+
+    Fields: reads `sheet`; updates `x, y, z`, `nx, ny, nz`.
+    """
+    sheets = view(table.rows, table.count, SHEET)
+    for k in range(first, live):
+        row = sheets[b.sheet[k]]
+        curved = row.curvature != 0.0
+        ox, oy, oz = b.x[k] - row.cx, b.y[k] - row.cy, b.z[k] - row.cz
+        o = math.sqrt(ox * ox + oy * oy + oz * oz)
+        s = 1.0 / o if curved else 0.0
+        b.nx[k], b.ny[k], b.nz[k] = b.nx[k] + s * ox, b.ny[k] + s * oy, b.nz[k] + s * oz
+        d = s * row.radius
+        b.x[k] = row.cx + d * ox if curved else b.x[k]
+        b.y[k] = row.cy + d * oy if curved else b.y[k]
+        b.z[k] = row.cz + d * oz if curved else b.z[k]
+    return live
+
+
+@lane_pass(NO_TABLE)
+def take_cosine(b, table, first, live):
+    """Set mu = u·n: negative where the particle moves against the normal.
+
+    Fields: reads `ux, uy, uz`, `nx, ny, nz`; writes `mu`.
+    """
+    for k in range(first, live):
+        b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
+    return live
+
+
+@lane_pass(ROWS)
+def tell_leaving(b, table, first, live):
+    """Mark in `stood` that a ray leaves a box through this face, where boxes are detectors.
+
+    At an edge a ray may enter by one face and leave by another.
+
+    Fields: reads `sheet`, `mu`; updates `stood`.
+    """
+    sheets = view(table.rows, table.count, SHEET)
+    for k in range(first, live):
+        b.stood[k] |= OUT if sheets[b.sheet[k]].outward * b.mu[k] > 0.0 else 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def remember_origin(b, table, first, live):
+    """Keep the origin of the flight and its sheet.
+
+    They give the side of every surface that the flight did not cross.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `sheet`, `start`; writes `ox, oy, oz`, `left`.
+    """
+    for k in range(first, live):
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # the origin of a ray that has passed detectors
+        b.ox[k] = b.x[k] + start * b.ux[k]
+        b.oy[k] = b.y[k] + start * b.uy[k]
+        b.oz[k] = b.z[k] + start * b.uz[k]
+        b.left[k] = b.sheet[k] & STANDING
+    return live
+
+
+@device
+def height_over(px, py, pz, ax, ay, az, alpha, beta, gamma, is_plane):
+    """Return the height of p over a plane or a surface of revolution, and the unit normal there.
+
+    The plane passes through the origin; the surface of revolution is centred on it.
+    """
+    value, gx, gy, gz, w = quadric_form(px, py, pz, ax, ay, az, alpha, beta, gamma)
+    g = math.sqrt(gx * gx + gy * gy + gz * gz)
+    inverse = 1.0 / g if g > 0.0 else 0.0
+    height = w if is_plane else 0.5 * value * inverse
+    return (
+        height,
+        ax if is_plane else gx * inverse,
+        ay if is_plane else gy * inverse,
+        az if is_plane else gz * inverse,
+    )
+
+
+@lane_pass(CONTACT)
+def keep_to_side(b, table, first, live):
+    """Keep a point on one surface, close to another that cuts or touches it, on the side that it came from.
+
+    The point moves back along its own ray, not quite to the ray's origin. So it stays on the right side of
+    every surface that the flight did not cross, however many meet there and at whatever angle, and clear of
+    both by more than rounding; a shorter flight within such a corner keeps little of its length. Only if the
+    ray grazes the other surface, the point moves along that surface's normal.
+
+    Fields: reads `ux, uy, uz`, `hit`, `mu`, `ox, oy, oz`, `left`; updates `x, y, z`.
+    """
+    cx, cy, cz, nx, ny, nz = table.cx, table.cy, table.cz, table.nx, table.ny, table.nz
+    alpha, beta, gamma = table.alpha, table.beta, table.gamma
+    reach, surface, sheet, is_plane = table.reach, table.surface, table.sheet, table.is_plane != 0
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz
+        ox, oy, oz = b.ox[k] - cx, b.oy[k] - cy, b.oz[k] - cz
+        # Heights over the other surface at the point and at the origin, and the side of the origin.
+        height, gx, gy, gz = height_over(rx, ry, rz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        before, ex, ey, ez = height_over(ox, oy, oz, nx, ny, nz, alpha, beta, gamma, is_plane)
+        away = ux * ex + uy * ey + uz * ez
+        from_front = away > 0.0 if b.left[k] == sheet else before > 0.0
+        # Length to move back along the ray.
+        slope = abs(ux * gx + uy * gy + uz * gz)
+        dx, dy, dz = rx - ox, ry - oy, rz - oz
+        flight = math.sqrt(dx * dx + dy * dy + dz * dz)
+        steepest = min(slope, abs(b.mu[k]))
+        back = 2.0 * reach / (steepest if steepest > STEEP else STEEP)
+        back = SHORT * flight if back > SHORT * flight else back
+        # Which lanes move, and how.
+        near = (((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) == surface) & (abs(height) <= ZONE * reach)
+        grazes = (slope <= STEEP) & (abs(height) <= reach)
+        narrow = NARROW if flight > NARROW else flight  # between two surfaces that touch, both grazed
+        along = back if near & (slope > STEEP) else 0.0
+        along = narrow if near & grazes & (abs(b.mu[k]) <= STEEP) else along
+        across = (2.0 * reach if from_front else -2.0 * reach) - height
+        across = across if near & grazes & (abs(b.mu[k]) > STEEP) else 0.0
+        b.x[k] += across * gx - along * ux
+        b.y[k] += across * gy - along * uy
+        b.z[k] += across * gz - along * uz
+    return live
+
+
+# ---- Clamp a point within rounding of its surface's edge to the inner side of that rounding.
+#
+# Where two walls share an edge, the point is then surely on the inner side of the other wall, and whether it
+# hits that wall next depends on its direction, not on the sign of a rounding error.
+
+
+@device
+def out_of_hole(rim, u, v):
+    """Return a point (u, v) of the plane, moved out of the hole's margin."""
+    du, dv = u - rim.hole_u, v - rim.hole_v
+    p, q = rim.hole_cos * du + rim.hole_sin * dv, rim.hole_cos * dv - rim.hole_sin * du
+    if rim.half_q == 0.0:
+        r, least = math.sqrt(p * p + q * q), rim.half_p + rim.margin
+        if r < least:
+            p, q = (p * (least / r), q * (least / r)) if r > 0.0 else (least, 0.0)
+    else:
+        deep_p, deep_q = rim.half_p + rim.margin - abs(p), rim.half_q + rim.margin - abs(q)
+        if (deep_p > 0.0) & (deep_q > 0.0):
+            p += math.copysign(deep_p, p) if deep_p <= deep_q else 0.0
+            q += math.copysign(deep_q, q) if deep_q < deep_p else 0.0
+    du, dv = rim.hole_cos * p - rim.hole_sin * q, rim.hole_sin * p + rim.hole_cos * q
+    return rim.hole_u + du, rim.hole_v + dv
+
+
+@device
+def within_rectangle(rim, u, v):
+    """Return a point (u, v) of the plane, clamped to a rectangle and out of its hole."""
+    u = min(max(u, -rim.inner_u), rim.inner_u)
+    v = min(max(v, -rim.inner_v), rim.inner_v)
+    return out_of_hole(rim, u, v) if rim.half_p > 0.0 else (u, v)
+
+
+@device
+def within_disk(rim, u, v):
+    """Return a point (u, v) of the plane, clamped between a disk's radii inner_v and inner_u."""
+    r = math.sqrt(u * u + v * v)
+    s = min(max(r, rim.inner_v), rim.inner_u) / r if r > 0.0 else 1.0
+    return s * u, s * v
+
+
+@device
+def within_triangle(rim, u, v):
+    """Return the barycentric weights of the second and third vertex, clamped away from all three edges."""
+    p, q = max(u, rim.least_a), max(v, rim.least_b)
+    excess = 0.5 * max(p + q - (1.0 - rim.least_c), 0.0)
+    return p - excess, q - excess
+
+
+@lane_pass(ROWS)
+def draw_back_from_edge(b, table, first, live):
+    """Clamp the lanes that landed within rounding of an edge (bit EDGE) to the inner side of it.
+
+    Does nothing if no lane did, the usual case.
+
+    Fields: reads `ux, uy, uz`, `hit`; updates `x, y, z`, `nx, ny, nz`; writes `mu`.
+    """
+    any_edge = 0
+    for k in range(first, live):
+        any_edge |= b.hit[k] & EDGE
+    if any_edge == 0:
+        return live
+    rims = view(table.rows, table.count, RIM)  # one row per surface
+    for k in range(first, live):
+        if b.hit[k] & EDGE:
+            rim = rims[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK]
+            px, py, pz = b.x[k] - rim.cx, b.y[k] - rim.cy, b.z[k] - rim.cz
+            if rim.form == QUADRIC_RIM:
+                # Surface of revolution: clamp the height, then project onto the surface and renew its normal.
+                w = px * rim.nx + py * rim.ny + pz * rim.nz
+                qx, qy, qz = px - w * rim.nx, py - w * rim.ny, pz - w * rim.nz
+                w = min(max(w, rim.low), rim.high)
+                rho2, q2 = rim.alpha + w * (rim.beta + rim.gamma * w), qx * qx + qy * qy + qz * qz
+                if q2 == 0.0:  # on the axis, at the apex of a cone
+                    qx, qy, qz, q2 = rim.eux, rim.euy, rim.euz, 1.0
+                s = math.sqrt(rho2 / q2) if rho2 > 0.0 else 0.0
+                px, py, pz = w * rim.nx + s * qx, w * rim.ny + s * qy, w * rim.nz + s * qz
+                b.x[k], b.y[k], b.z[k] = rim.cx + px, rim.cy + py, rim.cz + pz
+                _, gx, gy, gz, _ = quadric_form(
+                    px, py, pz, rim.nx, rim.ny, rim.nz, rim.alpha, rim.beta, rim.gamma
+                )
+                inverse = 1.0 / math.sqrt(gx * gx + gy * gy + gz * gz)
+                b.nx[k], b.ny[k], b.nz[k] = gx * inverse, gy * inverse, gz * inverse
+                b.mu[k] = b.ux[k] * b.nx[k] + b.uy[k] * b.ny[k] + b.uz[k] * b.nz[k]
+            else:
+                # Flat shapes: clamp (u, v); for a triangle, the weights of two vertices, with edges e_u, e_v.
+                is_triangle = rim.form == TRIANGLE_RIM
+                u = px * rim.eux + py * rim.euy + pz * rim.euz
+                v = px * rim.evx + py * rim.evy + pz * rim.evz
+                if is_triangle:
+                    u = px * rim.ax + py * rim.ay + pz * rim.az
+                    v = px * rim.bx + py * rim.by + pz * rim.bz
+                new_u, new_v = u, v
+                if rim.form == RECTANGLE_RIM:
+                    new_u, new_v = within_rectangle(rim, u, v)
+                elif rim.form == DISK_RIM:
+                    new_u, new_v = within_disk(rim, u, v)
+                elif is_triangle:
+                    new_u, new_v = within_triangle(rim, u, v)
+                du, dv = new_u - u, new_v - v
+                b.x[k] += du * rim.eux + dv * rim.evx
+                b.y[k] += du * rim.euy + dv * rim.evy
+                b.z[k] += du * rim.euz + dv * rim.evz
+    return live

@@ -1,0 +1,120 @@
+"""Compaction of lanes: fill gaps of ended lanes; in media, sort flying lanes before those at surfaces."""
+
+import numpy as np
+from numba import int64, uint64
+
+from transport.compile.layout import MOVED
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
+from transport.engine.registry import lane_pass
+from transport.physics.device import device
+
+TOGETHER = 4  # fields moved at once, so that both lane numbers are fetched once per group
+PADDING = [len(CARRIED) + k for k in range(TOGETHER - 1)]  # numbers of scratch fields that fill up a group
+FIELDS = len(CARRIED) + len(PADDING)
+
+
+@device
+def rows_of_fields(fields, f):
+    """Return the offsets in words of four carried fields, unsigned so that no index is tested for sign."""
+    return (
+        uint64(CARRIED_WORDS + fields[f] * PITCH),
+        uint64(CARRIED_WORDS + fields[f + 1] * PITCH),
+        uint64(CARRIED_WORDS + fields[f + 2] * PITCH),
+        uint64(CARRIED_WORDS + fields[f + 3] * PITCH),
+    )
+
+
+def padded(numbers: list[int]) -> list[int]:
+    """Return the numbers of the fields to move, filled up to whole groups of TOGETHER."""
+    return numbers + PADDING[: -len(numbers) % TOGETHER]
+
+
+@lane_pass(MOVED)
+def fill_gaps(b, table, first, live):
+    """Drop ended lanes (weight 0): move the last live lanes into their gaps.
+
+    Returns the number of lanes kept. Every carried field that the program uses moves, so a new field cannot
+    be forgotten. While less than 1/16 of the lanes have ended, they stay as idle lanes: at weight 0 they
+    score nothing, and moving costs more.
+
+    Fields: reads `weight`.
+    """
+    ended = 0
+    for k in range(live):
+        ended += 1 if b.weight[k] == 0.0 else 0
+    alive = int64(live) - ended
+    if ended * 16 < int64(live) or alive == 0:
+        return alive + ended if alive > 0 else 0
+    # List the gaps among the first `alive` lanes, and the live lanes beyond them.
+    gaps = 0
+    for k in range(uint64(alive)):  # no branch, so no misprediction
+        b.listed[gaps] = k
+        gaps += 1 if b.weight[k] == 0.0 else 0
+    movers = 0
+    for k in range(uint64(alive), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if b.weight[k] != 0.0 else 0
+    # Move all carried fields, four at a time.
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for f in range(0, table.count, TOGETHER):
+        r0, r1, r2, r3 = rows_of_fields(fields, f)
+        for j in range(gaps):
+            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
+            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+    return alive
+
+
+@lane_pass(MOVED)
+def part(b, table, first, live):
+    """Sort lanes: first those that fly on in a medium (hit 0), then those at a surface; drop ended lanes.
+
+    Sets `first` to the first lane at a surface (rounded down to a multiple of 8): the rest of the program
+    runs from there on. Returns the number of lanes kept.
+
+    Fields: reads `weight`, `hit`; updates `crossings`; writes `first`.
+    """
+    going, met = 0, 0
+    for k in range(live):
+        going += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
+        met += 1 if (b.weight[k] != 0.0) & (b.hit[k] != 0) else 0
+    b.first = going // 8 * 8
+    b.crossings -= going  # intersections.leave has counted these
+    if going + met == 0:
+        return 0
+    # Swap lanes at a surface among the first `going` with flying lanes beyond them.
+    gaps = 0
+    for k in range(uint64(going)):  # no branch, so no misprediction
+        b.listed[gaps] = k
+        gaps += 1 if (b.weight[k] == 0.0) | (b.hit[k] != 0) else 0
+    movers = 0
+    for k in range(uint64(going), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if (b.weight[k] != 0.0) & (b.hit[k] == 0) else 0
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for f in range(0, table.count, TOGETHER):
+        r0, r1, r2, r3 = rows_of_fields(fields, f)
+        for j in range(gaps):
+            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+            k0, k1, k2, k3 = words[r0 + here], words[r1 + here], words[r2 + here], words[r3 + here]
+            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
+            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+            words[r0 + there], words[r1 + there], words[r2 + there], words[r3 + there] = k0, k1, k2, k3
+    # Move lanes at a surface into the gaps of ended lanes.
+    end, gaps = going + met, 0
+    for k in range(uint64(going), uint64(end)):
+        b.listed[gaps] = k
+        gaps += 1 if b.weight[k] == 0.0 else 0
+    movers = 0
+    for k in range(uint64(end), uint64(live)):
+        b.movers[movers] = k
+        movers += 1 if b.weight[k] != 0.0 else 0
+    for f in range(0, table.count, TOGETHER):
+        r0, r1, r2, r3 = rows_of_fields(fields, f)
+        for j in range(gaps):
+            here, there = uint64(b.listed[j]), uint64(b.movers[j])
+            words[r0 + here], words[r1 + here] = words[r0 + there], words[r1 + there]
+            words[r2 + here], words[r3 + here] = words[r2 + there], words[r3 + there]
+    return end

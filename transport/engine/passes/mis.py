@@ -1,0 +1,141 @@
+"""Multiple importance sampling: weights of flights where next-event rays score too (Veach 1997).
+
+A lane keeps the point and the largest pdf of its last sampled direction. A crossing that a next-event ray
+could also have produced is scored with the complementary weight.
+"""
+
+import math
+
+import numpy as np
+from numba import uint64
+
+from transport.compile.layout import (
+    DIFFUSE,
+    GUARD,
+    HELD,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    NO_TABLE,
+    SHEET_SHIFT,
+    STANDING,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    TOLD,
+)
+from transport.engine.bundle import view
+from transport.engine.registry import lane_pass
+from transport.physics.connections import flights_share
+from transport.physics.directions import either
+
+
+@lane_pass(TOLD)
+def tell_births(b, table, first, live):
+    """Record the point and the largest pdf of the direction sampled at birth.
+
+    0 if no next-event ray was cast.
+
+    Fields: reads `x, y, z`; writes `told`, `ex, ey, ez`.
+    """
+    peak = table.peak
+    for k in range(first, live):
+        b.told[k], b.ex[k], b.ey[k], b.ez[k] = peak, b.x[k], b.y[k], b.z[k]
+    return live
+
+
+@lane_pass(TOLD)
+def tell_walls(b, table, first, live):
+    """Record the same at acting surfaces.
+
+    0 at mirrors, glass and lenses, whose directions no ray can sample.
+
+    Fields: reads `x, y, z`, `hit`; updates `told`, `ex, ey, ez`.
+    """
+    peak = table.peak
+    for k in range(first, live):
+        acts = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+        is_diffuse = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        now, before = peak if is_diffuse else 0.0, b.told[k]
+        b.told[k] = now if acts else before
+        b.ex[k], b.ey[k], b.ez[k] = either(acts, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+    return live
+
+
+@lane_pass(TOLD)
+def tell_collisions(b, table, first, live):
+    """Record the same at collisions.
+
+    Fields: reads `x, y, z`, `collides`; updates `told`, `ex, ey, ez`.
+    """
+    peak = table.peak
+    for k in range(first, live):
+        here, before = b.collides[k] != 0, b.told[k]
+        b.told[k] = peak if here else before
+        b.ex[k], b.ey[k], b.ez[k] = either(here, b.x[k], b.y[k], b.z[k], b.ex[k], b.ey[k], b.ez[k])
+    return live
+
+
+@lane_pass(NO_TABLE)
+def keep_weight(b, table, first, live):
+    """Save the full weight.
+
+    Fields: reads `weight`; writes `kept`.
+    """
+    for k in range(first, live):
+        b.kept[k] = b.weight[k]
+    return live
+
+
+@lane_pass(HELD)
+def hold_back(b, table, first, live):
+    """Multiply the weight by the MIS share of flights, at one detector that next-event rays score too.
+
+    Fields: reads `x, y, z`, `hit`, `told`, `ex, ey, ez`; updates `weight`.
+    """
+    cx, cy, cz, area, sheet = table.cx, table.cy, table.cz, table.area, table.sheet
+    is_pure, is_ball, passing = table.how == 1, table.how == 3, table.passing != 0
+    for k in range(first, live):
+        acts, peak, weight = ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0, b.told[k], b.weight[k]
+        px, py, pz = either(is_ball, cx, cy, cz, b.x[k], b.y[k], b.z[k])
+        rx, ry, rz = px - b.ex[k], py - b.ey[k], pz - b.ez[k]
+        share = 0.0 if is_pure else flights_share(rx * rx + ry * ry + rz * rz, area, peak)
+        here = ((b.hit[k] >> SHEET_SHIFT) == sheet) & (peak > 0.0) & (not (passing & acts))
+        b.weight[k] = weight * share if here else weight
+    return live
+
+
+@lane_pass(NO_TABLE)
+def give_back(b, table, first, live):
+    """Restore the full weight.
+
+    Fields: reads `kept`; writes `weight`.
+    """
+    for k in range(first, live):
+        b.weight[k] = b.kept[k]
+    return live
+
+
+@lane_pass(GUARD)
+def count_in_guard(b, table, first, live):
+    """Count flights through a ball around a detector that have no next-event ray, by sheet of origin.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `sheet`, `start`, `distance`, `told`; updates `score`.
+    """
+    cx, cy, cz, radius2, begin = table.cx, table.cy, table.cz, table.radius2, table.first
+    counts, n = view(b.sizes, table.cells, np.int64), 0
+    for k in range(first, live):
+        rx, ry, rz = cx - b.x[k], cy - b.y[k], cz - b.z[k]
+        # Closest point of the flight to the centre.
+        along = rx * b.ux[k] + ry * b.uy[k] + rz * b.uz[k]
+        along = b.start[k] if along < b.start[k] else along
+        along = b.distance[k] if along > b.distance[k] else along
+        dx, dy, dz = rx - along * b.ux[k], ry - along * b.uy[k], rz - along * b.uz[k]
+        is_told = (b.told[k] != 0.0) | (b.weight[k] == 0.0)
+        b.score[k] = math.inf if is_told else dx * dx + dy * dy + dz * dz
+    # List the flights within the ball, and count them by sheet.
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if b.score[k] <= radius2 else 0
+    for j in range(n):
+        k = uint64(b.listed[j])
+        counts[uint64(begin + (b.sheet[k] & STANDING))] += 1
+    return live

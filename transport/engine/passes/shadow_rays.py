@@ -1,0 +1,416 @@
+"""Next-event estimation for point detectors: shadow rays from births, flights and diffuse walls.
+
+Each pass computes, for every lane, the origin of its ray, its direction, and its unoccluded contribution (0:
+no ray). `list_shadows` selects rays with a contribution; the driver traces them before the next pass.
+"""
+
+import math
+
+import numpy as np
+from numba import int64, uint64
+
+from transport.compile.layout import (
+    CODE,
+    DIFFUSE,
+    GRID,
+    MATERIAL_MASK,
+    MATERIAL_SHIFT,
+    MEDIA,
+    NO_TABLE,
+    POINT,
+    POINT_EMISSION,
+    POINT_GLOW,
+    POINT_MIDDLE,
+    POINT_OCTAVES,
+    POINT_PHASE,
+    ROWS,
+    SLACK,
+    STANDING,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    WORD,
+)
+from transport.engine.bundle import LANES, Bundle, add_to_row, view
+from transport.engine.passes.detector_bins import cell
+from transport.engine.passes.volumes import slab
+from transport.engine.passes.voxels import cell_at, grid_depth
+from transport.engine.registry import lane_pass
+from transport.engine.tally import limbs
+from transport.physics.bits import bits_of, float_of
+from transport.physics.device import device
+from transport.physics.directions import sample_isotropic
+from transport.physics.elementary import exp_negative
+from transport.physics.sight import henyey_greenstein_density, rayleigh_density, sample_equiangular
+from transport.physics.streams import SHADOW, event_words, random_words, short_uniform, uniform
+
+NUMBER = uint64(24)  # bits of an event below the number of the point detector
+INVERSE_PI = 0.3183098861837907
+
+
+@device
+def towards(x, y, z, px, py, pz):
+    """Return unit direction and distance from one point to another; direction 0 if they coincide."""
+    dx, dy, dz = px - x, py - y, pz - z
+    r = math.sqrt(dx * dx + dy * dy + dz * dz)
+    s = 1.0 / r if r > 0.0 else 0.0
+    return dx * s, dy * s, dz * s, r
+
+
+@lane_pass(POINT_EMISSION)
+def cast_from_births(b, table, first, live):
+    """Cast a shadow ray from each birth: weight times intensity per weight [sr^-1] over squared distance.
+
+    Fields: reads `x, y, z`, `weight`, `sheet`, `nx, ny, nz`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`,
+    `score`, `density`, `stands`, `tally`.
+    """
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    isotropic, lambertian = table.isotropic, table.lambertian
+    for k in range(first, live):
+        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        cosine = vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k] if lambertian > 0.0 else 0.0
+        density = isotropic + lambertian * (cosine if cosine > 0.0 else 0.0)
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.score[k] = b.weight[k] * density / (r * r) if r > 0.0 else 0.0
+        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k], tally
+    return live
+
+
+@lane_pass(POINT_GLOW)
+def cast_from_box(b, table, first, live):
+    """Cast a shadow ray from a uniformly emitting box.
+
+    Samples an isotropic line through the point and a uniform place in the box on it: the factor 1/r^2 is
+    sampled rather than weighted.
+
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
+    """
+    px, py, pz = table.x, table.y, table.z
+    hx, hy, hz, scale, tally = table.hx, table.hy, table.hz, table.scale, table.first
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
+        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+        near_x, far_x = slab(ox, ux, hx)
+        near_y, far_y = slab(oy, uy, hy)
+        near_z, far_z = slab(oz, uz, hz)
+        # Chord of the box on this line, and a place on it.
+        near = max(0.0, max(near_x, max(near_y, near_z)))
+        far = min(far_x, min(far_y, far_z))
+        way = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * way if near < far else 1.0
+        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.score[k] = b.weight[k] * way * scale
+        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
+    return live
+
+
+@lane_pass(POINT_GLOW)
+def cast_from_sphere(b, table, first, live):
+    """The same for a ball; the chord is computed from its point nearest to the centre.
+
+    Fields: reads `weight`, `history`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `density`, `stands`,
+    `tally`.
+    """
+    px, py, pz, radius, scale, tally = table.x, table.y, table.z, table.hx, table.scale, table.first
+    ox, oy, oz = px - table.cx, py - table.cy, pz - table.cz
+    seed_low, seed_high, batch, event = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
+        ux, uy, uz = sample_isotropic(uniform(w0, w1), short_uniform(w2))
+        h = ox * ux + oy * uy + oz * uz
+        qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+        q = math.sqrt(qx * qx + qy * qy + qz * qz)
+        d = (radius - q) * (radius + q)
+        half = math.sqrt(d if d > 0.0 else 0.0)
+        near, far = max(0.0, -h - half), half - h
+        way = far - near if near < far else 0.0
+        s = near + short_uniform(w3) * way if near < far else 1.0
+        b.sx[k], b.sy[k], b.sz[k] = px + s * ux, py + s * uy, pz + s * uz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = -ux, -uy, -uz, s
+        b.score[k] = b.weight[k] * way * scale
+        b.density[k], b.stands[k], b.tally[k] = 1.0, 0, tally
+    return live
+
+
+@lane_pass(ROWS)
+def know_phase(b, table, first, live):
+    """Set the number of the phase function of the medium that a lane flies in; 0 if it does not fly.
+
+    Fields: reads `medium`, `flies`; writes `law`.
+    """
+    rows = view(table.rows, table.count, MEDIA)
+    for k in range(first, live):
+        b.law[k] = rows[b.medium[k]].phase if b.flies[k] != 0 else 0
+    return live
+
+
+@lane_pass(POINT)
+def cast_from_flights(b, table, first, live):
+    """Cast a ray from a scattering point sampled equiangularly on each flight (Kulla and Fajardo 2012).
+
+    No factor for survival to that point: the flight's length is itself sampled; only absorption along it is
+    weighted. In voxels the coefficient is not known yet: the score stays negative until `weigh_in_grid`.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `event`, `start`, `distance`, `medium`, `mfp`,
+    `sigma_a`, `survival`, `flies`, `law`; writes `sx, sy, sz`, `vx, vy, vz`, `gap`, `score`, `bent`,
+    `density`, `stands`, `tally`.
+    """
+    px, py, pz, tally, medium = table.x, table.y, table.z, table.first, table.medium
+    seed_low, seed_high, batch, number = b.seed_low, b.seed_high, b.batch, uint64(table.number) << NUMBER
+    for k in range(first, live):
+        event = uint64(b.event[k]) | number
+        w0, w1, _, _ = event_words(b.history[k], batch, event, SHADOW, seed_low, seed_high)
+        x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
+        rx, ry, rz = px - x, py - y, pz - z
+        # Foot of the perpendicular from the point on the ray, and its length.
+        foot = rx * ux + ry * uy + rz * uz
+        qx, qy, qz = rx - foot * ux, ry - foot * uy, rz - foot * uz
+        least = math.sqrt(qx * qx + qy * qy + qz * qz)
+        start, end, mfp = b.start[k] + SLACK, b.distance[k] - SLACK, b.mfp[k]
+        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0) & (b.law[k] != 0) & (b.medium[k] != medium)
+        flies &= (start < end) & (end < math.inf)
+        # Sample the place; `inverse` is one over (pdf times r^2).
+        place, inverse = sample_equiangular(
+            least, start - foot, (end if flies else start) - foot, uniform(w0, w1)
+        )
+        t = foot + place
+        sx, sy, sz = x + t * ux, y + t * uy, z + t * uz
+        vx, vy, vz, r = towards(sx, sy, sz, px, py, pz)
+        sigma_s = b.survival[k] / mfp if mfp < math.inf else -1.0
+        score = b.weight[k] * exp_negative(-b.sigma_a[k] * (t - b.start[k])) * sigma_s * inverse
+        b.sx[k], b.sy[k], b.sz[k] = sx, sy, sz
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.bent[k] = ux * vx + uy * vy + uz * vz
+        b.score[k] = score if flies else 0.0
+        b.density[k], b.stands[k], b.tally[k] = 0.0, 0, tally
+    return live
+
+
+@lane_pass(POINT)
+def cast_from_walls(b, table, first, live):
+    """Cast a shadow ray from diffuse walls: weight reflected or transmitted times cosine/(pi r^2).
+
+    Fields: reads `x, y, z`, `weight`, `sheet`, `hit`, `nx, ny, nz`, `mu`; writes `sx, sy, sz`, `vx, vy, vz`,
+    `gap`, `score`, `density`, `stands`, `tally`.
+    """
+    px, py, pz, tally = table.x, table.y, table.z, table.first
+    for k in range(first, live):
+        vx, vy, vz, r = towards(b.x[k], b.y[k], b.z[k], px, py, pz)
+        side = 1.0 if b.mu[k] > 0.0 else -1.0
+        cosine = side * (vx * b.nx[k] + vy * b.ny[k] + vz * b.nz[k])
+        here = ((b.hit[k] >> MATERIAL_SHIFT) & MATERIAL_MASK) == DIFFUSE
+        b.sx[k], b.sy[k], b.sz[k] = b.x[k], b.y[k], b.z[k]
+        b.vx[k], b.vy[k], b.vz[k], b.gap[k] = vx, vy, vz, r
+        b.score[k] = b.weight[k] * INVERSE_PI * cosine / (r * r) if here & (cosine > 0.0) & (r > 0.0) else 0.0
+        b.density[k], b.stands[k], b.tally[k] = 1.0, b.sheet[k] & STANDING, tally
+    return live
+
+
+@lane_pass(CODE)
+def list_shadows(b, table, first, live):
+    """List the lanes whose rays contribute, and set their `leg` to the table's code.
+
+    The score becomes score times pdf.
+
+    Fields: reads `density`; updates `score`; writes `leg`, `cast`, `taken`.
+    """
+    cast, leg = 0, table.code
+    for k in range(first, live):  # no branch, so no misprediction
+        score = b.score[k] * b.density[k]
+        b.score[k], b.leg[k] = score, leg
+        b.listed[cast] = k
+        cast += 1 if score > 0.0 else 0
+    b.cast, b.taken = cast, 0
+    return live
+
+
+# ---- Scattering towards a point: coefficients in voxels, and pdfs of phase functions.
+#
+# `law` is the number of a lane's phase function, `bent` the cosine of its scattering angle; the pdfs of a
+# mixture's parts add up in `density`.
+
+NEUTRAL = 0.07957747154594767  # 1 / 4 pi
+
+
+@lane_pass(GRID)
+def weigh_in_grid(b, table, first, live):
+    """Multiply the score by the scattering coefficient of the voxel where a shadow ray begins.
+
+    Only scores that still lack it, which are negative.
+
+    Fields: reads `medium`, `sx, sy, sz`; updates `score`.
+    """
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.score[k] < 0.0) & (b.medium[k] == table.medium):
+            i = cell_at((b.sx[k] - table.cx) * table.per_x, table.nx)
+            j = cell_at((b.sy[k] - table.cy) * table.per_y, table.ny)
+            m = cell_at((b.sz[k] - table.cz) * table.per_z, table.nz)
+            voxel = int64(i * table.scattering_x + j * table.scattering_y + m * table.scattering_z)
+            b.score[k] *= -scattering[voxel] * table.length
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_isotropically(b, table, first, live):
+    """Add the pdf of isotropic scattering, share/(4 pi) [sr^-1].
+
+    Fields: reads `law`; updates `density`.
+    """
+    number, density = table.number, table.share * NEUTRAL
+    for k in range(first, live):
+        b.density[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_henyey_greenstein(b, table, first, live):
+    """Add the pdf of the phase function of Henyey and Greenstein [sr^-1].
+
+    Fields: reads `bent`, `law`; updates `density`.
+    """
+    number, share, g = table.number, table.share, table.g
+    for k in range(first, live):
+        density = share * henyey_greenstein_density(g, b.bent[k])
+        b.density[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_rayleigh(b, table, first, live):
+    """Add the pdf of Rayleigh's phase function [sr^-1].
+
+    Fields: reads `bent`, `law`; updates `density`.
+    """
+    number, share = table.number, table.share
+    for k in range(first, live):
+        density = share * rayleigh_density(b.bent[k])
+        b.density[k] += density if b.law[k] == number else 0.0
+    return live
+
+
+@lane_pass(POINT_PHASE)
+def weigh_by_table(b, table, first, live):
+    """Add the pdf of a tabulated phase function, linear in the cosine between its points [sr^-1].
+
+    Fields: reads `score`, `bent`, `law`; updates `density`.
+    """
+    count = table.cells + 1
+    cosines, values = view(table.cosines, count, np.float64), view(table.values, count, np.float64)
+    for k in range(first, live):
+        if (b.law[k] == table.number) & (b.score[k] != 0.0):
+            mu = min(1.0, max(-1.0, b.bent[k]))
+            j = cell(mu, table.cells, table.cosines)
+            part = (mu - cosines[j]) / (cosines[j + 1] - cosines[j])
+            b.density[k] += table.share * (values[j] + part * (values[j + 1] - values[j]))
+    return live
+
+
+# ---- Tracing of shadow rays, in a bundle of their own: attenuated by media, stopped by acting surfaces, scored.
+#
+# They use the passes of flights for all shapes and media. Rays wait until the bundle is full, so its passes
+# work on full vectors; their order does not matter, because sums are of integers.
+
+WORDS = Bundle.itemsize // 8
+WEIGHT = Bundle.fields["weight"][1] // 8
+LARGEST = 2.0**250  # bound of a score; only a beam through the very point exceeds it
+# Contribution to driver.MOST_SCORED: bounds what one score adds to a row, like 2^28 for a volume score.
+A_SCORE = 1 << 30
+
+
+@lane_pass(ROWS)
+def take_shadows(b, table, first, live):
+    """Move listed rays into idle lanes of the shadow bundle; returns the number of rays under way there.
+
+    Called with the bundle that casts; `table` maps words of its lanes to words of the shadow bundle.
+
+    Fields: updates `cast`, `taken`.
+    """
+    moves = view(table.rows, table.count, WORD)
+    here, there = view(b.address, WORDS, np.int64), view(b.shadow, WORDS, np.int64)
+    taken, cast, flying = b.taken, b.cast, 0
+    for lane in range(LANES):
+        if there[WEIGHT + lane] != 0:
+            flying += 1
+        elif taken < cast:
+            k = b.listed[taken]
+            for m in range(table.count):
+                source = moves[m].source
+                there[moves[m].target + lane] = here[source + k] if source >= 0 else 0
+            taken += 1
+            flying += 1
+    b.taken = taken
+    b.cast = cast if taken < cast else 0
+    return flying
+
+
+@lane_pass(NO_TABLE)
+def look_for_point(b, table, first, live):
+    """Set the distance of each ray to that of its point, with no hit; 0 in idle lanes.
+
+    Fields: reads `weight`, `gap`; writes `distance`, `hit`.
+    """
+    for k in range(first, live):
+        b.distance[k] = b.gap[k] if b.weight[k] != 0.0 else 0.0
+        b.hit[k] = 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def dim(b, table, first, live):
+    """Multiply by the transmittance of the medium, exp(-(absorption + scattering) path).
+
+    Fields: reads `start`, `distance`, `mfp`, `sigma_a`; updates `weight`.
+    """
+    for k in range(first, live):
+        depth = (b.sigma_a[k] + 1.0 / b.mfp[k]) * (b.distance[k] - b.start[k])
+        b.weight[k] *= exp_negative(-depth)
+    return live
+
+
+@lane_pass(GRID)
+def dim_in_grid(b, table, first, live):
+    """The same in voxels, with the exact optical depth.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `distance`, `medium`; updates `weight`.
+    """
+    absorption = view(table.absorption, table.absorption_count, np.float64)
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.weight[k] != 0.0) & (b.medium[k] == table.medium):
+            x, y, z, ux, uy, uz = b.x[k], b.y[k], b.z[k], b.ux[k], b.uy[k], b.uz[k]
+            start, end = b.start[k], b.distance[k]
+            depth = grid_depth(table, absorption, scattering, x, y, z, ux, uy, uz, start, end)
+            b.weight[k] *= exp_negative(-depth)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def arrive(b, table, first, live):
+    """Score rays that reached their point unoccluded, and end them; acting surfaces end rays too.
+
+    Rows hold scores by octaves (POINT_OCTAVES), each scaled to its row.
+
+    Fields: reads `hit`, `tally`, `leg`; updates `weight`, `scored`.
+    """
+    arrived = 0
+    for k in range(first, live):  # no branch, so no misprediction
+        b.listed[arrived] = k
+        arrived += 1 if (b.hit[k] == 0) & (b.weight[k] != 0.0) & (b.leg[k] == 0) else 0
+    for item in range(arrived):
+        k = b.listed[item]
+        score = min(b.weight[k], LARGEST)
+        row = ((bits_of(score) >> 52) - 1023) // POINT_OCTAVES
+        scale = float_of((1023 - POINT_OCTAVES * (row + 1)) << 52)
+        high, low = limbs(score * scale)
+        add_to_row(b.tallies + 32 * (b.tally[k] + POINT_MIDDLE + row), high, low, 1, 0)
+    b.scored += arrived * A_SCORE
+    for k in range(first, live):
+        stopped = (b.hit[k] == 0) & (b.leg[k] == 0)
+        stopped |= ((b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK) != 0
+        b.weight[k] = 0.0 if stopped else b.weight[k]
+    return live

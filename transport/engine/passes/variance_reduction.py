@@ -1,0 +1,396 @@
+"""Splitting and Russian roulette by importance, for deep penetration.
+
+The wanted weight is birth weight over importance; within a factor of two of it nothing is done. Flights in
+media are cut at stations so close that importance at most doubles between them: particles that penetrate
+deeply without a collision are split on the way.
+"""
+
+import math
+
+import numpy as np
+from numba import int64, uint64
+
+from transport.compile.layout import IMPORTANCE, MOVED, NO_TABLE, ROULETTE, ROULETTE_LAW, SLACK
+from transport.engine.bundle import CARRIED, CARRIED_WORDS, PITCH, view
+from transport.engine.passes.collisions import takes_off
+from transport.engine.passes.lanes import FIELDS
+from transport.engine.registry import lane_pass
+from transport.engine.tally import enter, limbs
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+from transport.physics.elementary import exp_negative
+from transport.physics.paths import depth_before, free_flight, survived
+from transport.physics.streams import WEIGH, event_words, uniform
+
+DOUBLE = 0.6931471805599453
+MOST_COPIES = 64.0  # per splitting; the rest follows at the next
+
+
+@device
+def rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most):
+    """Return the logarithm of importance at a point.
+
+    It is linear along the axis from its start to its end, and constant beyond.
+    """
+    return min(max((x - cx) * kx + (y - cy) * ky + (z - cz) * kz, 0.0), most)
+
+
+@device
+def wanted_at(x, y, z, birth, cx, cy, cz, kx, ky, kz, most):
+    """Return the wanted weight at a point: birth * exp(-rise), at most 1 (the largest birth weight)."""
+    return min(birth * exp_negative(-rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)), 1.0)
+
+
+@lane_pass(IMPORTANCE)
+def begin_where_important(b, table, first, live):
+    """Set the reference weight `birth` so that a newborn history has the wanted weight at its birthplace.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `start`; writes `birth`.
+    """
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    for k in range(first, live):
+        start = b.start[k] if b.start[k] < 0.0 else 0.0  # an aimed particle, whose x is its target
+        x, y, z = b.x[k] + start * b.ux[k], b.y[k] + start * b.uy[k], b.z[k] + start * b.uz[k]
+        rise = rise_at(x, y, z, cx, cy, cz, kx, ky, kz, most)
+        b.birth[k] = b.weight[k] / exp_negative(-rise)
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def cut_flight(b, table, first, live):
+    """Cut a flight in a medium at the station where importance has doubled, unless it ends before.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `mfp`, `sigma_a`, `flies`; updates `distance`; writes
+    `cut`.
+    """
+    has_grids = table.has_grids != 0
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    for k in range(first, live):
+        slope = b.ux[k] * kx + b.uy[k] * ky + b.uz[k] * kz
+        rise = (b.x[k] - cx) * kx + (b.y[k] - cy) * ky + (b.z[k] - cz) * kz + b.start[k] * slope
+        doubled = max(rise, 0.0) + DOUBLE
+        end = b.start[k] + ((doubled - rise) / slope + 2.0 * SLACK)
+        cuts = (b.flies[k] != 0) & (slope > 0.0) & (doubled < most) & (end < b.distance[k])
+        cuts &= (b.mfp[k] < math.inf) | (b.sigma_a[k] > 0.0) | has_grids
+        b.distance[k] = end if cuts else b.distance[k]
+        b.cut[k] = 1 if cuts else 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def pause_at_station(b, table, first, live):
+    """Revoke the collision of lanes that were cut at a station.
+
+    Mark collisions and stations for weighting.
+
+    Fields: updates `cut`, `collides`, `collisions`.
+    """
+    paused = 0
+    for k in range(first, live):
+        pauses = (b.cut[k] != 0) & (b.collides[k] != 0)
+        b.cut[k] = 1 if pauses | (b.collides[k] != 0) else 0  # ended within a medium: to be weighted
+        b.collides[k] = 0 if pauses else b.collides[k]
+        paused += 1 if pauses else 0
+    b.collisions -= paused
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def weigh_by_importance(b, table, first, live):
+    """Split lanes that are too heavy for their place; play Russian roulette with those that are too light.
+
+    The ledger takes the weight killed less the weight gained.
+
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `cut`; updates `weight`; writes `copies`.
+    """
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    total_high, total_low = 0, 0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        wanted = wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
+        w, weighed = b.weight[k], (b.cut[k] != 0) & (b.weight[k] != 0.0)
+        ratio = w / wanted
+        count = math.floor(ratio) if ratio < MOST_COPIES else MOST_COPIES
+        count = count if count > 1.0 else 1.0
+        dies_or_rises, splits = weighed & (ratio < 0.5), weighed & (ratio >= 2.0)
+        new = w / count if splits else w
+        left, _ = survived(w, wanted, uniform(w0, w1))
+        new = left if dies_or_rises else new
+        b.copies[k] = int64(count) - 1 if splits else 0
+        high, low = limbs(w)
+        new_high, new_low = limbs(new)
+        many = int64(count) if splits else 1
+        total_high += high - many * new_high
+        total_low += low - many * new_low
+        b.weight[k] = new
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+# ---- Particle bank: copies from splitting and forced collisions wait until lanes are free.
+#
+# A copy draws random numbers of its own: its history number is a hash of its parent's number, event and index
+# among the copies, 55 bits and a mark, so that two of 10^6 copies in a batch coincide with probability 1e-5.
+# Results do not depend on when a copy is taken up.
+
+ROOM = 1 << 16  # capacity of a bank in copies
+HISTORY, WEIGHT, BIRTH, AHEAD = (
+    [name for name, _ in CARRIED].index(name) for name in ("history", "weight", "birth", "ahead")
+)
+FORCED = 1 << 20  # index of a copy whose collision is forced, beyond those of splitting
+MARK, LOWER = 1 << 55, (1 << 55) - 1
+
+
+@device
+def number_of_copy(history, event, place):
+    """Return the history number of a copy: a hash with bit 55 set, which no born history has.
+
+    The mixing is that of SplitMix64 (Steele, Lea, Flood 2014).
+    """
+    z = uint64(history) + uint64(0x9E3779B97F4A7C15) * uint64(event + 1)
+    z = (z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9) + uint64(place)
+    z = (z ^ (z >> uint64(27))) * uint64(0x94D049BB133111EB)
+    z = (z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9)
+    return int64((z ^ (z >> uint64(31))) & uint64(LOWER)) | int64(MARK)
+
+
+@device
+def listed_with_copies(b, first, live):
+    """List the lanes with copies to bank; returns their number.
+
+    Fields: reads `copies`.
+    """
+    n = 0
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if b.copies[k] > 0 else 0
+    return n
+
+
+@device
+def laid_down(b, fields, words, count, k, place):
+    """Write a copy of lane k into the bank and return its row.
+
+    A full bank sets `overfull` and reuses the first row.
+
+    Fields: reads `history`, `event`; updates `banked`, `overfull`.
+    """
+    b.overfull |= 1 if b.banked >= b.bank_room else 0
+    row = view(b.bank + (0 if b.overfull != 0 else 8 * FIELDS * b.banked), FIELDS, np.int64)
+    for f in range(count):
+        row[fields[f]] = words[CARRIED_WORDS + fields[f] * PITCH + k]
+    row[HISTORY] = number_of_copy(b.history[k], b.event[k], place)
+    b.banked += 1 if b.overfull == 0 else 0
+    return row
+
+
+@lane_pass(MOVED)
+def deposit(b, table, first, live):
+    """Put `copies` copies of each lane into the bank.
+
+    Fields: reads `history`, `event`; updates `copies`, `banked`, `overfull`.
+    """
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for j in range(listed_with_copies(b, first, live)):
+        k = b.listed[j]
+        for place in range(b.copies[k]):
+            laid_down(b, fields, words, table.count, k, place)
+        b.copies[k] = 0
+    return live
+
+
+@lane_pass(MOVED)
+def deposit_forced(b, table, first, live):
+    """Put the copies of force_collision into the bank, with a weight and a path of their own.
+
+    Fields: reads `weight`, `birth`, `history`, `event`, `caught`, `path`; updates `copies`, `banked`,
+    `overfull`.
+    """
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for j in range(listed_with_copies(b, first, live)):
+        k = b.listed[j]
+        row = laid_down(b, fields, words, table.count, k, FORCED)
+        caught = b.caught[k]
+        # Roulette treats the copy like the undivided particle.
+        birth = caught * (b.birth[k] / (b.weight[k] + caught))
+        row[WEIGHT], row[BIRTH], row[AHEAD] = bits_of(caught), bits_of(birth), bits_of(b.path[k])
+        b.copies[k] = 0
+    return live
+
+
+@lane_pass(MOVED)
+def withdraw(b, table, first, live):
+    """Fill free lanes with copies from the bank.
+
+    Fields: updates `banked`.
+    """
+    fields = view(table.fields, table.count, np.int64)
+    words = view(b.address, CARRIED_WORDS + FIELDS * PITCH, np.int64)
+    for k in range(first, live):
+        b.banked -= 1
+        row = view(b.bank + 8 * FIELDS * b.banked, FIELDS, np.int64)
+        for f in range(table.count):
+            words[CARRIED_WORDS + fields[f] * PITCH + k] = row[fields[f]]
+    return live
+
+
+# ---- Forced first collisions, for thin media: until its first, each flight makes a copy that collides.
+#
+# On a flight of optical depth tau, weight w exp(-tau) continues uncollided to the surface ahead, and w (1 -
+# exp(-tau)) flies as a copy, with its own birth weight, to a collision before it, at depth -ln(1 - u (1 -
+# exp(-tau))).
+
+FRESH, FREE = -1.0, 0.0  # to be forced, not to be forced; a positive number: path of a forced copy
+
+
+@lane_pass(NO_TABLE)
+def begin_fresh(b, table, first, live):
+    """Mark newborn lanes as not yet collided.
+
+    Fields: writes `ahead`.
+    """
+    for k in range(first, live):
+        b.ahead[k] = FRESH
+    return live
+
+
+@lane_pass(NO_TABLE)
+def fly_or_be_forced(b, table, first, live):
+    """Sample a free path like collisions.fly.
+
+    Fresh lanes fly to the surface ahead, forced copies have their path.
+
+    Fields: reads `weight`, `history`, `start`, `hit`, `mfp`; updates `event`, `distance`, `ahead`; writes
+    `u0`, `u1`, `depth`, `flies`.
+    """
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        depth, b.u0[k], b.u1[k] = free_flight(b.history[k], batch, b.event[k], seed_low, seed_high)
+        flies, ahead = takes_off(b.hit[k], b.distance[k], b.weight[k]), b.ahead[k]
+        path = ahead if ahead > 0.0 else depth * b.mfp[k]
+        path = math.inf if ahead == FRESH else path
+        b.distance[k] = b.start[k] + (path + 2.0 * SLACK) if flies else b.distance[k]
+        b.ahead[k] = FREE if flies & (ahead > 0.0) else ahead
+        b.depth[k] = depth
+        b.event[k] += 1 if flies else 0
+        b.flies[k] = 1 if flies else 0
+    return live
+
+
+@lane_pass(NO_TABLE)
+def force_collision(b, table, first, live):
+    """Divide fresh lanes into the uncollided part and a copy that collides before the surface ahead.
+
+    Without a surface ahead, the lane collides as sampled.
+
+    Fields: reads `start`, `depth`, `mfp`, `flies`; updates `weight`, `distance`, `ahead`; writes `caught`,
+    `path`, `copies`.
+    """
+    total_high, total_low = 0, 0
+    for k in range(first, live):
+        fresh = (b.flies[k] != 0) & (b.ahead[k] == FRESH) & (b.mfp[k] < math.inf)
+        w, mfp = b.weight[k], b.mfp[k]
+        way = b.distance[k] - b.start[k]
+        ends = way < math.inf
+        tau = way / mfp if fresh & ends else 1.0
+        # Depth of the forced collision, and minus the collision probability.
+        depth, share = depth_before(tau, b.depth[k])  # share < 0
+        path = depth * mfp
+        forced = fresh & ends
+        high, low = limbs(w)
+        caught, rest = -w * share, w + w * share
+        caught_high, caught_low = limbs(caught)
+        rest_high, rest_low = limbs(rest)
+        total_high += high - caught_high - rest_high if forced else 0
+        total_low += low - caught_low - rest_low if forced else 0
+        b.caught[k] = caught if forced & (caught > 0.0) else 0.0
+        b.path[k] = path
+        b.copies[k] = 1 if forced & (caught > 0.0) else 0
+        b.weight[k] = rest if forced else w
+        far = fresh & (not ends)
+        b.distance[k] = b.start[k] + (b.depth[k] * mfp + 2.0 * SLACK) if far else b.distance[k]
+        b.ahead[k] = FREE if far else b.ahead[k]
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+# ---- Russian roulette at walls and at collisions: light histories are killed or restored to weight, unbiased.
+#
+# A weight is light relative to the history's birth weight, or to the one wanted by importance, so the unit of
+# power does not matter. The ledger takes the weight killed less the weight gained: expectation 0.
+
+LIGHT = 0.5  # share of the wanted weight, where importance gives one
+
+
+@device
+def played(is_light, weight, wanted, u):
+    """Return (weight, uniform, high limb, low limb) after Russian roulette, played only if is_light.
+
+    The uniform is a fresh one in place of u, the limbs are those of the loss.
+    """
+    left, fresh = survived(weight, wanted, u)
+    new = left if is_light else weight
+    high, low = limbs(weight)
+    new_high, new_low = limbs(new)
+    return new, fresh if is_light else u, high - new_high, low - new_low
+
+
+@lane_pass(ROULETTE_LAW)
+def play_roulette(b, table, first, live):
+    """Play Russian roulette at walls, below a share `threshold` of the birth weight.
+
+    Survivors have share `level`.
+
+    Fields: reads `birth`, `hit`, `u2`; updates `weight`.
+    """
+    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
+    for k in range(first, live):
+        w, birth = b.weight[k], b.birth[k]
+        is_light = (w < threshold * birth) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = played(is_light, w, level * birth, b.u2[k])
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+@lane_pass(IMPORTANCE)
+def play_roulette_by_importance(b, table, first, live):
+    """Play Russian roulette at walls, below half the weight wanted there, which survivors have.
+
+    Fields: reads `x, y, z`, `birth`, `history`, `event`, `hit`; updates `weight`.
+    """
+    total_high, total_low = 0, 0
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    cx, cy, cz, kx, ky, kz, most = table.cx, table.cy, table.cz, table.kx, table.ky, table.kz, table.most
+    for k in range(first, live):
+        w0, w1, _, _ = event_words(b.history[k], batch, b.event[k], WEIGH, seed_low, seed_high)
+        w, wanted = b.weight[k], wanted_at(b.x[k], b.y[k], b.z[k], b.birth[k], cx, cy, cz, kx, ky, kz, most)
+        is_light = (w < LIGHT * wanted) & (w > 0.0) & (b.hit[k] != 0)
+        b.weight[k], _, high, low = played(is_light, w, wanted, uniform(w0, w1))
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live
+
+
+@lane_pass(ROULETTE_LAW)
+def play_roulette_in_flight(b, table, first, live):
+    """Play Russian roulette at collisions, below a share `threshold` of the birth weight.
+
+    Fields: reads `birth`; updates `weight`, `u0`, `collides`.
+    """
+    total_high, total_low, threshold, level = 0, 0, table.threshold, table.level
+    for k in range(first, live):
+        w, birth = b.weight[k], b.birth[k]
+        is_light = (b.collides[k] != 0) & (w < threshold * birth)
+        new, b.u0[k], high, low = played(is_light, w, level * birth, b.u0[k])
+        b.weight[k] = new
+        b.collides[k] = 0 if new == 0.0 else b.collides[k]
+        total_high += high
+        total_low += low
+    enter(b, ROULETTE, total_high, total_low)
+    return live

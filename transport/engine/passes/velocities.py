@@ -1,0 +1,287 @@
+"""Speeds: sampled at birth, shifted by a drift, resampled at thermal walls.
+
+Only where speeds differ or are scored.
+"""
+
+import numpy as np
+
+from transport.compile.layout import (
+    CELL_TERMS,
+    CLOCK,
+    DRIFTING,
+    IN_FLIGHT,
+    MEDIA,
+    MEDIA_CLOCK,
+    MOMENT,
+    NO_TABLE,
+    OCTAVE,
+    QUANTILES,
+    ROWS,
+    SURFACE,
+    SURFACE_MASK,
+    SURFACE_SHIFT,
+    VELOCITY,
+)
+from transport.engine.bundle import view
+from transport.engine.registry import lane_pass
+from transport.engine.tally import enter, limbs
+from transport.physics.device import device
+from transport.physics.quantiles import cell_place, cell_value, octave_of, polynomial
+from transport.physics.streams import CLOCK as CLOCK_DRAW
+from transport.physics.streams import SPEED, random_words, uniform
+from transport.physics.velocities import sample_normal_pair, speed_and_direction
+
+
+@device
+def cell_of(octaves, u):
+    """Return the offset of the coefficients of a probability's cell, and the coordinate in the cell."""
+    octave, mantissa = octave_of(u)
+    cells = octaves[octave].cells
+    cell, t = cell_place(mantissa, cells >> 32)
+    return CELL_TERMS * ((cells & 0xFFFFFFFF) + cell), t
+
+
+@device
+def quantile(octaves, cells, u):
+    """Return the speed at cumulative probability u (inverse CDF)."""
+    k, t = cell_of(octaves, u)
+    c0, c1, c2, c3, c4, c5 = cells[k], cells[k + 1], cells[k + 2], cells[k + 3], cells[k + 4], cells[k + 5]
+    return cell_value(c0, c1, c2, c3, c4, c5, cells[k + 6], t)
+
+
+@lane_pass(VELOCITY)
+def take_speed(b, table, first, live):
+    """Set one speed for all particles of this emitter.
+
+    Fields: writes `speed`.
+    """
+    speed = table.vx
+    for k in range(first, live):
+        b.speed[k] = speed
+    return live
+
+
+@lane_pass(NO_TABLE)
+def draw_speed(b, table, first, live):
+    """Draw the uniform (u0) from which a speed is computed.
+
+    Fields: reads `history`; writes `u0`.
+    """
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
+        b.u0[k] = uniform(w0, w1)
+    return live
+
+
+@lane_pass(QUANTILES)
+def take_quantile(b, table, first, live):
+    """Set the speed at cumulative probability u0, for a smooth distribution.
+
+    Fields: reads `u0`; writes `speed`.
+    """
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    for k in range(first, live):
+        c, t = cell_of(octaves, b.u0[k])
+        c0, c1, c2, c3, c4, c5 = (
+            cells[c],
+            cells[c + 1],
+            cells[c + 2],
+            cells[c + 3],
+            cells[c + 4],
+            cells[c + 5],
+        )
+        b.speed[k] = polynomial(c0, c1, c2, c3, c4, c5, t)
+    return live
+
+
+@lane_pass(QUANTILES)
+def take_stepped_quantile(b, table, first, live):
+    """Set the speed at cumulative probability u0, for any distribution.
+
+    Fields: reads `u0`; writes `speed`.
+    """
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    for k in range(first, live):
+        b.speed[k] = quantile(octaves, cells, b.u0[k])
+    return live
+
+
+@lane_pass(VELOCITY)
+def add_drift(b, table, first, live):
+    """Add a drift to the velocity; a negative speed reverses the direction, a particle at rest keeps it.
+
+    Fields: updates `ux, uy, uz`, `speed`.
+    """
+    dx, dy, dz = table.vx, table.vy, table.vz
+    for k in range(first, live):
+        v, ux, uy, uz = b.speed[k], b.ux[k], b.uy[k], b.uz[k]
+        vx, vy, vz = v * ux + dx, v * uy + dy, v * uz + dz
+        b.speed[k], b.ux[k], b.uy[k], b.uz[k] = speed_and_direction(vx, vy, vz, ux, uy, uz)
+    return live
+
+
+@lane_pass(DRIFTING)
+def emit_from_drifting_gas(b, table, first, live):
+    """Sample the velocity of effusion from a drifting Maxwellian.
+
+    The normal component is sampled by its inverse CDF, the tangential ones are Gaussian about the drift.
+
+    Fields: reads `history`; writes `ux, uy, uz`, `speed`.
+    """
+    octaves = view(table.octaves, table.octave_count, OCTAVE)
+    cells = view(table.cells, table.cell_count * CELL_TERMS, np.float64)
+    side, sigma, drift_u, drift_v = table.side, table.sigma, table.drift_u, table.drift_v
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, SPEED, seed_low, seed_high)
+        d0, d1, d2, d3 = random_words(b.history[k], batch, 1, SPEED, seed_low, seed_high)
+        p, q = sample_normal_pair(uniform(d0, d1), uniform(d2, d3))
+        vn, vu, vv = (
+            side * quantile(octaves, cells, uniform(w0, w1)),
+            sigma * p + drift_u,
+            sigma * q + drift_v,
+        )
+        vx = vu * table.eux + vv * table.evx + vn * table.nx
+        vy = vu * table.euy + vv * table.evy + vn * table.ny
+        vz = vu * table.euz + vv * table.evz + vn * table.nz
+        b.speed[k], b.ux[k], b.uy[k], b.uz[k] = speed_and_direction(vx, vy, vz, 0.0, 0.0, 0.0)
+    return live
+
+
+@lane_pass(ROWS)
+def take_wall_speed(b, table, first, live):
+    """Set a speed sampled from the thermal wall that reflected the particle.
+
+    Fields: reads `weight`, `hit`, `u4`; writes `speed`.
+    """
+    surfaces = view(table.rows, table.count, SURFACE)
+    for k in range(first, live):
+        at = surfaces[(b.hit[k] >> SURFACE_SHIFT) & SURFACE_MASK].quantiles
+        if at != 0 and b.weight[k] != 0.0:
+            row = view(at, 1, QUANTILES)[0]
+            octaves = view(row.octaves, row.octave_count, OCTAVE)
+            cells = view(row.cells, row.cell_count * CELL_TERMS, np.float64)
+            b.speed[k] = quantile(octaves, cells, b.u4[k])
+    return live
+
+
+# ---- The clock: time of birth, time of arrival, end of the clock. Only in scenes with a duration.
+#
+# Times are in durations. A flight lasts from `time` to `arrival`, and the next begins at that very number, so
+# an instant belongs to exactly one flight of each history and each particle is scored once per instant.
+
+
+@lane_pass(MOMENT)
+def start_at(b, table, first, live):
+    """Set one time of birth for all.
+
+    Fields: writes `time`.
+    """
+    start = table.start
+    for k in range(first, live):
+        b.time[k] = start
+    return live
+
+
+@lane_pass(MOMENT)
+def start_within(b, table, first, live):
+    """Sample a time of birth uniformly in an interval: a steady source, or a pulse of constant power.
+
+    Fields: reads `history`; writes `time`.
+    """
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, _, _ = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        b.time[k] = start + uniform(w0, w1) * width
+    return live
+
+
+@lane_pass(MOMENT)
+def start_within_and_draw(b, table, first, live):
+    """The same, and keep in u0 the uniform for a speed from the same random block.
+
+    Fields: reads `history`; writes `time`, `u0`.
+    """
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        b.time[k], b.u0[k] = start + uniform(w0, w1) * width, uniform(w2, w3)
+    return live
+
+
+@lane_pass(MOMENT)
+def start_about(b, table, first, live):
+    """Sample a time of birth from a Gaussian pulse; width: its standard deviation.
+
+    Fields: reads `history`; writes `time`.
+    """
+    start, width = table.start, table.width
+    seed_low, seed_high, batch = b.seed_low, b.seed_high, b.batch
+    for k in range(first, live):
+        w0, w1, w2, w3 = random_words(b.history[k], batch, 0, CLOCK_DRAW, seed_low, seed_high)
+        deviation, _ = sample_normal_pair(uniform(w0, w1), uniform(w2, w3))
+        b.time[k] = start + width * deviation
+    return live
+
+
+@lane_pass(CLOCK)
+def time_arrival(b, table, first, live):
+    """Set the time at the end of the flight, for one common speed; infinite without a surface ahead.
+
+    Fields: reads `start`, `distance`, `time`; writes `arrival`.
+    """
+    slowness = table.slowness
+    for k in range(first, live):
+        b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) * slowness
+    return live
+
+
+@lane_pass(NO_TABLE)
+def time_arrival_by_speed(b, table, first, live):
+    """The same with the particle's own speed; infinite at rest.
+
+    Fields: reads `start`, `distance`, `time`, `speed`; writes `arrival`.
+    """
+    for k in range(first, live):
+        b.arrival[k] = b.time[k] + (b.distance[k] - b.start[k]) / b.speed[k]
+    return live
+
+
+@lane_pass(MEDIA_CLOCK)
+def time_arrival_in_media(b, table, first, live):
+    """The same in media, where light slows down by the refractive index; lanes that wait keep their time.
+
+    Fields: reads `start`, `distance`, `time`, `speed`, `medium`, `flies`; writes `arrival`.
+    """
+    rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
+    for k in range(first, live):
+        pace = rows[b.medium[k]].index * slowness
+        pace = 1.0 / b.speed[k] if has_speeds else pace
+        way = b.distance[k] - b.start[k]
+        b.arrival[k] = b.time[k] + (way * pace if b.flies[k] != 0 else 0.0)
+    return live
+
+
+@lane_pass(CLOCK)
+def stop_clock(b, table, first, live):
+    """End particles whose flight outlasts the clock, as in flight; advance the time of the others.
+
+    Fields: reads `arrival`; updates `weight`, `hit`; writes `time`.
+    """
+    high, low, duration = 0, 0, table.duration
+    for k in range(first, live):
+        arrival = b.arrival[k]
+        late = arrival > duration
+        w_high, w_low = limbs(b.weight[k] if late else 0.0)
+        high += w_high
+        low += w_low
+        b.time[k] = arrival
+        b.hit[k] = 0 if late else b.hit[k]
+        b.weight[k] = 0.0 if late else b.weight[k]
+    enter(b, IN_FLIGHT, high, low)
+    return live

@@ -1,0 +1,399 @@
+"""Volume detectors with cells: flights are walked cell by cell; collisions are scored in their cell.
+
+The parts of a path add up to the whole: each begins where the last one ended, and a boundary that rounding
+has put behind that place is passed at once. Every step leaves a cell for the next one on the way, so the walk
+ends.
+"""
+
+import math
+
+import numpy as np
+from numba import float64, int64, njit
+
+from transport.compile.layout import GRID, NO_TABLE, SLACK, VOLUME, VOLUME_IN_GRID
+from transport.engine.bundle import add_to_row, view
+from transport.engine.passes.detector_bins import cell
+from transport.engine.passes.volumes import A_SCORE, mean_of_fading
+from transport.engine.passes.voxels import axis_of
+from transport.engine.registry import lane_pass
+from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.physics.bits import bits_of
+from transport.physics.device import ARITHMETIC, device
+from transport.physics.elementary import TWO_PI, azimuth_turn, exp_negative
+
+# compiled as a separate function: inlining would only make passes slow to compile
+called = njit(**ARITHMETIC)
+
+
+@lane_pass(VOLUME)
+def find_even_bins(b, table, first, live):
+    """Set the direction bin of each lane, where bins of equal width cover all directions.
+
+    Fields: reads `ux, uy, uz`; writes `bin`.
+    """
+    eux, euy, euz, evx, evy, evz = table.eux, table.euy, table.euz, table.evx, table.evy, table.evz
+    nx, ny, nz, cosines, turns = (
+        table.nx,
+        table.ny,
+        table.nz,
+        float64(table.mu_cells),
+        float64(table.turn_cells),
+    )
+    for k in range(first, live):
+        ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+        i = math.floor((ux * nx + uy * ny + uz * nz + 1.0) * (0.5 * cosines))
+        j = math.floor(azimuth_turn(ux * eux + uy * euy + uz * euz, ux * evx + uy * evy + uz * evz) * turns)
+        i = i if i > 0.0 else 0.0
+        i = i if i < cosines else cosines - 1.0
+        j = j if j < turns else turns - 1.0
+        b.bin[k] = int64(1.0 + i * turns + j)
+    return live
+
+
+@called
+def direction_bin(b, table, k):
+    """Return the direction bin of lane k for any edges: 0 without bins of direction, and outside of them.
+
+    Fields: reads `ux, uy, uz`, `bin`.
+    """
+    if table.is_even != 0:
+        return b.bin[k]
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    bin = 0
+    if table.rows > 1:
+        found, turn = cell(ux * table.nx + uy * table.ny + uz * table.nz, table.mu_cells, table.mu_edges), 0
+        if table.turn_cells > 0:
+            e_u = ux * table.eux + uy * table.euy + uz * table.euz
+            e_v = ux * table.evx + uy * table.evy + uz * table.evz
+            angle = azimuth_turn(e_u, e_v) * TWO_PI  # within a turn from the first edge
+            if angle < table.turn_low:
+                angle += TWO_PI
+            elif angle >= table.turn_low + TWO_PI:
+                angle -= TWO_PI
+            turn = cell(angle, table.turn_cells, table.turn_edges)
+        if (found >= 0) & (turn >= 0):
+            bin = 1 + found * table.mu_stride + turn * table.turn_stride
+    return bin
+
+
+@device
+def score_in_cell(b, table, k, number, bin, track, keep, count):
+    """Add weight times path [scene lengths] to a cell's row, and the absorbed weight to another.
+
+    count: 1, or 0 for a path left by rounding alone.
+
+    Fields: reads `history`; updates `scored`.
+    """
+    chance = chance_of(bits_of(track) ^ number, salt_of(b.seed_low, b.batch) + b.history[k])
+    high, low = fair_limbs(track * table.scale, chance)
+    add_to_row(b.tallies + 32 * (table.first + number * table.rows + bin), high, low, count, 0)
+    b.scored += high + A_SCORE
+    if table.kept != 0:
+        high, low = fair_limbs(track * keep, chance)
+        add_to_row(b.tallies + 32 * (table.kept + number), high, low, count, 0)
+        b.scored += high
+
+
+@called
+def score_part(b, table, k, number, bin, way, weight, fade, keep):
+    """Score the path through one cell; returns the weight behind it.
+
+    Fields: reads `history`; updates `scored`.
+    """
+    mean, left = 1.0, weight
+    if table.kept != 0:
+        mean, less = mean_of_fading(fade * way)
+        left = weight + weight * less
+    score_in_cell(b, table, k, number, bin, weight * way * mean, keep, 1 if way > SLACK else 0)
+    return left
+
+
+@device
+def number_along(place, per_length, count):
+    """Return the cell along one axis that holds a coordinate measured from the lower face, clamped."""
+    number = int64(math.floor(place * per_length))
+    return 0 if number < 0 else (count - 1 if number >= count else number)
+
+
+@device
+def next_face(place, number, u, inverse, width, count):
+    """Return the distance at which the ray leaves cells of this number along one axis.
+
+    Infinity beyond the last ones.
+    """
+    if u > 0.0:
+        return (width * (number + 1) - place) * inverse if number + 1 < count else math.inf
+    return (width * number - place) * inverse if (u < 0.0) & (number > 0) else math.inf
+
+
+@called
+def walk_voxels(b, table, k, bin, t, end, weight, fade, keep):
+    """Walk a flight through the voxels from distance t to `end` (Amanatides and Woo 1987).
+
+    Returns the weight left. The distance of each face is computed from its number, so rounding does not
+    accumulate.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ix, iy, iz = 1.0 / ux, 1.0 / uy, 1.0 / uz
+    px, py, pz = b.x[k] - table.cx + table.hx, b.y[k] - table.cy + table.hy, b.z[k] - table.cz + table.hz
+    # First voxel, and the distances of the next face along each axis.
+    i = number_along(px + t * ux, table.per_x, table.cells_x)
+    j = number_along(py + t * uy, table.per_y, table.cells_y)
+    m = number_along(pz + t * uz, table.per_z, table.cells_z)
+    t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+    t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+    t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    going = True
+    while going:
+        face = min(t_x, min(t_y, t_z))
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:  # none to a face that rounding has put behind
+            number = (i * table.cells_y + j) * table.cells_z + m
+            weight = score_part(b, table, k, number, bin, way, weight, fade, keep)
+            t = face
+        # Step across the nearest face.
+        if going:
+            if face == t_x:
+                i += 1 if ux > 0.0 else -1
+                t_x = next_face(px, i, ux, ix, table.width_x, table.cells_x)
+            elif face == t_y:
+                j += 1 if uy > 0.0 else -1
+                t_y = next_face(py, j, uy, iy, table.width_y, table.cells_y)
+            else:
+                m += 1 if uz > 0.0 else -1
+                t_z = next_face(pz, m, uz, iz, table.width_z, table.cells_z)
+    return weight
+
+
+@device
+def shell_at(radius, count, radii):
+    """Return the shell at this distance from the centre.
+
+    -1 within the first radius, the last shell beyond all.
+    """
+    bounds = view(radii, count + 1, np.float64)
+    found = cell(radius, count, radii)
+    return (-1 if radius < bounds[0] else count - 1) if found < 0 else found
+
+
+@device
+def half_chord(radius, q):
+    """Return half the chord of a sphere at distance q from its centre."""
+    d = (radius - q) * (radius + q)
+    return math.sqrt(d if d > 0.0 else 0.0)
+
+
+@called
+def walk_shells(b, table, k, bin, start, last, weight, fade, keep):
+    """Walk a flight through spherical shells: inwards as far as the ray hits them, then outwards.
+
+    Returns the weight left.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
+    count = table.cells_x
+    radii = view(table.radii, count + 1, np.float64)
+    ux, uy, uz = b.ux[k], b.uy[k], b.uz[k]
+    ox, oy, oz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+    h = ox * ux + oy * uy + oz * uz
+    qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+    q = math.sqrt(qx * qx + qy * qy + qz * qz)
+    t, end = start + h, last + h  # measured from the point nearest to the centre
+    shell = shell_at(math.sqrt(q * q + t * t), count, table.radii)
+    going = True
+    while going:
+        # Next sphere: inwards until the ray's closest point, then outwards.
+        inwards = (t < 0.0) & (shell >= 0)
+        if inwards:
+            inwards = radii[shell] > q
+        if inwards:
+            face = -half_chord(radii[shell], q)
+        else:
+            face = half_chord(radii[shell + 1], q) if shell + 1 < count else math.inf
+        going = face < end
+        way = (face if going else end) - t
+        if way > 0.0:
+            if shell >= 0:
+                weight = score_part(b, table, k, shell, bin, way, weight, fade, keep)
+            elif table.kept != 0:
+                weight *= exp_negative(-fade * way)
+            t = face
+        if going:
+            shell += -1 if inwards else 1
+    return weight
+
+
+@device
+def walk(b, table, k, bin, t, end, weight, fade, keep):
+    """Walk through the cells of a volume from distance t on a flight to `end`; returns the weight left.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `history`; updates `scored`.
+    """
+    if table.is_one != 0:
+        return score_part(b, table, k, 0, bin, end - t, weight, fade, keep)
+    if table.radii != 0:
+        return walk_shells(b, table, k, bin, t, end, weight, fade, keep)
+    return walk_voxels(b, table, k, bin, t, end, weight, fade, keep)
+
+
+@lane_pass(VOLUME)
+def walk_through_cells(b, table, first, live):
+    """Score the path through each cell of a volume detector.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `bin`, `lead`, `within`, `fade`,
+    `keep`; updates `scored`.
+    """
+    n = 0
+    for k in range(first, live):  # no branch, so no misprediction
+        b.listed[n] = k
+        n += 1 if b.within[k] > 0.0 else 0
+    for item in range(n):
+        k = b.listed[item]
+        weight, fade, keep = b.weight[k], 0.0, 0.0
+        if table.kept != 0:
+            fade, keep = b.fade[k], b.keep[k]
+            weight *= exp_negative(-fade * b.lead[k])
+        bin = direction_bin(b, table, k)
+        t = b.start[k] + b.lead[k]
+        walk(b, table, k, bin, t, t + b.within[k], weight, fade, keep)
+    return live
+
+
+@lane_pass(VOLUME_IN_GRID)
+def walk_through_grid(b, table, first, live):
+    """Score flights in an absorbing grid, voxel by voxel of the grid.
+
+    Later passes skip these lanes (`within` = 0).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `start`, `medium`, `bin`, `lead`; updates
+    `within`, `scored`.
+    """
+    n, grid, volume = 0, table.grid, table.volume
+    for k in range(first, live):
+        b.listed[n] = k
+        n += 1 if (b.within[k] > 0.0) & (b.medium[k] == grid.medium) else 0
+    absorption = view(grid.absorption, grid.absorption_count, np.float64)
+    for item in range(n):
+        k = b.listed[item]
+        weight, t, entry = b.weight[k], b.start[k], b.start[k] + b.lead[k]
+        end = entry + b.within[k]
+        b.within[k] = 0.0
+        bin = direction_bin(b, volume, k)
+        vx, vy, vz = b.ux[k] * grid.per_x, b.uy[k] * grid.per_y, b.uz[k] * grid.per_z
+        px, py = (b.x[k] - grid.cx) * grid.per_x, (b.y[k] - grid.cy) * grid.per_y
+        pz = (b.z[k] - grid.cz) * grid.per_z
+        # Start in the voxel at `start`.
+        i, step_x, face_x, ix = axis_of(px, vx, t, 1.0, grid.nx, float64(grid.nx))
+        j, step_y, face_y, iy = axis_of(py, vy, t, 1.0, grid.ny, float64(grid.ny))
+        m, step_z, face_z, iz = axis_of(pz, vz, t, 1.0, grid.nz, float64(grid.nz))
+        t_x, t_y, t_z = (face_x - px) * ix, (face_y - py) * iy, (face_z - pz) * iz
+        going = True
+        while going:
+            leaves = min(t_x, min(t_y, t_z))
+            last = leaves if leaves < end else end
+            here = i * grid.absorption_x + j * grid.absorption_y + m * grid.absorption_z
+            keep = absorption[here] * grid.length
+            fade = keep if table.fades != 0 else 0.0
+            # Attenuate up to the volume; then score the part of this voxel in the volume.
+            before = (entry if entry < last else last) - t
+            if before > 0.0:
+                weight *= exp_negative(-fade * before)
+                t += before
+            if last > t:
+                weight = walk(b, volume, k, bin, t, last, weight, fade, keep)
+                t = last
+            going = leaves < end
+            # Step to the next voxel.
+            if leaves == t_x:
+                i, face_x = i + step_x, face_x + step_x
+                t_x = (face_x - px) * ix
+            elif leaves == t_y:
+                j, face_y = j + step_y, face_y + step_y
+                t_y = (face_y - py) * iy
+            else:
+                m, face_z = m + step_z, face_z + step_z
+                t_z = (face_z - pz) * iz
+            going &= (i >= 0) & (j >= 0) & (m >= 0) & (i < grid.nx) & (j < grid.ny) & (m < grid.nz)
+    return live
+
+
+@lane_pass(NO_TABLE)
+def know_collisions(b, table, first, live):
+    """Set mean free path (`within`) and total absorption coefficient (`keep`) at collisions.
+
+    Fields: reads `mfp`, `sigma_a`, `survival`; writes `within`, `keep`.
+    """
+    for k in range(first, live):
+        b.within[k] = b.mfp[k]
+        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+    return live
+
+
+@lane_pass(GRID)
+def know_collisions_in_grid(b, table, first, live):
+    """The same in a grid, from the voxel of the collision.
+
+    Fields: reads `x, y, z`, `medium`, `collides`; writes `within`, `keep`.
+    """
+    absorption = view(table.absorption, table.absorption_count, np.float64)
+    scattering = view(table.scattering, table.scattering_count, np.float64)
+    for k in range(first, live):
+        if (b.collides[k] != 0) & (b.medium[k] == table.medium):
+            i = number_along(b.x[k] - table.cx, table.per_x, table.nx)
+            j = number_along(b.y[k] - table.cy, table.per_y, table.ny)
+            m = number_along(b.z[k] - table.cz, table.per_z, table.nz)
+            keep = absorption[i * table.absorption_x + j * table.absorption_y + m * table.absorption_z]
+            sigma = (
+                keep + scattering[i * table.scattering_x + j * table.scattering_y + m * table.scattering_z]
+            )
+            b.within[k] = 1.0 / (sigma * table.length) if sigma > 0.0 else 0.0
+            b.keep[k] = keep * table.length
+    return live
+
+
+@lane_pass(VOLUME)
+def score_collisions_in_box(b, table, first, live):
+    """Score weight times mean free path at each collision in a box (collision estimator).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
+    """
+    n, hx, hy, hz = 0, table.hx, table.hy, table.hz
+    for k in range(first, live):
+        dx, dy, dz = abs(b.x[k] - table.cx), abs(b.y[k] - table.cy), abs(b.z[k] - table.cz)
+        b.listed[n] = k
+        n += 1 if (b.collides[k] != 0) & (dx <= hx) & (dy <= hy) & (dz <= hz) else 0
+    for item in range(n):
+        k = b.listed[item]
+        i = number_along(b.x[k] - table.cx + hx, table.per_x, table.cells_x)
+        j = number_along(b.y[k] - table.cy + hy, table.per_y, table.cells_y)
+        m = number_along(b.z[k] - table.cz + hz, table.per_z, table.cells_z)
+        bin = direction_bin(b, table, k)
+        number = (i * table.cells_y + j) * table.cells_z + m
+        score_in_cell(b, table, k, number, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+    return live
+
+
+@lane_pass(VOLUME)
+def score_collisions_in_ball(b, table, first, live):
+    """The same in the shells of a ball.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `weight`, `history`, `collides`, `bin`, `within`, `keep`; updates
+    `scored`.
+    """
+    n, radius = 0, table.hx
+    for k in range(first, live):
+        dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        b.listed[n] = k
+        n += 1 if (b.collides[k] != 0) & (dx * dx + dy * dy + dz * dz <= radius * radius) else 0
+    for item in range(n):
+        k = b.listed[item]
+        dx, dy, dz = b.x[k] - table.cx, b.y[k] - table.cy, b.z[k] - table.cz
+        shell = shell_at(math.sqrt(dx * dx + dy * dy + dz * dz), table.cells_x, table.radii)
+        if shell >= 0:
+            bin = direction_bin(b, table, k)
+            score_in_cell(b, table, k, shell, bin, b.weight[k] * b.within[k], b.keep[k], 1)
+    return live

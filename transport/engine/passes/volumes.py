@@ -1,0 +1,203 @@
+"""Volume detectors (track-length estimator): path length of each flight in a box or ball.
+
+A flight lasts from `start` to `reach`: to the next hit or collision, or to the end of the clock. `clip_...`
+finds its part in the volume; a volume of one cell is scored here, volumes with cells or directions are walked
+through (volume_cells.py). Path lengths are in lengths of the volume, so that a score is at most 1; absorption
+along the path is in weights.
+"""
+
+import math
+
+from numba import int64
+
+from transport.compile.layout import CLOCK, MEDIA, MEDIA_CLOCK, NO_TABLE, SLACK, VOLUME
+from transport.engine.bundle import add_to_row, view
+from transport.engine.registry import lane_pass
+from transport.engine.tally import chance_of, fair_limbs, salt_of
+from transport.physics.bits import bits_of
+from transport.physics.device import device
+from transport.physics.elementary import exp_negative, expm1_negative
+
+A_SCORE = 1 << 28  # contribution to driver.MOST_SCORED, so that the low limbs stay in range as well
+
+
+@lane_pass(NO_TABLE)
+def reach_next(b, table, first, live):
+    """Set the end of the flight to the next hit; ended lanes have none (-inf).
+
+    Fields: reads `weight`, `distance`; writes `reach`.
+    """
+    for k in range(first, live):
+        b.reach[k] = b.distance[k] if b.weight[k] != 0.0 else -math.inf
+    return live
+
+
+@lane_pass(NO_TABLE)
+def reach_next_in_media(b, table, first, live):
+    """The same in media, for lanes that fly.
+
+    Also the absorption coefficient along the path, and the total one.
+
+    Fields: reads `weight`, `distance`, `mfp`, `sigma_a`, `survival`, `flies`; writes `reach`, `fade`, `keep`.
+    """
+    for k in range(first, live):
+        flies = (b.flies[k] != 0) & (b.weight[k] != 0.0)
+        b.reach[k] = b.distance[k] if flies else -math.inf
+        b.fade[k] = b.sigma_a[k]
+        b.keep[k] = b.sigma_a[k] + (1.0 - b.survival[k]) / b.mfp[k]
+    return live
+
+
+@lane_pass(CLOCK)
+def reach_until_end(b, table, first, live):
+    """Limit the flight to the end of the clock, for one common speed.
+
+    Fields: reads `start`, `time`; updates `reach`.
+    """
+    slowness = table.slowness
+    for k in range(first, live):
+        last = b.start[k] + (1.0 - b.time[k]) / slowness
+        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+    return live
+
+
+@lane_pass(NO_TABLE)
+def reach_until_end_by_speed(b, table, first, live):
+    """The same with the particle's own speed.
+
+    Fields: reads `start`, `time`, `speed`; updates `reach`.
+    """
+    for k in range(first, live):
+        last = b.start[k] + (1.0 - b.time[k]) * b.speed[k]
+        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+    return live
+
+
+@lane_pass(MEDIA_CLOCK)
+def reach_until_end_in_media(b, table, first, live):
+    """The same in media, where light slows down by the refractive index.
+
+    Fields: reads `start`, `time`, `speed`, `medium`; updates `reach`.
+    """
+    rows, slowness, has_speeds = view(table.rows, table.count, MEDIA), table.slowness, table.has_speeds != 0
+    for k in range(first, live):
+        pace = rows[b.medium[k]].index * slowness
+        pace = 1.0 / b.speed[k] if has_speeds else pace
+        last = b.start[k] + (1.0 - b.time[k]) / pace
+        b.reach[k] = last if last < b.reach[k] else b.reach[k]
+    return live
+
+
+@device
+def slab(o, u, half):
+    """Return where a ray enters and leaves the slab |x| <= half.
+
+    A ray along a face or parallel to it counts as inside.
+    """
+    side, inverse = math.copysign(half, u), 1.0 / u
+    near, far = (-side - o) * inverse, (side - o) * inverse
+    return near if near == near else -math.inf, far if far == far else math.inf
+
+
+@lane_pass(VOLUME)
+def clip_to_box(b, table, first, live):
+    """Find the flight's path length before a box and inside it, by slabs (Kay and Kajiya 1986).
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    """
+    cx, cy, cz, hx, hy, hz = table.cx, table.cy, table.cz, table.hx, table.hy, table.hz
+    for k in range(first, live):
+        near_x, far_x = slab(b.x[k] - cx, b.ux[k], hx)
+        near_y, far_y = slab(b.y[k] - cy, b.uy[k], hy)
+        near_z, far_z = slab(b.z[k] - cz, b.uz[k], hz)
+        start, near, far = b.start[k], b.start[k], b.reach[k]
+        near = near_x if near_x > near else near
+        near = near_y if near_y > near else near
+        near = near_z if near_z > near else near
+        far = far_x if far_x < far else far
+        far = far_y if far_y < far else far
+        far = far_z if far_z < far else far
+        inside = near < far
+        b.lead[k] = near - start if inside else 0.0
+        b.within[k] = far - near if inside else 0.0
+    return live
+
+
+@lane_pass(VOLUME)
+def clip_to_ball(b, table, first, live):
+    """The same for a ball, from the ray's point nearest to the centre, where the chord is symmetric.
+
+    Fields: reads `x, y, z`, `ux, uy, uz`, `start`, `reach`; writes `lead`, `within`.
+    """
+    cx, cy, cz, radius = table.cx, table.cy, table.cz, table.hx
+    for k in range(first, live):
+        ox, oy, oz, ux, uy, uz = b.x[k] - cx, b.y[k] - cy, b.z[k] - cz, b.ux[k], b.uy[k], b.uz[k]
+        h = ox * ux + oy * uy + oz * uz
+        qx, qy, qz = ox - h * ux, oy - h * uy, oz - h * uz
+        q = math.sqrt(qx * qx + qy * qy + qz * qz)
+        d = (radius - q) * (radius + q)
+        half = math.sqrt(d if d > 0.0 else 0.0)
+        start, reach = b.start[k] + h, b.reach[k] + h
+        near = start if start > -half else -half
+        far = reach if reach < half else half
+        inside = near < far
+        b.lead[k] = near - start if inside else 0.0
+        b.within[k] = far - near if inside else 0.0
+    return live
+
+
+@lane_pass(VOLUME)
+def score_way(b, table, first, live):
+    """Score weight times path length in a volume of one cell (track-length estimator).
+
+    Fields: reads `weight`, `history`, `within`; updates `scored`.
+    """
+    total_high, total_low, count, scale, salt = 0, 0, 0, table.scale, salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        way = b.within[k]
+        inside = way > 0.0
+        chance = chance_of(bits_of(way), salt + b.history[k])
+        high, low = fair_limbs(b.weight[k] * way * scale if inside else 0.0, chance)
+        total_high += high
+        total_low += low
+        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
+    add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
+    b.scored += total_high + A_SCORE * int64(live - first)
+    return live
+
+
+@device
+def mean_of_fading(depth):
+    """Return the mean of exp(-s) for s from 0 to an optical depth, and exp(-depth) - 1.
+
+    Both keep their digits near 0.
+    """
+    less = expm1_negative(-depth)
+    return -less / depth if depth > 0.0 else 1.0, less
+
+
+@lane_pass(VOLUME)
+def score_way_in_media(b, table, first, live):
+    """The same where media absorb: mean weight along the path times its length; also the absorbed weight.
+
+    Fields: reads `weight`, `history`, `lead`, `within`, `fade`, `keep`; updates `scored`.
+    """
+    total_high, total_low, kept_high, kept_low, count, scale = 0, 0, 0, 0, 0, table.scale
+    salt = salt_of(b.seed_low, b.batch)
+    for k in range(first, live):
+        way, fade = b.within[k], b.fade[k]
+        inside = way > 0.0
+        mean, _ = mean_of_fading(fade * way)
+        track = b.weight[k] * exp_negative(-fade * b.lead[k]) * mean * way if inside else 0.0
+        chance = chance_of(bits_of(way), salt + b.history[k])
+        high, low = fair_limbs(track * scale, chance)
+        total_high += high
+        total_low += low
+        high, low = fair_limbs(track * b.keep[k] if inside else 0.0, chance)
+        kept_high += high
+        kept_low += low
+        count += 1 if way > SLACK else 0  # paths left by rounding alone do not count
+    add_to_row(b.tallies + 32 * table.first, total_high, total_low, count, 0)
+    add_to_row(b.tallies + 32 * table.kept, kept_high, kept_low, count, 0)
+    b.scored += total_high + kept_high + A_SCORE * int64(live - first)
+    return live

@@ -1,0 +1,255 @@
+"""Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS."""
+
+import numpy as np
+
+from transport.compile import layout
+from transport.compile.next_event import LAMBERTIAN
+from transport.compile.points import dims_anywhere, phase_densities
+from transport.engine.bundle import Bundle
+from transport.engine.passes import emission, mis, next_event, once_more_collided, shadow_rays
+from transport.engine.registry import named, rows_of, step
+from transport.geometry.flat import Disk, Rectangle, Triangle
+from transport.geometry.solid import Sphere
+
+# ---- Steps of point detectors: where shadow rays are cast, and how they are traced.
+
+# Fields moved from the casting lane into the ray's lane; the set of bodies and the facet of a mesh are added
+# where needed.
+MOVES = (
+    ("sx", "x"), ("sy", "y"), ("sz", "z"), ("vx", "ux"), ("vy", "uy"), ("vz", "uz"), ("gap", "gap"),
+    ("score", "weight"), ("stands", "sheet"), ("tally", "tally"), (None, "start"),
+)  # fmt: skip
+STRAIGHT = 0  # `leg` of rays that go straight to their point
+
+
+def casts_of_births(plan, emitter):
+    """Yield the steps that cast rays from births to every point: direct, and once more collided."""
+    number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
+    casts = [(point.births[number], STRAIGHT) for point in plan.points]
+    casts += [(point.detours[number], point.leg) for point in plan.points]
+    casts = [(cast, leg) for cast, leg in casts if cast is not None]
+    if casts and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
+        yield step(emission.take_normal, emitter.facing)
+    for cast, leg in casts:
+        yield named(cast)
+        yield _listed(leg)
+
+
+def casts_of_flights(plan):
+    """Yield the steps that cast rays from flights: scattering outside the medium around a point."""
+    points = [point for point in plan.points if point.by_flights]
+    if points:
+        yield step(shadow_rays.know_phase, rows_of(plan.media))
+    for point in points:
+        yield step(shadow_rays.cast_from_flights, point.row)
+        for row in plan.grids:
+            yield step(shadow_rays.weigh_in_grid, row)
+        yield from map(named, phase_densities(plan))
+        yield _listed(STRAIGHT)
+
+
+def detours_of_collisions(plan):
+    """Yield the steps that cast once-more-collided rays from collisions."""
+    points = [point for point in plan.points if point.row["medium"] >= 0]
+    if points:
+        yield step(once_more_collided.know_phase_at_collisions, rows_of(plan.media))
+    for point in points:
+        yield step(once_more_collided.detour_from_collisions, point.row)
+        yield from map(named, phase_densities(plan))
+        yield _listed(point.leg)
+
+
+def casts_of_walls(plan):
+    """Yield the steps that cast rays from diffuse walls: direct, and once more collided."""
+    if layout.DIFFUSE not in plan.materials:
+        return
+    for point in plan.points:
+        yield step(shadow_rays.cast_from_walls, point.row)
+        yield _listed(STRAIGHT)
+        if point.row["medium"] >= 0:
+            yield step(once_more_collided.detour_from_walls, point.row)
+            yield _listed(point.leg)
+
+
+def _listed(leg):
+    """Return the step that lists contributing rays with this leg."""
+    return step(shadow_rays.list_shadows, layout.row(layout.CODE, code=leg))
+
+
+def sight_of(plan, media, members, crossing):
+    """Yield the steps of shadow rays: the first gets the handle of the casting bundle, the others their own.
+
+    media: steps that set each lane's medium. members: steps that find the next surface. crossing: steps of a
+    ray through transparent surfaces.
+    """
+    yield step(shadow_rays.take_shadows, rows_of(_point_ray_fields(plan)))
+    yield step(shadow_rays.look_for_point)
+    yield from media
+    yield from members
+    if plan.has_media and dims_anywhere(plan):
+        yield step(shadow_rays.dim)
+    for row in (*plan.grids, *plan.thinning_grids):
+        yield step(shadow_rays.dim_in_grid, row)
+    yield step(shadow_rays.arrive)
+    if _has_detours(plan):
+        yield from _turn(plan)
+    yield from crossing
+
+
+def _turn(plan):
+    """Yield the steps from the first leg of a once-more-collided ray to the second."""
+    points = np.array([point.row for point in plan.points], layout.POINT)
+    plan.kept.append(points)
+    both = {"rows": points.ctypes.data, "count": len(points)}
+    both |= {"others": plan.media.ctypes.data, "other_count": len(plan.media)}
+    yield step(once_more_collided.turn_to_point, layout.row(layout.TWO_ROWS, **both))
+    for row in plan.grids:
+        yield step(shadow_rays.weigh_in_grid, row)
+    yield from map(named, phase_densities(plan))
+    yield step(once_more_collided.set_off_again)
+
+
+def _has_detours(plan) -> bool:
+    """Return whether any point lies in a scattering medium."""
+    return any(point.row["medium"] >= 0 for point in plan.points)
+
+
+def _point_ray_fields(plan) -> np.ndarray:
+    """Return the moves of fields from the casting lane into the ray's lane."""
+    moves = list(MOVES)
+    if plan.has_bodies:
+        moves.append(("inside", "inside"))
+    if plan.meshes:
+        moves.append(("footing", "footing"))
+    if _has_detours(plan):
+        moves.append(("leg", "leg"))
+    return word_moves(plan, moves)
+
+
+def word_moves(plan, moves) -> np.ndarray:
+    """Return rows of layout.WORD: for each move, source field of a lane (None: 0) and target field of a ray.
+
+    The plan keeps the rows alive.
+    """
+    words = {name: offset // 8 for name, (_, offset) in Bundle.fields.items()}
+    rows = np.array([(words.get(source, -1), words[target]) for source, target in moves], layout.WORD)
+    plan.kept.append(rows)
+    return rows
+
+
+# ---- Steps of next-event estimation for surface detectors: cast rays, trace them, weight flights by MIS.
+
+POINTS = {Rectangle: "point_on_rectangle", Disk: "point_on_disk", Triangle: "point_on_triangle"}
+
+
+def expected_of_births(plan, emitter):
+    """Yield the steps that cast rays from births to every detector, and record the pdf for MIS."""
+    number = next(k for k, each in enumerate(plan.emitters) if each is emitter)
+    rows = [(each, each.births[number]) for each in plan.expectations if each.births[number] is not None]
+    if rows and emitter.facing is not None and emitter.law[0] == "emit_lambertian_from_plane":
+        yield step(emission.take_normal, emitter.facing)
+    for each, row in rows:
+        yield step(next_event.draw_at_birth, row) if row["number"] else step(next_event.draw_first_at_birth)
+        yield from _connected(plan, each, row, next_event.expect_from_births)
+    if plan.expectations:
+        yield step(mis.tell_births, _told(float(rows[0][1]["peak"]) if rows else 0.0))
+
+
+def expected_of_walls(plan):
+    """Yield the steps that cast rays from diffuse walls, and record the pdf for MIS."""
+    for each in plan.expectations:
+        if each.walls is not None:
+            yield step(next_event.draw_at_event, each.walls)
+            yield from _connected(plan, each, each.walls, next_event.expect_from_walls)
+    if plan.expectations and plan.reflects:
+        yield step(mis.tell_walls, _told(LAMBERTIAN))
+
+
+def expected_of_collisions(plan):
+    """Yield the steps that cast rays from collisions, and record the pdf for MIS."""
+    rows = [(each, each.collisions) for each in plan.expectations if each.collisions is not None]
+    if not rows:
+        return
+    yield step(once_more_collided.know_phase_at_collisions, rows_of(plan.media))
+    for each, row in rows:
+        yield step(next_event.draw_at_event, row)
+        yield from _connected(plan, each, row, next_event.expect_from_collisions, phase_densities(plan))
+    yield step(mis.tell_collisions, _told(float(rows[0][1]["peak"])))
+
+
+def guards(plan):
+    """Yield the steps that count flights without a next-event ray near a detector.
+
+    The counts identify the surfaces that send such light.
+    """
+    for guard in plan.guards:
+        yield step(mis.count_in_guard, guard.row)
+
+
+def _connected(plan, each, row, send, densities=()):
+    """Yield the steps of a ray from each lane's event to the sampled point, and of its contribution."""
+    shape = plan.scene.shape_of(each.detector)
+    if isinstance(shape, Sphere):
+        yield step(next_event.connect_to_ball, row)
+    else:
+        yield named((POINTS[type(shape)], row))
+        yield step(next_event.connect_to_flat, row)
+    yield step(send, row)
+    yield from map(named, densities)
+    yield step(shadow_rays.list_shadows, layout.row(layout.CODE, code=row["legs"]))
+
+
+def held_back(plan, layer, passing):
+    """Yield the steps that apply MIS weights before a layer's detectors score flights.
+
+    There are none without next-event estimation.
+    """
+    if expects_on(plan, layer):
+        yield step(mis.keep_weight)
+    for each in plan.expectations:
+        if each.layer == layer:
+            yield step(mis.hold_back, layout.row(layout.HELD, **each.held, passing=passing))
+
+
+def given_back(plan, layer):
+    """Yield the step that restores the full weights afterwards."""
+    if expects_on(plan, layer):
+        yield step(mis.give_back)
+
+
+def expects_on(plan, layer):
+    """Return whether next-event estimation applies to a detector of the layer."""
+    return any(each.layer == layer for each in plan.expectations)
+
+
+def expected_sight(plan, media, members, crossing):
+    """Yield the steps of next-event rays; the first has the handle of the bundle that casts them.
+
+    media, members: as those of flights. crossing: from arrival at a surface to its other side.
+    """
+    yield step(shadow_rays.take_shadows, rows_of(_moves(plan)))
+    yield step(shadow_rays.look_for_point)
+    yield from media
+    yield from members
+    yield step(next_event.end_unmet)
+    if plan.has_media and dims_anywhere(plan):
+        yield step(shadow_rays.dim)
+    for row in (*plan.grids, *plan.thinning_grids):
+        yield step(shadow_rays.dim_in_grid, row)
+    yield from crossing
+
+
+def _moves(plan):
+    """Return the moves of fields from the casting lane into the ray's lane."""
+    moves = [("onset" if name == "start" else source, name) for source, name in MOVES]
+    moves += [("leg", "leg"), ("history", "history")]
+    moves += [("inside", "inside")] * plan.has_bodies + [("footing", "footing")] * bool(plan.meshes)
+    moves += [("visited", "visited")] * bool(plan.marks)
+    moves += [("reflections", "reflections")] * plan.counts_reflections
+    moves += [("cell", "cell")] * (plan.turned is not None)
+    return word_moves(plan, moves)
+
+
+def _told(peak):
+    """Return the table with the largest pdf of sampled directions."""
+    return layout.row(layout.TOLD, peak=peak)

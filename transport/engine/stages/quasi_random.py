@@ -1,0 +1,63 @@
+"""Quasi-random twins of passes: the same code with Sobol or stratified words in place of random words.
+
+A pass is a function with globals. Its twin has the same code and other globals, in which `random_words` and
+`event_words` are those of physics/sobol.py, and device functions that call them are twins too. So no loop
+exists twice, none tests how it samples, and a pseudo-random program contains nothing of this. The twin's name
+distinguishes it in Numba's cache and for readers; it runs as plain Python too.
+"""
+
+import dis
+from dataclasses import replace
+from functools import cache
+from types import FunctionType
+
+from transport.engine.registry import Pass, Step
+from transport.physics.device import device
+from transport.physics.sobol import net_event_words, sobol_words, stratified_words
+from transport.physics.streams import event_words, random_words
+
+WORDS = {
+    "sobol": {random_words: sobol_words, event_words: net_event_words},
+    "stratified": {random_words: stratified_words, event_words: net_event_words},
+}
+
+
+def sampled_steps(steps: list[Step], sampling: str) -> list[Step]:
+    """Return the same steps with draws by this sampling."""
+    return [(sampled(lane_pass, sampling), table) for lane_pass, table in steps]
+
+
+@cache
+def sampled(lane_pass: Pass, sampling: str) -> Pass:
+    """Return the twin of a pass; the pass itself if it draws nothing."""
+    drawing = _drawing(lane_pass.function, sampling)
+    return replace(lane_pass, function=_twin(lane_pass.function, drawing, sampling)) if drawing else lane_pass
+
+
+@cache
+def _twin_of_device(function, sampling: str):
+    """Return the function that a twin calls instead of this one; None if it needs no replacement."""
+    if function in WORDS[sampling]:
+        return WORDS[sampling][function]
+    python = getattr(function, "py_func", function)
+    if not isinstance(python, FunctionType) or not python.__module__.startswith("transport."):
+        return None
+    drawing = _drawing(python, sampling)
+    return device(_twin(python, drawing, sampling)) if drawing else None
+
+
+def _drawing(function: FunctionType, sampling: str) -> dict[str, object]:
+    """Return {name: replacement} of the globals of a function's code that draw."""
+    names = {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
+    known = {name: function.__globals__.get(name) for name in sorted(names)}
+    twins = {name: _twin_of_device(value, sampling) for name, value in known.items() if callable(value)}
+    return {name: twin for name, twin in twins.items() if twin is not None}
+
+
+def _twin(function: FunctionType, drawing: dict[str, object], sampling: str) -> FunctionType:
+    """Return the function with other globals, under its own name."""
+    twin = FunctionType(
+        function.__code__, function.__globals__ | drawing, f"{function.__name__} by {sampling}"
+    )
+    twin.__qualname__, twin.__doc__ = twin.__name__, function.__doc__
+    return twin

@@ -1,1 +1,0 @@
-"""Estimators of the same quantities, and the choice among them."""

@@ -1,0 +1,150 @@
+"""Solids described by inequalities: half spaces, slabs, boxes and spheres; containment and overlap.
+
+Exact up to the rounding of coordinates: solids that share only part of a plane do not overlap.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from transport.geometry.distances import least_distance
+from transport.geometry.flat import Plane, Slab
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import ROUNDING, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.vectors import Vector, dot
+
+
+class HalfSpace(NamedTuple):
+    """All points with normal · x <= level [m]."""
+
+    normal: Vector
+    level: float
+
+
+Solid = HalfSpace | Slab | Box | Sphere
+
+
+def half_space(plane: Plane, is_front: bool) -> HalfSpace:
+    """The half space behind a plane, or in front of it."""
+    normal = tuple(-x for x in plane.normal) if is_front else plane.normal
+    return HalfSpace(normal, dot(normal, plane.center))
+
+
+def magnitude(solid: Solid | Shape) -> float:
+    """Sum of the absolute coordinates and lengths [m] that define a solid: the scale of its rounding."""
+    match solid:
+        case HalfSpace():
+            return abs(solid.level)
+        case Slab():
+            return sum(map(abs, solid.center)) + solid.thickness
+        case Sphere():
+            return sum(map(abs, solid.center)) + solid.radius
+        case Plane():
+            return sum(map(abs, solid.center))
+    return sum(map(abs, solid.middle)) + solid.extent
+
+
+def holds(solid: Solid, points: np.ndarray) -> np.ndarray:
+    """Which points (n, 3) [m] lie in a solid, its surface included."""
+    match solid:
+        case HalfSpace():
+            return points @ np.array(solid.normal) <= solid.level
+        case Slab():
+            return np.abs((points - solid.center) @ np.array(solid.normal)) <= solid.thickness / 2
+        case Sphere():
+            way = points - solid.center
+            return (way * way).sum(axis=1) <= solid.radius * solid.radius
+    low, high = solid.bounds
+    return ((points >= low) & (points <= high)).all(axis=1)
+
+
+def is_within(a: Solid, b: Solid) -> bool:
+    """Whether one solid lies wholly in another; their surfaces may touch."""
+    tolerance = _tolerance(a, b)
+    if isinstance(b, Sphere):
+        return _farthest(a, b.center) <= b.radius + tolerance
+    return all(_reach(a, normal) <= level + tolerance for normal, level in _walls(b))
+
+
+def contains(shell: Shape, place: Shape | Vector) -> bool:
+    """Whether a shape or a point [m] surely lies in a closed Box, Sphere, Slab or Mesh, surface included."""
+    if not isinstance(place, Shape):
+        return shell.holds(place) if isinstance(shell, Mesh) else bool(holds(shell, np.array([place]))[0])
+    if place.is_infinite:
+        return False
+    if isinstance(shell, Mesh):
+        return shell.holds(place.middle) and least_distance(shell, place.middle) >= place.extent
+    if isinstance(place, Box | Sphere) and place.is_closed:
+        return is_within(place, shell)
+    corners, middle = np.array(list(product(*zip(*place.bounds, strict=True)))), np.array(place.middle)
+    margin = ROUNDING * (magnitude(shell) + magnitude(place))  # a shape in the wall counts as inside
+    return bool(holds(shell, corners + np.clip(middle - corners, -margin, margin)).all())
+
+
+def do_meet(a: Solid, b: Solid) -> bool:
+    """Whether two solids have a common volume."""
+    tolerance = _tolerance(a, b)
+    # Look for a face of either solid that separates them.
+    for one, other in ((a, b), (b, a)):
+        for normal, level in _walls(one):
+            if -_reach(other, tuple(-x for x in normal)) >= level - tolerance:
+                return False
+    if isinstance(a, Sphere) and isinstance(b, Sphere):
+        return math.dist(a.center, b.center) < a.radius + b.radius - tolerance
+    if isinstance(b, Sphere):
+        a, b = b, a
+    if isinstance(a, Sphere) and isinstance(b, Box):
+        sides = zip(a.center, *b.bounds, strict=True)
+        return math.hypot(*(max(low - x, x - high, 0.0) for x, low, high in sides)) < a.radius - tolerance
+    return True
+
+
+def _tolerance(a: Solid, b: Solid) -> float:
+    """Rounding [m] of two solids."""
+    return ROUNDING * (magnitude(a) + magnitude(b))
+
+
+@lru_cache(maxsize=256)
+def _walls(solid: Solid) -> tuple[HalfSpace, ...]:
+    """Half spaces whose intersection is the solid; none for a sphere."""
+    match solid:
+        case HalfSpace():
+            return (solid,)
+        case Slab():
+            return tuple(half_space(plane, is_front=False) for plane in solid.planes())
+        case Box():
+            walls = []
+            for axis, low, high in zip(np.eye(3).tolist(), *solid.bounds, strict=True):
+                walls += [HalfSpace(tuple(axis), high), HalfSpace(tuple(-x for x in axis), -low)]
+            return tuple(walls)
+    return ()
+
+
+def _reach(solid: Solid, way: Vector) -> float:
+    """Largest projection [m] of a solid on a unit vector; infinite unless a face is perpendicular to it."""
+    match solid:
+        case Box():
+            return sum((high if x > 0 else low) * x for x, low, high in zip(way, *solid.bounds, strict=True))
+        case Sphere():
+            return dot(solid.center, way) + solid.radius
+    for normal, level in _walls(solid):
+        if math.dist(normal, way) <= ROUNDING:
+            return level
+    return math.inf
+
+
+def _farthest(solid: Solid, point: Vector) -> float:
+    """Largest distance [m] of a solid's points from a point; infinite for infinite solids."""
+    match solid:
+        case Sphere():
+            return math.dist(solid.center, point) + solid.radius
+        case Box():
+            sides = zip(point, *solid.bounds, strict=True)
+            return math.hypot(*(max(abs(x - low), abs(x - high)) for x, low, high in sides))
+    return math.inf

@@ -1,0 +1,501 @@
+"""Flat shapes with a unit normal and a frame: rectangle, disk, triangle."""
+
+import math
+from collections.abc import Iterable
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+
+from transport.geometry.shape import ROUNDING, Shape
+from transport.validation import (
+    Converted,
+    OptionalVector,
+    VectorField,
+    as_floats,
+    check_type,
+    refuse,
+    scene_object,
+    settle_direction,
+    settle_nonnegative,
+    settle_positive,
+    settle_vector,
+    shown,
+    store,
+)
+from transport.vectors import Frame, Vector, are_parallel, dot, local_frame, unit_vector
+
+# ---- Geometry of one triangle, in rational numbers where thin triangles would cancel; rounded once.
+
+Vertices = tuple[Vector, Vector, Vector]
+Corner = tuple[float, float]
+TRIANGLE_ROUNDING = Fraction(2) ** -51  # relative to coordinates: triangles of smaller height count as lines
+
+
+@lru_cache(maxsize=4096)
+def normal_and_area(vertices: Vertices) -> tuple[Vector, float]:
+    """Unit normal (right-hand rule over the vertex order) and area [m^2], infinite on overflow."""
+    twice = _twice_area(vertices)
+    largest = max(map(abs, twice))
+    scaled = tuple(float(component / largest) for component in twice)
+    try:
+        return unit_vector(scaled), float(largest) * math.hypot(*scaled) / 2
+    except OverflowError:
+        return unit_vector(scaled), math.inf
+
+
+def is_on_a_line(vertices: Vertices) -> bool:
+    """Whether the vertices are collinear within the rounding of their coordinates."""
+    twice, size = _twice_area(vertices), max(abs(Fraction(x)) for vertex in vertices for x in vertex)
+    longest2 = max(_square(_way(a, b)) for a, b in pairwise((*vertices, vertices[0])))
+    return _square(twice) <= (TRIANGLE_ROUNDING * size) ** 2 * longest2
+
+
+def centroid(vertices: Vertices) -> Vector:
+    """Mean of the vertices [m]; exact quarters avoid overflow."""
+    return tuple(math.fsum(0.25 * x for x in axis) / 0.75 for axis in zip(*vertices, strict=True))
+
+
+def frame_of(vertices: Vertices) -> Frame:
+    """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+    normal, _ = normal_and_area(vertices)
+    e_u = unit_vector(tuple(q - p for p, q in zip(*vertices[:2], strict=True)))
+    return e_u, local_frame(e_u, normal)[0], normal
+
+
+def corners_of(vertices: Vertices) -> tuple[Corner, ...]:
+    """Coordinates (u, v) [m] of the vertices in the triangle's frame, from the centroid."""
+    (e_u, e_v, _), center = frame_of(vertices), centroid(vertices)
+    ways = [tuple(p - c for p, c in zip(vertex, center, strict=True)) for vertex in vertices]
+    return tuple((dot(way, e_u), dot(way, e_v)) for way in ways)
+
+
+def distance_beside(corners: tuple[Corner, ...], u: float, v: float) -> float:
+    """Distance [m] of a point of the plane from a triangle with counterclockwise corners (u, v); 0 inside."""
+    sides = list(pairwise((*corners, corners[0])))
+    if all((q - p) * (v - s) >= (t - s) * (u - p) for (p, s), (q, t) in sides):
+        return 0.0
+    return min(_distance_to_side(one, other, (u, v)) for one, other in sides)
+
+
+def _distance_to_side(one: Corner, other: Corner, point: Corner) -> float:
+    """Distance [m] of a point from a side."""
+    length, way = math.dist(one, other), tuple(q - p for p, q in zip(one, other, strict=True))
+    along = dot([x / length for x in way], [x - p for p, x in zip(one, point, strict=True)]) / length
+    within = min(max(along, 0.0), 1.0)
+    return math.dist([p + within * x for p, x in zip(one, way, strict=True)], point)
+
+
+def _twice_area(vertices: Vertices) -> tuple[Fraction, ...]:
+    """Cross product of two edges, exact."""
+    a, b, c = vertices
+    (ux, uy, uz), (vx, vy, vz) = _way(a, b), _way(a, c)
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+def _way(a: Vector, b: Vector) -> tuple[Fraction, ...]:
+    """Exact vector from a to b."""
+    return tuple(Fraction(q) - Fraction(p) for p, q in zip(a, b, strict=True))
+
+
+def _square(vector: tuple[Fraction, ...]) -> Fraction:
+    """Exact squared length."""
+    return sum(component * component for component in vector)
+
+
+# ---- Flat shapes with a unit normal and a frame: rectangle, disk, triangle.
+
+
+class FlatShape(Shape):
+    """Base class of flat shapes: unit normal, and `up`, which fixes the frame's rotation."""
+
+    def _settle_plane(self) -> None:
+        """Check and store centre, normal and `up`."""
+        settle_vector(self, "center")
+        settle_direction(self, "normal")
+        if self.up is not None:
+            up = self.up
+            settle_direction(self, "up")
+            if are_parallel(self.up, self.normal):
+                refuse(
+                    self, f"up must not be parallel to normal {self.normal}, got {shown(up)}; leave it out"
+                )
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_v is `up` projected onto the plane, e_u = e_v x n.
+
+        The default `up` is +y, or +z if the normal is parallel to y within 1e-6 rad.
+        """
+        return local_frame(self.normal, self.up)
+
+    def projected_area(self, direction: Vector) -> float:
+        """Area [m^2] seen along a direction, area times ``|cosθ|``.
+
+        Parameters
+        ----------
+        direction : three floats
+            Unit vector.
+
+        Returns
+        -------
+        float
+            Projected area of one side [m^2].
+        """
+        return self.area * abs(dot(self.normal, direction))
+
+
+@scene_object(kw_only=True)
+class Rectangle(FlatShape):
+    """Flat rectangle, optionally with a hole.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Centre [m].
+    normal : three floats, default (0, 0, 1)
+        Normal of the front side, of any length; stored as a unit vector.
+    width : float
+        Length along e_u of the frame [m], positive.
+    height : float
+        Length along e_v of the frame [m], positive.
+    up : three floats, optional
+        Direction whose projection onto the plane is e_v; not parallel to `normal`. Default +y, or +z if the
+        normal is along y.
+    hole : Disk or Rectangle, optional
+        Hole, in the plane of the rectangle and within it.
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive, `up` is parallel to `normal`, or the hole does not fit.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Rectangle(width=2.0, height=0.5).area
+    1.0
+    >>> tp.Rectangle(width=2.0, height=0.5, hole=tp.Rectangle(width=1.0, height=0.25)).area
+    0.75
+    """
+
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
+    width: float
+    height: float
+    up: OptionalVector = None
+    hole: "Disk | Rectangle | None" = None
+
+    def __post_init__(self) -> None:
+        self._settle_plane()
+        settle_positive(self, "width", "height")
+        if self.hole is not None:
+            self._check_hole()
+        self._check_size("width", "height", *(() if self.hole is None else ("hole",)))
+
+    @property
+    def area(self) -> float:
+        """Area of one side without the hole [m^2]; computed without cancellation for narrow frames."""
+        if not isinstance(self.hole, Rectangle):
+            return self.width * self.height - (0.0 if self.hole is None else self.hole.area)
+        (longer, shorter), (long, short) = (
+            sorted((shape.width, shape.height), reverse=True) for shape in (self, self.hole)
+        )
+        return (longer - long) * shorter + long * (shorter - short)
+
+    @property
+    def extent(self) -> float:
+        """Half diagonal [m]."""
+        return math.hypot(self.width / 2, self.height / 2)
+
+    def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
+        e_u, e_v, _ = self.frame
+        return tuple(
+            abs(u) * self.width / 2 + abs(v) * self.height / 2 for u, v in zip(e_u, e_v, strict=True)
+        )
+
+    def _check_hole(self) -> None:
+        """Raise if the hole is not flat, is not within the rectangle, or has a hole itself."""
+        hole = self.hole
+        must = "a Disk or Rectangle in its plane and within it, and without a hole of its own"
+        check_type(self, "hole", (Disk, Rectangle), must)
+        island = hole.hole if isinstance(hole, Rectangle) else hole.inner_radius
+        if island:
+            refuse(self, f"hole must be {must}, got {shown(hole)}; add the island as a separate shape")
+        # Check that the hole lies in the plane.
+        tolerance = ROUNDING * sum((*map(abs, (*self.center, *hole.center)), self.extent, hole.extent))
+        place = tuple(p - q for p, q in zip(hole.center, self.center, strict=True))
+        u, v, height = (dot(place, axis) for axis in self.frame)
+        tilt = math.hypot(dot(hole.normal, self.frame[0]), dot(hole.normal, self.frame[1])) * hole.extent
+        if abs(height) + tilt > tolerance:
+            cure = f"give it center={shown(self.center)} and normal={shown(self.normal)}"
+            refuse(
+                self, f"hole must lie in its plane, got {shown(hole)}, {abs(height) + tilt:.3g} m off; {cure}"
+            )
+        # Check that the hole lies within the edges.
+        beyond = max(
+            abs(x) + hole.reach_along(axis) - length / 2
+            for x, axis, length in zip((u, v), self.frame[:2], (self.width, self.height), strict=True)
+        )
+        if beyond > tolerance:
+            refuse(
+                self, f"hole must lie within it, got {shown(hole)}, {beyond:.3g} m beyond; make it smaller"
+            )
+        if self.area <= 0:
+            refuse(self, f"hole must be smaller than the rectangle, got {shown(hole)}; make it smaller")
+
+    def reach_along(self, direction: Vector) -> float:
+        """Half width [m] of the rectangle along a unit direction, from its centre."""
+        e_u, e_v, _ = self.frame
+        return abs(dot(direction, e_u)) * self.width / 2 + abs(dot(direction, e_v)) * self.height / 2
+
+
+@scene_object(kw_only=True)
+class Disk(FlatShape):
+    """Flat disk, or annulus.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Centre [m].
+    normal : three floats, default (0, 0, 1)
+        Normal of the front side, of any length; stored as a unit vector.
+    radius : float
+        Outer radius [m], positive.
+    inner_radius : float, default 0
+        Inner radius [m] of an annulus, below `radius`.
+    up : three floats, optional
+        Direction whose projection onto the plane is e_v of the frame; not parallel to `normal`. Default +y,
+        or +z if the normal is along y.
+
+    Raises
+    ------
+    SceneError
+        If a radius is out of range or `up` is parallel to `normal`.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> f"{tp.Disk(radius=1.0).area:.4f}"
+    '3.1416'
+    >>> tp.Disk(center=(0, 0, 2), radius=1.0).bounds
+    ((-1.0, -1.0, 2.0), (1.0, 1.0, 2.0))
+    """
+
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
+    radius: float
+    inner_radius: float = 0.0
+    up: OptionalVector = None
+
+    def __post_init__(self) -> None:
+        self._settle_plane()
+        settle_positive(self, "radius")
+        settle_nonnegative(self, "inner_radius")
+        if self.inner_radius >= self.radius:
+            refuse(self, f"inner_radius must be below radius {self.radius}, got {self.inner_radius}")
+        self._check_size("radius", "inner_radius")
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]; computed without cancellation for thin rings."""
+        return math.pi * (self.radius - self.inner_radius) * (self.radius + self.inner_radius)
+
+    @property
+    def extent(self) -> float:
+        """Outer radius [m]."""
+        return self.radius
+
+    def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
+        x, y, z = self.normal
+        return tuple(self.radius * min(1.0, math.hypot(*others)) for others in ((y, z), (x, z), (x, y)))
+
+    def reach_along(self, direction: Vector) -> float:
+        """Radius [m]: the half width along any unit direction of the plane."""
+        return self.radius
+
+
+@scene_object(kw_only=True)
+class Triangle(FlatShape):
+    """Flat triangle.
+
+    Parameters
+    ----------
+    vertices : three points of three floats
+        Vertices [m], not on one line. The normal follows the right-hand rule over their order.
+
+    Raises
+    ------
+    SceneError
+        If there are not three finite points, or if they lie on one line within rounding.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> triangle = tp.Triangle(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    >>> triangle.area, triangle.normal
+    (0.5, (0.0, 0.0, 1.0))
+    """
+
+    vertices: Converted[Iterable[Iterable[float]], tuple[Vector, Vector, Vector]]
+
+    def __post_init__(self) -> None:
+        given = self.vertices if isinstance(self.vertices, Iterable) else ()
+        vertices = tuple(as_floats(vertex) for vertex in given)
+        if len(vertices) != 3 or any(vertex is None or len(vertex) != 3 for vertex in vertices):
+            refuse(self, f"vertices must be three points of three finite numbers, got {shown(self.vertices)}")
+        if is_on_a_line(vertices):
+            refuse(self, f"vertices must not lie on one line, got {shown(vertices)}; move one of them")
+        store(self, vertices=vertices)
+        self._check_size("vertices")
+
+    @property
+    def center(self) -> Vector:
+        """Centroid [m]."""
+        return centroid(self.vertices)
+
+    @property
+    def normal(self) -> Vector:
+        """Unit normal; accurate to rounding for thin triangles too."""
+        return normal_and_area(self.vertices)[0]
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n): e_u from the first vertex to the second, e_v = n x e_u."""
+        return frame_of(self.vertices)
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Vertices in the frame, (u, v) from the centroid [m], counterclockwise."""
+        return corners_of(self.vertices)
+
+    @property
+    def area(self) -> float:
+        """Area of one side [m^2]; accurate to rounding for thin triangles too."""
+        return normal_and_area(self.vertices)[1]
+
+    @property
+    def extent(self) -> float:
+        """Distance from the centroid to the farthest vertex [m]."""
+        return max(math.dist(self.center, vertex) for vertex in self.vertices)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
+        axes = list(zip(*self.vertices, strict=True))
+        return tuple(map(min, axes)), tuple(map(max, axes))
+
+
+# ---- Infinite shapes: a plane, and the slab between two planes; not for sources, aims or results per area.
+
+
+@scene_object(kw_only=True)
+class Plane(FlatShape):
+    """Infinite plane.
+
+    It can be a surface or a detector, but not the shape of a source or an aim, and it has no results per
+    area.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        A point of the plane [m]; the origin of its frame.
+    normal : three floats, default (0, 0, 1)
+        Normal of the front side, of any length; stored as a unit vector.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Plane(normal=(0, 0, 2)).normal
+    (0.0, 0.0, 1.0)
+    >>> tp.Plane().area
+    inf
+    """
+
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
+    up = None
+    area = extent = math.inf
+    is_infinite = True
+
+    def __post_init__(self) -> None:
+        self._settle_plane()
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
+        return _bounds(self.center, self.normal, 0.0)
+
+
+@scene_object(kw_only=True)
+class Slab(Shape):
+    """Region between two parallel infinite planes, with normals outwards.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        A point midway between the planes [m].
+    normal : three floats, default (0, 0, 1)
+        Direction across the slab, of any length; stored as a unit vector.
+    thickness : float
+        Distance between the planes [m], positive.
+
+    Raises
+    ------
+    SceneError
+        If the thickness is not positive, or vanishes in the rounding of `center`.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> top, bottom = tp.Slab(thickness=0.5).planes()
+    >>> top.center, bottom.normal
+    ((0.0, 0.0, 0.25), (0.0, 0.0, -1.0))
+    """
+
+    center: VectorField = (0.0, 0.0, 0.0)
+    normal: VectorField = (0.0, 0.0, 1.0)
+    thickness: float
+    area = volume = extent = math.inf
+    is_closed = is_infinite = True
+
+    def __post_init__(self) -> None:
+        settle_vector(self, "center")
+        settle_direction(self, "normal")
+        settle_positive(self, "thickness")
+        faces = [face.center for face in self.planes()]
+        apart = math.dist(*faces)
+        if not 0.5 < apart / self.thickness < 2:
+            must = f"thickness must not vanish in the rounding of center {self.center}"
+            refuse(self, f"{must}, got {shown(self.thickness)}; move center towards the origin")
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, n), as for a flat shape."""
+        return local_frame(self.normal, None)
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Corners [m] of the bounding box: finite only along a normal that is a coordinate axis."""
+        return _bounds(self.center, self.normal, self.thickness / 2)
+
+    def planes(self) -> tuple[Plane, Plane]:
+        """Return the two faces as planes with outward normals.
+
+        Returns
+        -------
+        tuple of two Plane
+            The face on the side of `normal`, then the opposite one.
+        """
+        ways = (self.normal, tuple(-x + 0.0 for x in self.normal))
+        half = self.thickness / 2
+        centers = [tuple(c + half * x for c, x in zip(self.center, way, strict=True)) for way in ways]
+        return tuple(Plane(center=c, normal=way) for c, way in zip(centers, ways, strict=True))
+
+
+def _bounds(center: Vector, normal: Vector, half: float) -> tuple[Vector, Vector]:
+    """Corners [m] of the bounding box of a plane or slab with half thickness `half`."""
+    reach = [half if abs(x) == 1 else math.inf for x in normal]
+    lower, upper = (tuple(c + s * r for c, r in zip(center, reach, strict=True)) for s in (-1, 1))
+    return lower, upper

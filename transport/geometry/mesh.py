@@ -1,0 +1,453 @@
+"""Triangle mesh: read-only arrays of vertices and faces, checked once."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import warnings
+from collections.abc import Iterable
+from dataclasses import field
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from transport.geometry.mesh_build import arrays_of_file, arrays_of_polydata, box_arrays, sphere_arrays
+from transport.geometry.mesh_checks import (
+    MeshWarning,
+    check_facets,
+    check_size,
+    settled_faces,
+    settled_factor,
+    settled_tolerance,
+    settled_vertices,
+    warn,
+    warn_of_edges,
+    warn_of_volume,
+)
+from transport.geometry.mesh_topology import (
+    Edges,
+    edges_of,
+    facets,
+    signed_volume,
+    weld,
+    winding_number,
+    without_unused,
+)
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box, Sphere
+from transport.validation import (
+    ArrayField,
+    SceneError,
+    as_float,
+    as_floats,
+    refuse,
+    scene_object,
+    shown,
+    store,
+)
+from transport.vectors import Frame, Vector, local_frame
+
+MOST_TRIANGLES = 20_000_000  # of Mesh.sphere: about 2 GB
+HELD = 1 - 2.0**-10  # least winding number of a point inside; points on the surface have less
+
+__all__ = ["Mesh", "MeshWarning"]
+
+
+@scene_object(kw_only=True)
+class Mesh(Shape):
+    """Triangle mesh, open or closed.
+
+    The arrays are copied, made read-only, and vertices that no triangle uses are dropped. Two meshes are
+    equal if their arrays are.
+
+    Parameters
+    ----------
+    vertices : array (n, 3)
+        Vertices [m].
+    faces : array (m, 3) of int
+        Triangles as indices into `vertices`, counted from 0. The normal of a triangle follows the right-hand
+        rule over its vertices: outwards on a closed mesh.
+
+    Attributes
+    ----------
+    normals : array (m, 3)
+        Unit normals, accurate to rounding for thin triangles too.
+    areas : array (m,)
+        Areas [m^2], accurate to rounding for thin triangles too.
+    edges : Edges
+        Numbers of open, non-manifold and inconsistently oriented edges.
+
+    Raises
+    ------
+    SceneError
+        If the arrays are not triangles, or a triangle has no area or occurs twice.
+
+    Warns
+    -----
+    MeshWarning
+        If an edge has more than two triangles, neighbours have opposite orientations, or a closed mesh is
+        inverted.
+
+    Notes
+    -----
+    For glass use `Sphere`, not a sphere mesh: flat facets leak light that total internal reflection should
+    block.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> mesh = tp.Mesh(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)], faces=[(0, 1, 2)])
+    >>> mesh
+    Mesh(1 triangle, 3 open edges)
+    >>> mesh.area
+    0.5
+    """
+
+    vertices: ArrayField = field(compare=False)
+    faces: ArrayField = field(compare=False)
+    normals: np.ndarray = field(init=False, compare=False)
+    areas: np.ndarray = field(init=False, compare=False)
+    edges: Edges = field(init=False, compare=False)
+    digest: bytes = field(init=False)  # hash of the arrays' bytes, for == and hash()
+
+    def __post_init__(self) -> None:
+        vertices = settled_vertices(self, self.vertices)
+        faces = settled_faces(self, self.faces, len(vertices))
+        check_size(self, vertices)
+        found = facets(vertices, faces)
+        check_facets(self, vertices, faces, found)
+        vertices, faces = without_unused(vertices, faces)
+        arrays = {"vertices": vertices, "faces": faces, "normals": found.normals, "areas": found.areas}
+        store(self, **arrays, edges=edges_of(faces), digest=_digest(vertices, faces))
+        self._freeze()
+        warn_of_edges(self.edges)
+        if self.edges.are_paired and not self.is_closed:
+            warn_of_volume(self.volume, self.volume_rounding, self.triangles)
+
+    @classmethod
+    def from_file(cls, path: str | PathLike, scale: float = 1.0, tolerance: float = 0.0) -> Mesh:
+        """Read the triangles of an STL, PLY, OBJ or VTP file (needs pyvista).
+
+        Parameters
+        ----------
+        path : str or Path
+            File that ends in .stl, .ply, .obj or .vtp.
+        scale : float, default 1
+            Unit of length of the file [m], as 1e-3 for millimetres.
+        tolerance : float, default 0
+            Vertices within this distance [m] of one another are merged; 0 merges equal coordinates only.
+
+        Returns
+        -------
+        Mesh
+            The mesh; triangles that collapse when vertices are merged are left out with a MeshWarning.
+
+        Raises
+        ------
+        SceneError
+            If the file cannot be read or pyvista is not installed.
+        """
+        return cls._welded(*arrays_of_file(path), scale, tolerance)
+
+    @classmethod
+    def from_pyvista(cls, polydata: Any, scale: float = 1.0, tolerance: float = 0.0) -> Mesh:
+        """Convert the polygons of a pyvista.PolyData to triangles and merge their vertices.
+
+        Parameters
+        ----------
+        polydata : pyvista.PolyData
+            Polygons; lines and points are ignored.
+        scale : float, default 1
+            Unit of length of `polydata` [m].
+        tolerance : float, default 0
+            Distance [m] within which vertices are merged.
+
+        Returns
+        -------
+        Mesh
+            The mesh.
+
+        Raises
+        ------
+        SceneError
+            If `polydata` has no polygons.
+        """
+        return cls._welded(*arrays_of_polydata(polydata), scale, tolerance)
+
+    @classmethod
+    def sphere(
+        cls, *, center: Iterable[float] = (0.0, 0.0, 0.0), radius: float, triangles: int = 1280
+    ) -> Mesh:
+        """Return a closed mesh of a sphere: a subdivided icosahedron with its vertices on the sphere.
+
+        Parameters
+        ----------
+        center : three floats, default (0, 0, 0)
+            Centre [m].
+        radius : float
+            Radius [m], positive.
+        triangles : int, default 1280
+            Least number of triangles; the mesh has the next number 20 f^2, f an integer.
+
+        Returns
+        -------
+        Mesh
+            Closed mesh, with area and volume below those of the sphere.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Mesh.sphere(radius=1.0, triangles=100)
+        Mesh(180 triangles, closed)
+        """
+        shape = Sphere(center=center, radius=radius)
+        number = as_float(triangles)
+        if number is None or number != int(number) or not 1 <= number <= MOST_TRIANGLES:
+            must = f"triangles must be a whole number from 1 to {MOST_TRIANGLES}"
+            raise SceneError(f"Mesh.sphere: {must}, got {shown(triangles)}; write triangles=1280")
+        vertices, faces = sphere_arrays(shape.center, shape.radius, int(number))
+        return cls(vertices=vertices, faces=faces)
+
+    @classmethod
+    def box(cls, *, center: Iterable[float] = (0.0, 0.0, 0.0), size: Iterable[float] | float) -> Mesh:
+        """Return a closed mesh of an axis-aligned box: twelve triangles.
+
+        Parameters
+        ----------
+        center : three floats, default (0, 0, 0)
+            Centre [m].
+        size : float or three floats
+            Edge lengths [m] along x, y and z; one number for a cube.
+
+        Returns
+        -------
+        Mesh
+            Closed mesh.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Mesh.box(size=(1, 2, 3)).volume
+        6.0
+        """
+        vertices, faces = box_arrays(*Box(center=center, size=size).bounds)
+        return cls(vertices=vertices, faces=faces)
+
+    @property
+    def triangles(self) -> int:
+        """Number of triangles."""
+        return len(self.faces)
+
+    @functools.cached_property
+    def area(self) -> float:
+        """Area of one side of all triangles [m^2], accurate to rounding."""
+        return math.fsum(self.areas)
+
+    @functools.cached_property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the mesh."""
+        return tuple(
+            tuple(corner.tolist()) for corner in (self.vertices.min(axis=0), self.vertices.max(axis=0))
+        )
+
+    @property
+    def middle(self) -> Vector:
+        """Middle of the bounds [m]."""
+        low, high = self.bounds
+        return tuple(p / 2 + q / 2 for p, q in zip(low, high, strict=True))
+
+    @functools.cached_property
+    def extent(self) -> float:
+        """Distance from the middle to the farthest vertex [m]."""
+        way = np.abs(self.vertices - self.middle)
+        return float(np.hypot(np.hypot(way[:, 0], way[:, 1]), way[:, 2]).max())
+
+    @property
+    def frame(self) -> Frame:
+        """Unit vectors (e_u, e_v, axis) of the mesh's coordinates, axis = +z."""
+        return local_frame((0.0, 0.0, 1.0), None)
+
+    @property
+    def open_edges(self) -> int:
+        """Number of edges with one triangle only."""
+        return self.edges.open
+
+    @functools.cached_property
+    def is_closed(self) -> bool:
+        """Whether every edge joins two triangles of equal orientation and the normals point outwards."""
+        return self.edges.are_paired and self.volume > self.volume_rounding
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m^3], negative if the normals point inwards; SceneError for an open mesh."""
+        return self._volume[0]
+
+    @property
+    def volume_rounding(self) -> float:
+        """Bound on the rounding error of `volume` [m^3]."""
+        return self._volume[1]
+
+    def holds(self, point: Iterable[float]) -> bool:
+        """Return whether a point lies inside a closed mesh; a point in a facet does not.
+
+        Parameters
+        ----------
+        point : three floats
+            Point [m].
+
+        Returns
+        -------
+        bool
+            Whether the winding number of the mesh around the point is 1.
+
+        Raises
+        ------
+        SceneError
+            If the mesh is open.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> cube = tp.Mesh.box(size=1.0)
+        >>> cube.holds((0, 0, 0)), cube.holds((0, 0, 1))
+        (True, False)
+        """
+        position = as_floats(point)
+        if position is None or len(position) != 3:
+            refuse(self, f"point must be three finite numbers, got {shown(point)}")
+        self._refuse_open("an inside")
+        return abs(winding_number(self.vertices, self.faces, np.array(position))) > HELD
+
+    def flipped(self) -> Mesh:
+        """Return the mesh with all normals reversed.
+
+        Returns
+        -------
+        Mesh
+            Same vertices, each triangle in reverse order.
+        """
+        return self._changed(self.vertices, self.faces[:, ::-1])
+
+    def moved(self, by: Iterable[float]) -> Mesh:
+        """Return the mesh translated by a vector.
+
+        Parameters
+        ----------
+        by : three floats
+            Translation [m].
+
+        Returns
+        -------
+        Mesh
+            Translated mesh.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Mesh.box(size=2.0).moved((0, 0, 1)).bounds
+        ((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0))
+        """
+        way = as_floats(by)
+        if way is None or len(way) != 3:
+            refuse(self, f"by must be three finite lengths, got {shown(by)}")
+        return self._changed(self.vertices + way, self.faces)
+
+    def scaled(self, by: float) -> Mesh:
+        """Return the mesh scaled about the origin.
+
+        Parameters
+        ----------
+        by : float
+            Positive factor; `tp.mm` for coordinates in millimetres.
+
+        Returns
+        -------
+        Mesh
+            Scaled mesh.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> f"{tp.Mesh.box(size=2.0).scaled(by=0.5).volume:g}"
+        '1'
+        """
+        return self._changed(self.vertices * settled_factor(self, "by", by), self.faces)
+
+    def merged(self, tolerance: float = 0.0) -> Mesh:
+        """Return the mesh with coincident vertices merged.
+
+        Parameters
+        ----------
+        tolerance : float, default 0
+            Vertices within this distance [m] of one another are merged; 0 merges equal coordinates only.
+
+        Returns
+        -------
+        Mesh
+            Mesh without triangles that collapsed; their number is warned of.
+        """
+        return self._welded(self.vertices, self.faces, 1.0, tolerance)
+
+    def __repr__(self) -> str:
+        kind = "closed"
+        if not self.is_closed:
+            counts = {
+                "open": self.edges.open,
+                "non-manifold": self.edges.crowded,
+                "misoriented": self.edges.turned,
+            }
+            found = [f"{n} {name} edge{'s' if n > 1 else ''}" for name, n in counts.items() if n]
+            kind = ", ".join(found) or "inverted"
+        return f"Mesh({self.triangles} triangle{'s' if self.triangles > 1 else ''}, {kind})"
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._freeze()
+
+    @functools.cached_property
+    def _volume(self) -> tuple[float, float]:
+        """Volume [m^3] and the bound on its rounding error."""
+        self._refuse_open("a volume")
+        return signed_volume(self.vertices, self.faces, self.normals, self.areas)
+
+    def _refuse_open(self, what: str) -> None:
+        """Raise SceneError if the mesh is open."""
+        if not self.edges.are_paired:
+            cure = "close the holes and orient all triangles alike"
+            refuse(self, f"{what} needs a closed mesh, got {self!r}; {cure}")
+
+    def _freeze(self) -> None:
+        """Make the arrays read-only."""
+        for array in (self.vertices, self.faces, self.normals, self.areas):
+            array.flags.writeable = False
+
+    @classmethod
+    def _welded(cls, vertices: np.ndarray, faces: np.ndarray, scale: float, tolerance: float) -> Mesh:
+        """Mesh of scaled vertices after merging; warns of triangles that collapsed."""
+        scale = settled_factor(cls, "scale", scale)
+        tolerance = settled_tolerance(cls, tolerance)
+        found = weld(vertices * scale, faces, tolerance)
+        if found.collapsed:
+            many = "1 triangle" if found.collapsed == 1 else f"{found.collapsed} triangles"
+            warn(
+                f"{many} of {len(faces)} left out: two of their vertices coincide;"
+                " repair the file if they matter"
+            )
+        return cls(vertices=found.vertices, faces=found.faces)
+
+    def _changed(self, vertices: np.ndarray, faces: np.ndarray) -> Mesh:
+        """Mesh with new arrays; warnings about its edges were given for the original and are suppressed."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            return Mesh(vertices=vertices, faces=faces)
+
+
+def _digest(*arrays: np.ndarray) -> bytes:
+    """Hash of the shapes and bytes of arrays."""
+    code = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        code.update(repr(array.shape).encode())
+        code.update(array)
+    return code.digest()

@@ -1,0 +1,163 @@
+"""Triangles from files and from pyvista.PolyData; pyvista is imported only when a file is read."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from transport.geometry.mesh_checks import why_not_whole
+from transport.geometry.mesh_topology import weld
+from transport.validation import SceneError, shown
+
+SUFFIXES = (".stl", ".ply", ".obj", ".vtp")
+
+
+def arrays_of_file(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of an STL (ascii or binary), PLY, OBJ or VTP file, unchanged.
+
+    Raises SceneError if the file is missing, empty or holds no triangles, or if pyvista is not installed.
+    """
+    file = _existing(path)
+    try:
+        import pyvista
+    except ImportError as error:
+        raise SceneError(
+            f"Mesh.from_file: reading {file.name!r} needs pyvista, got {error};"
+            " pip install '.[viz]' in the clone"
+        ) from error
+    # Collect VTK's error messages, which it does not raise.
+    heard = pyvista.VtkErrorCatcher(send_to_logging=False)
+    try:
+        with heard:
+            reader = pyvista.get_reader(str(file))
+            if file.suffix.lower() == ".stl":
+                reader.reader.MergingOff()  # merging would silently drop collapsed triangles
+            polydata = reader.read()
+    except Exception as error:
+        raise _unreadable(file, heard.events[0].alert if heard.events else error) from error
+    if heard.events:
+        raise _unreadable(file, heard.events[0].alert)
+    arrays = _triangles_of(polydata)
+    if arrays is None:
+        raise _unreadable(file, "no triangles")
+    return arrays
+
+
+def arrays_of_polydata(polydata: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) and triangles (m, 3) of the polygons of a PolyData; lines and points are ignored."""
+    kind = type(polydata).__name__
+    if not all(hasattr(polydata, name) for name in ("triangulate", "points", "faces")):
+        cure = "write Mesh.from_file(path) for a file, Mesh.from_pyvista(grid.extract_surface()) for a grid"
+        raise SceneError(f"Mesh.from_pyvista: polydata must be a pyvista.PolyData, got {kind}; {cure}")
+    arrays = _triangles_of(polydata)
+    if arrays is None:
+        cure = "write polydata.extract_surface()"
+        raise SceneError(f"Mesh.from_pyvista: polydata must hold polygons, got none in {kind}; {cure}")
+    return arrays
+
+
+def _triangles_of(polydata: Any) -> tuple[np.ndarray, np.ndarray] | None:
+    """Vertices and triangles; None if there are no polygons."""
+    surface = polydata.triangulate()
+    faces = np.asarray(surface.faces).reshape(-1, 4)  # each row: 3, then three vertex indices
+    if len(faces) == 0:
+        return None
+    return np.asarray(surface.points, dtype=np.float64), np.asarray(faces[:, 1:], dtype=np.int64)
+
+
+def _existing(path: str | os.PathLike) -> Path:
+    """The file at that path; raises SceneError if it is missing, empty, cut off or not a mesh format."""
+    if not isinstance(path, str | os.PathLike):
+        raise SceneError(
+            f"Mesh.from_file: path must be a text or a Path, got {shown(path)}; write 'part.stl'"
+        )
+    file = Path(path).expanduser()
+    if file.suffix.lower() not in SUFFIXES:
+        kinds = ", ".join(SUFFIXES)
+        raise SceneError(
+            f"Mesh.from_file: path must end in one of {kinds}, got {str(path)!r}; save it as one of these"
+        )
+    if not file.is_file():
+        what = "a folder" if file.is_dir() else "no such file"
+        raise SceneError(
+            f"Mesh.from_file: path must be a file, got {what} {str(path)!r}; look in {_near(file)}"
+        )
+    if file.stat().st_size == 0:
+        raise _unreadable(file, "an empty file, 0 bytes")
+    found = why_not_whole(file)
+    if found is not None:
+        raise _unreadable(file, found)
+    return file
+
+
+def _near(file: Path) -> str:
+    """Quoted path of the nearest existing parent folder."""
+    return repr(str(next(folder for folder in file.absolute().parents if folder.is_dir())))
+
+
+def _unreadable(file: Path, found: object) -> SceneError:
+    """SceneError for a file that cannot be read."""
+    return SceneError(
+        f"Mesh.from_file: {file.name!r} cannot be read as {file.suffix},"
+        f" got {str(found).splitlines()[0]}; save it again"
+    )
+
+
+# ---- Triangulated solids: a sphere (subdivided icosahedron) and a box.
+
+GOLDEN = (1 + math.sqrt(5)) / 2
+CORNERS = np.array(
+    [(0, s, t * GOLDEN) for s in (-1, 1) for t in (-1, 1)]
+    + [(s, t * GOLDEN, 0) for s in (-1, 1) for t in (-1, 1)]
+    + [(t * GOLDEN, 0, s) for s in (-1, 1) for t in (-1, 1)]
+)
+
+
+def sphere_arrays(center: tuple[float, ...], radius: float, triangles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices on a sphere [m] and at least `triangles` triangles, 20 f^2, of a subdivided icosahedron.
+
+    Points of a shared edge are computed by identical sums on both sides, so that they merge exactly.
+    """
+    f = max(1, math.isqrt(max(triangles - 1, 0) // 20) + 1)
+    a, b, c = (CORNERS[faces] for faces in _icosahedron().T)
+    # Place points of the divided face at integer barycentric coordinates (i, j, f - i - j).
+    i, j = (index.ravel() for index in np.meshgrid(range(f + 1), range(f + 1), indexing="ij"))
+    i, j = i[i + j <= f], j[i + j <= f]
+    points = (i[:, None] * a[:, None, :] + j[:, None] * b[:, None, :]) + (f - i - j)[:, None] * c[:, None, :]
+    points = points.reshape(-1, 3)
+    # Number the points of one face, and list its upright and inverted triangles.
+    place = np.full((f + 2, f + 2), -1)
+    place[i, j] = np.arange(len(i))
+    upright = np.stack([place[i, j], place[i + 1, j], place[i, j + 1]], axis=1)[i + j < f]
+    turned = np.stack([place[i, j], place[i - 1, j], place[i, j - 1]], axis=1)[(i > 0) & (j > 0)]
+    one_side = np.concatenate([upright, turned])
+    # Repeat for all 20 faces, merge shared points, and project them onto the sphere.
+    faces = (one_side[None] + len(i) * np.arange(20)[:, None, None]).reshape(-1, 3)
+    points, faces, *_ = weld(points, faces)
+    return radius * (points / np.linalg.norm(points, axis=1)[:, None]) + center, faces
+
+
+def box_arrays(low: tuple[float, ...], high: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Eight corners [m] of an axis-aligned box, and twelve triangles with outward normals."""
+    ends = np.array([low, high])
+    vertices = np.array([ends[(x, y, z), (0, 1, 2)] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return vertices, np.array([(p, q, r) for a, b, c, d in sides for p, q, r in ((a, b, c), (a, c, d))])
+
+
+def _icosahedron() -> np.ndarray:
+    """The 20 triples of adjacent corners, with outward normals."""
+    # Adjacent corners, at edge length 2, have the scalar product phi.
+    near = np.abs(CORNERS @ CORNERS.T - GOLDEN) < 0.1
+    faces = [
+        (a, b, c)
+        for a in range(12)
+        for b in range(a)
+        for c in range(b)
+        if near[a, b] and near[b, c] and near[a, c]
+    ]
+    return np.array([(a, b, c) if np.linalg.det(CORNERS[[a, b, c]]) > 0 else (a, c, b) for a, b, c in faces])

@@ -1,0 +1,139 @@
+"""Shapes for sources only: a point and a Gaussian cloud."""
+
+import math
+
+from transport.statistics.normal import REACH
+from transport.validation import (
+    Lengths,
+    VectorField,
+    as_float,
+    as_floats,
+    refuse,
+    scene_object,
+    settle_vector,
+    shown,
+    store,
+)
+from transport.vectors import Vector
+
+# ---- Base class of all shapes: bounds, middle, extent, closed or open, finite or infinite.
+
+ROUNDING = 8 * 2.0**-52  # relative tolerance: supports that differ only by rounding of coordinates are equal
+
+
+class Shape:
+    """Base class of all shapes; not instantiated itself."""
+
+    is_closed = False
+    is_infinite = False
+
+    @property
+    def middle(self) -> Vector:
+        """Centre [m]."""
+        return self.center
+
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] of the smallest axis-aligned box that holds the shape."""
+        return self._box(self._reach())
+
+    def _box(self, reach: Vector) -> tuple[Vector, Vector]:
+        """Lower and upper corner [m] at distances `reach` from the middle."""
+        reach = list(zip(self.middle, reach, strict=True))
+        return tuple(c - r for c, r in reach), tuple(c + r for c, r in reach)
+
+    @property
+    def extent(self) -> float:
+        """Half diagonal of the bounds [m]."""
+        return math.hypot(*self._reach())
+
+    def _check_size(self, *names: str) -> None:
+        """Raise if area, volume or bounds overflow or underflow a double."""
+        sizes = {"area": self.area} | ({"volume": self.volume} if self.is_closed else {})
+        for quantity, size in sizes.items():
+            if not 0 < size < math.inf:
+                values = ", ".join(f"{name}={shown(getattr(self, name))}" for name in names)
+                refuse(
+                    self, f"{quantity} must be positive and finite, got {size} from {values}; change the unit"
+                )
+        if not all(map(math.isfinite, (*self.bounds[0], *self.bounds[1]))):
+            refuse(self, f"bounds must be finite, got {self.bounds}; move center towards the origin")
+
+
+# ---- Shapes for sources only: a point and a Gaussian cloud.
+
+
+@scene_object(kw_only=True)
+class Point(Shape):
+    """Point, for sources only.
+
+    Parameters
+    ----------
+    position : three floats, default (0, 0, 0)
+        Position [m].
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Point(position=(0, 0, 1)).middle
+    (0.0, 0.0, 1.0)
+    """
+
+    position: VectorField = (0.0, 0.0, 0.0)
+    extent = 0.0
+
+    def __post_init__(self) -> None:
+        settle_vector(self, "position")
+
+    @property
+    def middle(self) -> Vector:
+        """Position [m]."""
+        return self.position
+
+    def _reach(self) -> Vector:
+        """Half extents [m] along the axes: 0."""
+        return 0.0, 0.0, 0.0
+
+
+@scene_object(kw_only=True)
+class Cloud(Shape):
+    """Gaussian cloud of positions, for the emission Gas only.
+
+    Parameters
+    ----------
+    center : three floats, default (0, 0, 0)
+        Mean position [m].
+    sigma : float or three floats
+        Standard deviation [m], one for all axes or one per axis; 0 or more, not all 0.
+
+    Notes
+    -----
+    `bounds` lie 8.5 sigma from the centre, beyond which no position is sampled.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Cloud(sigma=1e-3).sigma
+    (0.001, 0.001, 0.001)
+    """
+
+    center: VectorField = (0.0, 0.0, 0.0)
+    sigma: Lengths
+
+    def __post_init__(self) -> None:
+        settle_vector(self, "center")
+        every = as_float(self.sigma)
+        sigma = as_floats(self.sigma if every is None else (every,) * 3)
+        if sigma is None or len(sigma) != 3 or min(sigma) < 0 or not 0 < max(sigma) < 1e300:
+            must = f"one or three lengths, 0 or more and not all 0, got {shown(self.sigma)}"
+            refuse(self, f"sigma must be {must}; for a source without extent write Point(position=...)")
+        store(self, sigma=sigma)
+
+    @property
+    def volume(self) -> float:
+        """Effective volume (2 pi)^(3/2) sigma_x sigma_y sigma_z [m^3]: number over density at the centre."""
+        return (2 * math.pi) ** 1.5 * math.prod(self.sigma)
+
+    def _reach(self) -> Vector:
+        """Half extents [m] along the axes."""
+        return tuple(REACH * length for length in self.sigma)

@@ -1,0 +1,200 @@
+"""Estimates in a notebook: their text, and for an array a picture and some bins."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.io.html.charts import axis_words, bars, bin_text, thumbnail
+from transport.io.html.elements import (
+    beside,
+    code,
+    escaped,
+    framed,
+    heading,
+    muted,
+    table,
+    typeset,
+    warnings_of,
+)
+from transport.io.html.maps import map_thumbnail, maps
+from transport.results.phase_space import PhaseReading, SnapshotReading
+from transport.results.report import title_of
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.validation import SceneError
+
+if TYPE_CHECKING:
+    from transport.results.reading import Quantified
+
+
+FEW = 8  # bins that are all listed
+
+
+def estimate_html(estimate: Estimate) -> str:
+    """The estimate in one line."""
+    batches = "" if estimate.exact else f" {muted(f'{estimate.batches} batches')}"
+    return framed(f"<span>{typeset(estimate)}</span>{batches}")
+
+
+def array_html(array: EstimateArray) -> str:
+    """The range of an array, a picture of it, and some of its bins."""
+    cut, where = _plane(array)
+    seen = f"<div>{muted(f'slice shown where {where}')}</div>" if where else ""
+    return framed(heading(type(array).__name__, told_of(array)), seen, beside(_picture(cut), _some_bins(cut)))
+
+
+def told_of(array: EstimateArray) -> str:
+    """The axes and the range of an array, as in its text."""
+    return f"<span>{typeset(repr(array).strip('<>').partition(' ')[2])}</span>"
+
+
+def thumbnail_of(array: EstimateArray) -> str:
+    """A picture as high as a line of text; "" if all values are zero."""
+    cut, _ = _plane(array)
+    if cut is None or not np.nan_to_num(cut.value).any():
+        return ""
+    if len(cut.dims) == 1:
+        return thumbnail(cut.value, cut.coords[cut.dims[0]])
+    return map_thumbnail(cut.value, cut.dims, [cut.coords[name] for name in cut.dims])
+
+
+def _plane(array: EstimateArray) -> tuple[EstimateArray | None, str]:
+    """Slice of the two longest axes through the largest value, and its position in HTML."""
+    if 0 in array.shape:
+        return None, ""
+    order = sorted(range(len(array.shape)), key=lambda axis: -array.shape[axis])
+    kept = {axis for axis in order[:2] if array.shape[axis] > 1} or {0}
+    left = [axis for axis in range(len(array.shape)) if axis not in kept]
+    if not left:
+        return array, ""
+    value = array.value
+    place = np.unravel_index(np.argmax(np.where(np.isfinite(value), value, -np.inf)), value.shape)
+    index = tuple(slice(None) if axis in kept else int(place[axis]) for axis in range(len(array.shape)))
+    where = [
+        f"{axis_words(array.dims[axis])} is {_bin(array, axis, int(place[axis]))}"
+        for axis in left
+        if array.shape[axis] > 1
+    ]
+    return array[index], " and ".join(where)
+
+
+def _picture(cut: EstimateArray | None) -> str:
+    if cut is None or not np.isfinite(cut.value).any():
+        return ""
+    edges = [cut.coords[name] for name in cut.dims]
+    if len(cut.dims) == 1:
+        return bars(cut.value, cut.error, cut.dims[0], edges[0], str(cut.unit))
+    return maps(cut.value, cut.relative_error, cut.dims, edges, str(cut.unit))
+
+
+def _some_bins(cut: EstimateArray | None) -> str:
+    """All bins if they are few; some along one axis; else those of the largest, median and smallest value."""
+    if cut is None:
+        return ""
+    is_long = cut.value.size > FEW and len(cut.dims) > 1
+    chosen = _telling(cut) if is_long else [("", place) for place in _spread(cut)]
+    heads = [*([""] if chosen and chosen[0][0] else []), *(f">{axis_words(name)}" for name in cut.dims)]
+    rows = []
+    for word, flat in chosen:
+        place = tuple(int(k) for k in np.unravel_index(flat, cut.shape))
+        bins = [f">{_bin(cut, axis, k)}" for axis, k in enumerate(place)]
+        rows.append([*([muted(word)] if word else []), *bins, f">{typeset(cut[place])}"])
+    return table(rows, [*heads, ">estimate"])
+
+
+def _spread(cut: EstimateArray) -> np.ndarray:
+    """Flat indices of a few bins from first to last; of many bins those with a known error."""
+    flat = np.arange(cut.value.size)
+    known = flat[np.isfinite(cut.error.ravel())]
+    flat = known if flat.size > FEW and known.size else flat
+    return flat[np.unique(np.linspace(0, flat.size - 1, min(flat.size, FEW)).round().astype(int))]
+
+
+def _telling(cut: EstimateArray) -> list[tuple[str, int]]:
+    """Flat indices of the largest, median and smallest value, and of the largest relative error."""
+    known = np.flatnonzero(np.isfinite(cut.value.ravel()))
+    if not known.size:
+        return []
+    values, middle = cut.value.ravel()[known], (known.size - 1) // 2
+    found = [
+        ("largest", known[np.argmax(values)]),
+        ("median", known[np.argpartition(values, middle)[middle]]),
+        ("smallest", known[np.argmin(values)]),
+    ]
+    relative = cut.relative_error.ravel()
+    relative = np.where(np.isfinite(relative), relative, -1.0)
+    if relative.max() > 0:
+        found.append(("least sure", int(np.argmax(relative))))
+    return found
+
+
+def _bin(array: EstimateArray, axis: int, number: int) -> str:
+    return bin_text(array.dims[axis], array.coords[array.dims[axis]], number, array.shape[axis])
+
+
+# ---- The reading of a detector in a notebook: a row per quantity.
+
+HEAVY = 1 << 22  # numbers (bins times batches) of one quantity, above which other quantities are only named
+
+
+def reading_html(reading: Quantified) -> str:
+    """The reading, with the reason for a missing score if it is known."""
+    warning = reading.note and reading.note[1]
+    looking = reading.phase_space if isinstance(reading, PhaseReading) else reading.detector
+    title = title_of(looking, reading)
+    return framed(
+        heading(escaped(title)), warnings_of([warning] if warning else []), quantities_table(reading)
+    )
+
+
+def quantities_table(reading: Quantified) -> str:
+    """A row per available quantity; with very many bins only for those that are already computed."""
+    rows, named, is_heavy = [], [], False
+    for name in reading.known:
+        if is_heavy and name not in vars(reading):
+            named.append(name)
+            continue
+        try:
+            quantity = getattr(reading, name)
+        except SceneError:
+            continue
+        rows.append([_explained(reading, name), *_cells(quantity)])
+        is_heavy = is_heavy or _numbers(quantity) > HEAVY
+    more = f"not computed for so many bins unless read: {', '.join(map(code, named))}" if named else ""
+    return (table(rows) if rows else "") + (f"<div>{muted(more)}</div>" if more else "")
+
+
+def _cells(quantity: Estimate | EstimateArray) -> tuple[str, str]:
+    """The text of a quantity, and its picture if it is an array."""
+    if isinstance(quantity, EstimateArray):
+        return told_of(quantity), thumbnail_of(quantity)
+    return f"<span>{typeset(quantity)}</span>", ""
+
+
+def _explained(reading: Quantified, name: str) -> str:
+    """The name, with its meaning as a tooltip."""
+    meaning = inspect.getdoc(inspect.getattr_static(type(reading), name, None)) or ""
+    line = meaning.partition("\n\n")[0].replace("\n", " ")
+    return f'<span title="{escaped(line)}">{code(name)}</span>'
+
+
+def _numbers(quantity: Estimate | EstimateArray) -> int:
+    return quantity.value.size * quantity.batches if isinstance(quantity, EstimateArray) else 1
+
+
+def sample_html(reading: SnapshotReading) -> str:
+    """A snapshot: its number of particles, and the ranges of positions and velocities."""
+    rows = [
+        [code("positions"), _spread_of_reading(reading.positions, "m")],
+        [code("velocities"), _spread_of_reading(reading.velocities, "m s^-1")],
+    ]
+    title = title_of(reading.snapshot, reading)
+    return framed(heading(escaped(title)), table(rows) if len(reading) else "")
+
+
+def _spread_of_reading(vectors, unit: str) -> str:
+    """The smallest and largest value of each component."""
+    spans = zip("xyz", vectors.min(axis=0, initial=0), vectors.max(axis=0, initial=0), strict=True)
+    return typeset(", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, low, high in spans) + f" {unit}")

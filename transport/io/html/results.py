@@ -1,0 +1,80 @@
+"""The result of a run in a notebook: warnings first, then energy balance, detectors and cost."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from transport.io.html.charts import FILL
+from transport.io.html.elements import escaped, folded, framed, heading, muted, table, typeset, warnings_of
+from transport.io.html.estimates import quantities_table
+from transport.results.report import (
+    all_is_well,
+    cost_lines,
+    head_of,
+    ledger_title,
+    method_lines,
+    price_lines,
+    title_of,
+    told_entries,
+    tracking_lines,
+)
+from transport.scene.phase_space import Snapshot
+
+if TYPE_CHECKING:
+    from transport.results.result import Ledger, Result
+
+OPEN = 2  # number of detectors up to which they are shown unfolded
+
+
+def result_html(result: Result) -> str:
+    """The contents of `result.report()` as HTML."""
+    warnings = result.warnings
+    how = [*method_lines(result), *tracking_lines(result)]
+    detectors = result.scene.detectors
+    return framed(
+        heading("Result", escaped(head_of(result))),
+        warnings_of(warnings),
+        *(f"<div>{typeset(line)}</div>" for line in how),
+        folded(escaped(ledger_title(result)), ledger_table(result._own_ledger), True),
+        *(_detector(result, detector, len(detectors) <= OPEN) for detector in detectors),
+        *(f"<div>{muted(typeset(line))}</div>" for line in cost_lines(result)),
+        "" if warnings else f"<div>{muted(typeset(all_is_well(result)))}</div>",
+    )
+
+
+def ledger_html(ledger: Ledger) -> str:
+    """The energy balance alone."""
+    return framed(heading("Ledger"), ledger_table(ledger))
+
+
+def ledger_table(ledger: Ledger) -> str:
+    """A row per entry, with a bar for its share of the emitted power."""
+    emitted = ledger["emitted"].value
+    return table(
+        [
+            ("&emsp;" if is_part else "") + escaped(name),
+            f"<span>{typeset(estimate)}</span>",
+            _share(estimate.value / emitted if emitted else math.nan),
+        ]
+        for name, estimate, is_part in told_entries(ledger)
+    )
+
+
+def _detector(result: Result, detector: object, is_open: bool) -> str:
+    reading = result[detector.name]
+    told = f"<b>{escaped(title_of(detector, reading))}</b>"
+    if isinstance(detector, Snapshot):
+        return f"<div>{told}</div>"
+    prices = "".join(f"<div>{muted(typeset(line))}</div>" for line in price_lines(result, detector.name))
+    return folded(told, quantities_table(reading) + prices, is_open)
+
+
+def _share(share: float) -> str:
+    """A bar of 100 pixels for a share of the whole."""
+    if not 0 <= share <= 1:
+        return ""
+    return (
+        f'<svg width="100" height="9" role="img" fill="{FILL}"><title>{100 * share:.3g} %</title>'
+        f'<rect width="100" height="9" opacity=".16"/><rect width="{100 * share:.2f}" height="9"/></svg>'
+    )

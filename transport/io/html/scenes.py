@@ -1,0 +1,136 @@
+"""A scene in a notebook: its sources, surfaces and detectors, one row each."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.io.html.elements import code, escaped, folded, framed, heading, muted, table, typeset
+from transport.units import speed_of_light
+from transport.validation import shown
+
+if TYPE_CHECKING:
+    from transport.scene.scene import Scene
+
+
+# ---- A user's object in few words: its kind and the parameters that differ from their defaults.
+
+DEEPEST = 4  # levels of nested objects that are written out
+
+
+def described(thing: object, without: Collection[str] = (), depth: int = DEEPEST) -> str:
+    """The object as code that would make it, such as "Sphere(radius=0.5)", shortened if it is long.
+
+    without: parameters to leave out.
+    """
+    if isinstance(thing, Mapping):
+        return (
+            "{"
+            + ", ".join(f"{described(k, (), depth)}: {described(v, (), depth)}" for k, v in thing.items())
+            + "}"
+        )
+    if not dataclasses.is_dataclass(thing) or _has_words_of_its_own(thing):
+        return _value(thing)
+    if depth == 0:
+        return f"{type(thing).__name__}(...)"
+    given = [
+        f"{field.name}={described(getattr(thing, field.name), (), depth - 1)}"
+        for field in dataclasses.fields(thing)
+        if field.init
+        and field.repr
+        and field.name not in without
+        and not _is_default(field, getattr(thing, field.name))
+    ]
+    return f"{type(thing).__name__}({', '.join(given)})"
+
+
+def _has_words_of_its_own(thing: object) -> bool:
+    """Whether it holds arrays or code and its class defines its own text: a mesh, for example."""
+    is_generated = hasattr(
+        type(thing).__repr__, "__wrapped__"
+    )  # a dataclass's generated __repr__ is wrapped, against infinite recursion
+    parts = (getattr(thing, field.name) for field in dataclasses.fields(thing))
+    return not is_generated and any(isinstance(part, np.ndarray) or callable(part) for part in parts)
+
+
+def _value(thing: object) -> str:
+    """A number or text; whole numbers without a decimal point, long lists shortened."""
+    if isinstance(thing, float) and thing.is_integer() and abs(thing) < 1e15:
+        return str(int(thing))
+    if isinstance(thing, tuple) and 0 < len(thing) <= 6:
+        return f"({', '.join(described(part, (), 2) for part in thing)}{',' if len(thing) == 1 else ''})"
+    return shown(thing)
+
+
+def _is_default(field: dataclasses.Field, value: object) -> bool:
+    if isinstance(value, np.ndarray):
+        return False
+    if field.name == "speed" and value == speed_of_light:  # the default speed of light sources
+        return True
+    if field.default is not dataclasses.MISSING:
+        return value is field.default or value == field.default
+    return field.default_factory is not dataclasses.MISSING and value == field.default_factory()
+
+
+# ---- A scene in a notebook: its sources, surfaces and detectors, one row each.
+
+MOST_ROWS = 12  # per kind; the others are counted
+
+
+def scene_html(scene: Scene) -> str:
+    """The scene; parameters are shown if they differ from the defaults."""
+    facts = [f"in {scene.measured_in}", "lengths in m"]
+    if scene.duration is not None:
+        facts.append(f"clock from 0 to {scene.duration:g} s")
+    filled = [["", code(described(scene.medium))]] if scene.medium is not None else []
+    return framed(
+        heading("Scene", typeset(", ".join(facts))),
+        _part("source", scene.sources, _source),
+        _part("surface", scene.surfaces, _surface),
+        _part("detector", scene.detectors, _detector),
+        f"<b>surrounding medium</b>{table(filled)}" if filled else "",
+    )
+
+
+def _part(kind: str, things: Sequence, row: Callable[[object], list[str]]) -> str:
+    if not things:
+        return ""
+    rows = [row(thing) for thing in things[:MOST_ROWS]]
+    left = len(things) - len(rows)
+    more = f"<div>{muted(f'and {left} more')}</div>" if left else ""
+    return folded(f"<b>{len(things)} {kind}{'s' if len(things) > 1 else ''}</b>", table(rows) + more, True)
+
+
+def _source(source) -> list[str]:
+    return [_where(source.shape), code(described(source.emission)), _rest(source, ("shape", "emission"))]
+
+
+def _surface(surface) -> list[str]:
+    rest = _rest(surface, ("name", "shape", "material"))
+    return [_name(surface.name), _where(surface.shape), code(described(surface.material)), rest]
+
+
+def _detector(detector) -> list[str]:
+    has_shape = "shape" in type(detector).__dataclass_fields__
+    if not has_shape:
+        return [_name(detector.name), code(described(detector, ("name",))), ""]
+    told = "" if type(detector).__name__ == "Detector" else muted(escaped(type(detector).__name__))
+    return [_name(detector.name), f"{told} {_where(detector.shape)}", _rest(detector, ("name", "shape"))]
+
+
+def _name(name: str | None) -> str:
+    return f"<b>{escaped(name)}</b>" if name is not None else muted("no name")
+
+
+def _where(shape: object) -> str:
+    """A shape, or the name of a surface."""
+    return f"on <b>{escaped(shape)}</b>" if isinstance(shape, str) else code(described(shape))
+
+
+def _rest(thing: object, told: tuple[str, ...]) -> str:
+    """The other parameters, without the parentheses."""
+    _, _, inner = described(thing, told).partition("(")
+    return code(inner.removesuffix(")"))

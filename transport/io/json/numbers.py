@@ -1,0 +1,89 @@
+"""Numbers in JSON, bit for bit: the shortest text that reads back as the same double, or {"float": "inf"}.
+
+Small arrays are nested lists.  Large ones are the base64 of their bytes, little-endian in C order, with dtype
+and shape.  A constant array is its number with a shape.
+"""
+
+import base64
+import binascii
+import math
+
+import numpy as np
+
+from transport.io.json.text import said
+from transport.statistics.chunked import ALWAYS, memory_left, size_text
+from transport.validation import as_float
+
+LONGEST = 64  # largest array written as lists
+DTYPES = ("float64", "float32", "int64", "int32", "uint8")
+UNENDING = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+MOST_NUMBERS = 1 << 33  # largest array that a file may request by its shape
+READING = 16  # bytes per number while a scene is read
+
+
+def number_written(number: float) -> float | dict[str, str]:
+    """Return a float as a JSON number, or {"float": "inf"}."""
+    return float(number) if math.isfinite(number) else {"float": repr(float(number))}
+
+
+def array_written(array: np.ndarray) -> object:
+    """Return an array of finite numbers as JSON data."""
+    if array.size > 1 and not any(array.strides):
+        return {"constant": array.flat[0].item(), "shape": list(array.shape)}
+    if array.size <= LONGEST:
+        return array.tolist()
+    data = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).tobytes()
+    return {"dtype": array.dtype.name, "shape": list(array.shape), "base64": base64.b64encode(data).decode()}
+
+
+def number_read(data: dict) -> float:
+    """Return the number of {"float": "inf"}.  Raises ValueError for another text."""
+    word = data["float"]
+    if not isinstance(word, str) or word not in UNENDING:
+        raise ValueError(
+            f'float must be "inf", "-inf" or "nan", got {said(word)}; write other numbers as they are'
+        )
+    return UNENDING[word]
+
+
+def array_read(data: dict) -> np.ndarray:
+    """Return the array of {"dtype", "shape", "base64"} or {"constant", "shape"}.
+
+    Raises ValueError for wrong data.
+    """
+    shape = data.get("shape")
+    if not isinstance(shape, list) or not shape or not all(type(n) is int and n > 0 for n in shape):
+        raise ValueError(f"shape must be a list of whole numbers above 0, got {said(shape)}")
+    _check_size(shape)
+    if "constant" in data:
+        return _constant(data["constant"], shape)
+    if data.get("dtype") not in DTYPES:
+        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}, got {said(data.get('dtype'))}")
+    dtype = np.dtype(data["dtype"])
+    try:
+        content = base64.b64decode(data["base64"], validate=True)
+    except (TypeError, ValueError, binascii.Error):
+        raise ValueError("base64 must be the base64 of an array's bytes, without blanks") from None
+    if len(content) != math.prod(shape) * dtype.itemsize:
+        must = f"base64 must hold {math.prod(shape) * dtype.itemsize} bytes, {dtype} of shape {shape}"
+        raise ValueError(f"{must}, got {len(content)}")
+    return np.frombuffer(content, dtype.newbyteorder("<")).astype(dtype).reshape(shape)
+
+
+def _check_size(shape: list[int]) -> None:
+    """Raise ValueError if the array does not fit into memory: a short text may request a huge array."""
+    count = math.prod(shape)
+    asked = f"shape {said(shape)} requests {float(min(count, 10**300)):.3g} numbers"
+    if count > MOST_NUMBERS:
+        raise ValueError(f"{asked}, more than any scene needs; take fewer, at most {MOST_NUMBERS:.3g}")
+    need, left = READING * count, memory_left() if READING * count > ALWAYS else None
+    if left is not None and need > left:
+        figures = f"{size_text(need)} while reading, but {size_text(left)} of memory are left"
+        raise ValueError(f"{asked}, {figures}; take fewer")
+
+
+def _constant(number: object, shape: list[int]) -> np.ndarray:
+    value = as_float(number)
+    if value is None:
+        raise ValueError(f"constant must be a number, got {said(number)}")
+    return np.broadcast_to(np.float64(value), shape)

@@ -1,0 +1,185 @@
+"""Merging of runs of the same scene: their batches, which must be distinct, in order of seed and number.
+
+Merged parts of a run equal that run bit for bit.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from transport.io.json.differences import differences
+from transport.io.runs import given_scene, load, state_of
+from transport.results.batches import Batch
+from transport.results.record import Cost
+from transport.results.result import Result
+from transport.run.provenance import doubts_of, joined
+from transport.run.schedules import Schedule, batches_in, no_more_than, schedule_for
+from transport.run.settings import Limits
+from transport.run.state import State
+from transport.validation import SceneError, shown
+
+MISSING = "are in none of these runs"  # identifies the warning about missing batches
+MERGED = "Merged"  # a schedule kind that no run has: the merged run continues from its batches alone
+
+
+def merge(*runs: Result | str | PathLike) -> Result:
+    """Merge results, or files of saved runs, into one result.
+
+    Raises SceneError for fewer than two runs, for different scenes, methods or tracking, and for common
+    batches.
+    """
+    results = [run if isinstance(run, Result) else load(run) for run in runs]
+    titles = [f"run {n}" if isinstance(run, Result) else str(run) for n, run in enumerate(runs, 1)]
+    if len(results) < 2:
+        raise SceneError(f"merge: needs two runs or more, got {len(results)}; write merge('a.nc', 'b.nc')")
+    for title, result in zip(titles[1:], results[1:], strict=True):
+        _check_alike(titles[0], results[0], title, result)
+    _check_disjoint(titles, results)
+    batches = sorted((batch for result in results for batch in result.batches), key=_place)
+    seed = batches[0].seed
+    first, limits = results[0], _limits(results)
+    batches = _bounded(batches, schedule_for(limits, first.plan))
+    state = _state(results, batches, seed, limits)
+    warnings = _unlike_parts(titles, results) or _missing(results, batches)
+    warnings += doubts_of(state.origins)
+    is_complete = all(result.is_complete for result in results)
+    return Result(first.plan, batches, seed, _cost(results), is_complete, warnings, first.asked, None, state)
+
+
+def _place(batch: Batch) -> tuple[int, int]:
+    return batch.seed, batch.first
+
+
+def _check_alike(first: str, one: Result, title: str, other: Result) -> None:
+    """Raise SceneError for a different scene, method or tracking."""
+    if unlike := differences(given_scene(other), given_scene(one)):
+        raise SceneError(f"merge: the scene of {title} differs from that of {first}: {'; '.join(unlike)}")
+    cures = {"method": "name the same estimator and sampling for both", "tracking": "use the same tracking"}
+    for name, cure in cures.items():
+        ours, others = getattr(one.plan, name), getattr(other.plan, name)
+        if ours != others:
+            raise SceneError(
+                f"merge: the {name} of {title} is {shown(others)}, that of {first} is {shown(ours)}; {cure}"
+            )
+
+
+def _check_disjoint(titles: list[str], results: list[Result]) -> None:
+    """Raise SceneError for batches that share random numbers."""
+    owned = sorted(
+        (*_place(batch), batch.past, title)
+        for title, result in zip(titles, results, strict=True)
+        for batch in result.batches
+    )
+    common, before = [], owned[0]
+    for batch in owned[1:]:
+        if batch[0] == before[0] and batch[1] < before[2]:
+            common.append((batch[0], range(batch[1], min(batch[2], before[2])), {batch[3], before[3]}))
+        before = max(before, batch, key=lambda one: (one[0], one[2]))
+    if common:
+        seed, first, owners = common[0]
+        last = max(numbers[-1] for other, numbers, _ in common if other == seed)
+        told = (
+            f"batch {last} of seed {seed} is"
+            if last == first[0]
+            else f"batches {first[0]} to {last} of seed {seed} are"
+        )
+        cure = "merge each batch once; use another seed, or continue one of the runs with resume"
+        raise SceneError(f"merge: {told} in {' and in '.join(sorted(owners))}; {cure}")
+
+
+def _missing(results: list[Result], batches: list[Batch]) -> list[str]:
+    """Return a warning that names missing batches of runs in parts, so that a failed job is noticed."""
+    told = []
+    for seed in dict.fromkeys(result.seed for result in results if state_of(result).limits.part != (1, 1)):
+        own = [batch for batch in batches if batch.seed == seed]
+        for past, batch in zip([0, *(batch.past for batch in own)], own, strict=False):
+            if batch.first > past:
+                told.append(f"batches {past} to {batch.first - 1} of seed {seed}")
+        last = max(
+            results, key=lambda result: max((b.past for b in result.batches if b.seed == seed), default=0)
+        )
+        one, of = state_of(last).limits.part
+        if one < of:
+            told.append(f"the batches of seed {seed} after part {one} of {of}")
+    cure = "merge these parts too, or the result has fewer particles than planned"
+    return [f"{', '.join(told)} {MISSING}: {cure}"] if told else []
+
+
+def _unlike_parts(titles: list[str], results: list[Result]) -> list[str]:
+    """Return a warning for parts of one seed with different numbers of particles, batches or parts."""
+    known: dict[int, tuple] = {}
+    for title, result in zip(titles, results, strict=True):
+        limits = state_of(result).limits
+        if limits.part == (1, 1):
+            continue
+        plan = limits.particles, limits.batches, limits.part[1]
+        first, planned = known.setdefault(result.seed, (title, plan))
+        if plan != planned:
+            one, other = (
+                f"{particles:_} particles in {batches} batches and {parts} parts"
+                for particles, batches, parts in (plan, planned)
+            )
+            return [
+                f"{title} is of a run of {one}, {first} of one of {other}: the merged result is neither run,"
+                " and missing batches are not known"
+            ]
+    return []
+
+
+def _limits(results: list[Result]) -> Limits:
+    """Return the limits of the merged run: all particles together."""
+    limits = [state_of(result).limits for result in results]
+    said = {each.batches for each in limits}
+    is_free = len(said) > 1 or any(each.is_free for each in limits)
+    particles = sum(batch.histories for result in results for batch in result.batches)
+    return Limits(particles, {}, None, max(said), is_free)
+
+
+def _bounded(batches: list[Batch], schedule: Schedule) -> list[Batch]:
+    """Combine batches to the number that a resumed run keeps; a single run has no more than that."""
+    schedule.make_room()
+    return no_more_than(schedule.most_kept, batches, schedule.most_records(2))
+
+
+def _state(results: list[Result], batches: list[Batch], seed: int, limits: Limits) -> State:
+    """Return the state of the merged run; it continues with batches of the first seed that no run owns."""
+    states = [state_of(result) for result in results]
+    return State(
+        limits,
+        MERGED,
+        {"issued": limits.particles},
+        batches,
+        [],
+        [],
+        0,
+        _next(results, batches, seed),
+        particles=sum(state.particles for state in states),
+        crossings=sum(state.crossings for state in states),
+        collisions=sum(state.collisions for state in states),
+        seconds=sum(state.seconds for state in states),
+        origins=joined(*(state.origins for state in states)),
+    )
+
+
+def _next(results: list[Result], batches: list[Batch], seed: int) -> int:
+    """Return the first batch number of this seed that is neither run nor reserved by a missing part."""
+    done = max(batch.past for batch in batches if batch.seed == seed)
+    return max(done, *(_planned(result) for result in results if result.seed == seed))
+
+
+def _planned(result: Result) -> int:
+    """Return the number of batches of the whole run that a result is part of."""
+    state = state_of(result)
+    if state.limits.part == (1, 1):
+        return state.next
+    return batches_in(schedule_for(state.limits, result.plan).next_leg([]))
+
+
+def _cost(results: list[Result]) -> Cost | None:
+    """Return the sum of the costs; None if none is known."""
+    costs = [result.cost for result in results if result.cost is not None]
+    if not costs:
+        return None
+    names = ("seconds", "preparation", "particles", "crossings", "collisions")
+    sums = {name: sum(getattr(cost, name) for cost in costs) for name in names}
+    return Cost(threads=max(cost.threads for cost in costs), **sums)

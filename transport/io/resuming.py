@@ -1,0 +1,151 @@
+"""Resuming: settings you pass, except limits, must match the saved run; others are taken from it.
+
+Limits count from the beginning of the run, so that a repeated call runs nothing twice.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from os import PathLike
+
+from transport.compile.methods import AUTO
+from transport.io.atomic import FileError
+from transport.io.json.differences import differences
+from transport.io.merging import MISSING
+from transport.io.runs import checked_path, checked_place, given_scene, load, save, scene_text
+from transport.results.result import Result
+from transport.run.run import Run
+from transport.run.settings import Asked, Limits, Way, checked_limits
+from transport.scene.scene import Scene
+from transport.validation import SceneError, as_float, shown
+
+
+def run_to_go_on_with(resume: object, checkpoint: object) -> Result | None:
+    """Return the saved run, or None for a new one: if no run is named, or this call will create the file.
+
+    Raises SceneError if the call would overwrite another run.
+    """
+    if not (resume is None or isinstance(resume, Result | str | PathLike)):
+        raise SceneError(f"simulate: resume must be a file or a Result, got {shown(resume)}; write 'run.nc'")
+    path = None if checkpoint is None else checked_path("checkpoint", checkpoint)
+    is_file = not (resume is None or isinstance(resume, Result))
+    is_same = path is not None and is_file and os.path.realpath(path) == os.path.realpath(resume)
+    if path is not None and path.exists() and not is_same:
+        cure = f"pass resume={str(path)!r} to continue it, or remove it"
+        raise SceneError(f"simulate: checkpoint must be a new file, but {path} exists; {cure}")
+    if not is_file:
+        return resume
+    return None if is_same and not path.exists() else load(resume)
+
+
+def lasting_warnings(saved: Result) -> list[str]:
+    """Return the warnings that a resumed run keeps: those about missing batches of a merged run."""
+    return [warning for warning in saved._warnings if MISSING in warning]
+
+
+def way_of(saved: Result, scene: Scene, asked: Asked) -> Way:
+    """Return the settings of a resumed run.  Raises SceneError that names the first argument that differs."""
+    _check_alike(saved, scene, asked)
+    return Way(saved.plan.method, _limits(saved, asked), saved.seed, saved.asked, saved.choice)
+
+
+def _check_alike(saved: Result, scene: Scene, asked: Asked) -> None:
+    if saved.state is None:
+        raise SceneError(
+            "simulate: resume must be a run that can continue; pass a result of simulate, load or merge"
+        )
+    if unlike := differences(scene, given_scene(saved)):
+        raise SceneError(f"simulate: the scene differs from that of the saved run: {'; '.join(unlike)}")
+    method, limits = saved.plan.method, saved.state.limits
+    _check("seed", asked.seed, saved.seed)
+    _check("estimator", None if asked.estimator == AUTO else asked.estimator, method.estimator)
+    _check("sampling", asked.sampling, method.sampling)
+    _check("tracking", asked.tracking, saved.plan.tracking)
+    _check("batches", asked.batches, limits.batches)
+    _check("part", tuple(asked.part) if isinstance(asked.part, list) else asked.part, limits.part)
+
+
+def _limits(saved: Result, asked: Asked) -> Limits:
+    """Return the limits of the resumed run; those of the saved run if the call has none."""
+    was = saved.state.limits
+    if asked.particles is None and not asked.error and asked.seconds is None:
+        return was
+    if was.part != (1, 1):
+        _check("particles", asked.particles, was.particles)
+        for name in ("error", "seconds"):
+            _check(name, getattr(asked, name) or None, None)
+    batches = None if was.is_free else was.batches
+    limits = checked_limits(given_scene(saved), *asked.limits, batches, saved.plan.method)
+    return replace(limits, is_free=was.is_free, part=was.part)
+
+
+def _check(name: str, said: object, was: object) -> None:
+    if said is not None and said != was:
+        raise SceneError(
+            f"simulate: {name} must be that of the saved run, {shown(was)}, got {shown(said)}; leave it out"
+        )
+
+
+# ---- Checkpoints: a run is saved while it runs, and continues from the last complete file after a crash.
+
+NOT_SAVED = "not saved"  # begins the warning of a run whose end was not saved
+SHARE = 0.1  # largest fraction of the time spent on writing: large runs are saved less often than requested
+
+
+class CheckpointWarning(UserWarning):
+    """A checkpoint could not be written; the run continues."""
+
+
+class Checkpoints:
+    """Saves a run at intervals of `every` seconds, and at its end with all results."""
+
+    def __init__(self, path: object, every: object, scene: Scene) -> None:
+        """Raise SceneError for an invalid path or interval, and for a scene that no file can hold."""
+        self.path = checked_place("checkpoint", path).absolute()  # in case the script changes its folder
+        self.every = _checked(every)
+        self.scene, self.due, self.failures = scene_text(scene), time.perf_counter() + self.every, []
+
+    def if_due(self, run: Run, result_of: Callable[[Run, bool], Result]) -> None:
+        """Save the run between two batches if it is due; `result_of(run, is_complete)` returns its result."""
+        if time.perf_counter() < self.due or not run.batches:
+            return
+        begun = time.perf_counter()
+        run.state = run.now()
+        self._save(result_of(run, False), is_over=False)
+        ended = time.perf_counter()
+        self.due = ended + max(self.every, (ended - begun) / SHARE)
+
+    def end(self, result: Result) -> None:
+        """Save the run at its end, and add a warning for each failure to save."""
+        earlier = len(self.failures)
+        is_saved = self._save(result, is_over=True)
+        if earlier:
+            times = f"{earlier} checkpoints" if earlier > 1 else "a checkpoint"
+            result._warnings.append(f"{times} could not be written: {self.failures[-1]}")
+        if not is_saved:
+            result._warnings.append(f"{NOT_SAVED} at its end: {self.failures[-1]}")
+
+    def _save(self, result: Result, is_over: bool) -> bool:
+        """Save the result, and return whether that succeeded."""
+        try:
+            save(result, self.path, self.scene, is_over)
+        except FileError as error:
+            self.failures.append(str(error))
+            told = f"the run is {NOT_SAVED}" if is_over else "checkpoint not written, the run continues"
+            warnings.warn(f"{told}: {error}", CheckpointWarning, stacklevel=2)
+            return False
+        return True
+
+
+def _checked(every: object) -> float:
+    seconds = as_float(every)
+    if seconds is None or not 0 < seconds < math.inf:
+        raise SceneError(
+            f"simulate: every must be a positive, finite time in seconds, got {shown(every)}; write every=60"
+        )
+    return seconds

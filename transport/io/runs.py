@@ -1,0 +1,225 @@
+"""Save and load runs: the scene as JSON, the state of the run, and its results.
+
+The suffix gives the format: .nc is NetCDF-4, .npz a zip of arrays.  Loading executes no code from the file:
+no pickle.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from zipfile import BadZipFile
+
+from transport.compile.method_aimed import unaimed_scene
+from transport.compile.plan import Plan
+from transport.io import netcdf, npz
+from transport.io.atomic import FileError, check_writable, written_whole
+from transport.io.columns import Columns, Pool, columns_of, meant, plain, values_of
+from transport.io.netcdf import tables_of
+from transport.results.batches import Batch
+from transport.results.result import Result
+from transport.run.programs import plan_for
+from transport.run.provenance import this_origin
+from transport.run.state import State
+from transport.scene.scene import Scene
+from transport.statistics.packed import Packed
+from transport.validation import SceneError, shown
+
+FORMAT, VERSION = "transport run", 1
+NUL = "\0"
+SUFFIXES = (".nc", ".npz")
+KINDS = {"Batch": Batch, "Packed": Packed}  # types stored as columns
+NOT_WHOLE = (
+    OSError,
+    KeyError,
+    ValueError,
+    TypeError,
+    EOFError,
+    MemoryError,
+    RuntimeError,
+    OverflowError,
+    AttributeError,
+    IndexError,
+    BadZipFile,
+    zlib.error,
+)
+
+
+def save(result: Result, path: str | PathLike, scene: str | None = None, is_over: bool = True) -> None:
+    """Write a run to a file, atomically.
+
+    `scene` is the text of the scene, if known.  `is_over` adds the results for other programs.  Raises
+    FileError if the file cannot be written, SceneError for a scene that no file can hold.
+    """
+    path = checked_path("save", path)
+    scene = scene_text(given_scene(result)) if scene is None else scene
+    columns: Columns = {}
+    about, batches = _about(result, columns)
+    texts = {"run": about, "scene": scene}
+    tables = tables_of(result, is_over)
+    with written_whole(path) as file:
+        if path.suffix == ".nc":
+            netcdf.write(file, path, texts, columns, tables, batches)
+        else:
+            npz.write(file, texts, columns, tables)
+
+
+def load(path: str | PathLike) -> Result:
+    """Load a saved run, bit for bit as `simulate` returned it.
+
+    Raises FileError for a missing or damaged file, and for a file of another version.
+    """
+    path = checked_path("load", path)
+    opened = netcdf.opened if path.suffix == ".nc" else npz.opened
+    try:
+        with opened(path) as (text, pieces):
+            about, scene = _checked(path, json.loads(text("run"))), text("scene")
+            kept = about["columns"], "", about["batches"], pieces, KINDS
+            batches = values_of(*kept)
+            run = {name: meant(value, batches) for name, value in about["run"].items()}
+    except SceneError:
+        raise
+    except FileNotFoundError:
+        raise FileError(f"no file {path}") from None
+    except NOT_WHOLE as error:
+        raise FileError(
+            f"{path} is not a complete file of a run ({type(error).__name__}: {error})"
+        ) from error
+    return _result(path, about["rows"], scene, run)
+
+
+def scene_text(scene: Scene) -> str:
+    """Return the scene as text for a file.  Raises SceneError for a scene that no file can hold."""
+    for part in (*scene.sources, *scene.surfaces, *scene.detectors):
+        name = getattr(part, "name", None) or ""
+        if NUL in name:
+            must, cure = "name must have no zero character, which ends a text in HDF5", name.replace(NUL, "_")
+            raise SceneError(f"save: {type(part).__name__} {name!r}: {must}; write name={cure!r}")
+    return scene.to_json()
+
+
+def checked_path(what: str, path: object) -> Path:
+    """Return the path.  Raises SceneError for a wrong suffix, FileError if a package is missing."""
+    if not isinstance(path, str | PathLike):
+        raise SceneError(
+            f"{what}: must be the path of a file, got {shown(path)}; write 'run.nc' or 'run.npz'"
+        )
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        cure = (
+            f"write {path.with_suffix('.nc').name!r} or {path.with_suffix('.npz').name!r}"
+            if path.name
+            else "name a file"
+        )
+        raise SceneError(f"{what}: the file of a run ends in .nc or .npz, got {str(path)!r}; {cure}")
+    if path.suffix == ".nc":
+        netcdf.h5netcdf_for(path)
+    return path
+
+
+def checked_place(what: str, path: object) -> Path:
+    """Return the path if a run can be saved there; checked before the run starts, not after a day.
+
+    Raises like `checked_path`, and FileError if the folder is missing or not writable.
+    """
+    path = checked_path(what, path)
+    if not path.parent.is_dir():
+        raise FileError(f"{what} {path}: the folder does not exist; make {path.parent} first")
+    try:
+        check_writable(path)
+    except OSError as error:
+        said = error.strerror or error
+        raise FileError(f"{what} {path} cannot be written: {said}; name another file or folder") from None
+    return path
+
+
+def check_new(what: str, path: Path, overwrite: bool) -> None:
+    """Raise FileError if the file exists and must not be replaced."""
+    if path.exists() and not overwrite:
+        raise FileError(f"{what}: {path} exists; pass --overwrite to replace it, or name another file")
+
+
+def _about(result: Result, columns: Columns) -> tuple[str, int]:
+    """Return the run without columns and scene as JSON text, and its number of batches."""
+    pool = Pool()
+    run = {
+        "seed": result.seed,
+        "method": result.plan.method,
+        "tracking": result.asked,
+        "choice": result.choice,
+        "is_complete": result.is_complete,
+        "warnings": result._warnings,
+        "cost": result.cost,
+        "batches": result.batches,
+        "state": state_of(result),
+    }
+    told = {name: plain(value, pool) for name, value in run.items()}
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "rows": rows_of(result.plan),
+        "run": told,
+        "batches": len(pool.batches),
+        "columns": columns_of("", pool.batches, columns),
+    }
+    return json.dumps(about, ensure_ascii=False), len(pool.batches)
+
+
+def _checked(path: Path, about: dict) -> dict:
+    """Return the data of a file.  Raises FileError if it is not the file of a run, or of a newer version."""
+    if not isinstance(about, dict) or about.get("format") != FORMAT:
+        raise FileError(
+            f"{path} is not the file of a run: its format is {shown(about.get('format'))}, not {FORMAT!r}"
+        )
+    if about["version"] > VERSION:
+        raise FileError(
+            f"{path}: its version {about['version']} is newer than {VERSION}, the newest known here;"
+            " update transport"
+        )
+    return about
+
+
+def _result(path: Path, rows: dict, scene: str, run: dict) -> Result:
+    try:
+        scene = Scene.from_json(scene)
+    except SceneError as error:
+        raise FileError(f"{path}: scene: {error}") from error
+    plan = plan_for(scene, run["tracking"], run["method"])
+    if rows != rows_of(plan):
+        made = ", ".join(f"{origin.version} ({origin.sources})" for origin in run["state"].origins)
+        cure = "load it with that version, or read its results with xarray or numpy"
+        raise FileError(f"{path} was made by transport {made}, which lays out its sums differently; {cure}")
+    return Result(
+        plan,
+        run["batches"],
+        run["seed"],
+        run["cost"],
+        run["is_complete"],
+        run["warnings"],
+        run["tracking"],
+        run["choice"],
+        run["state"],
+    )
+
+
+def given_scene(result: Result) -> Scene:
+    """Return the scene as it was passed to `simulate`."""
+    return unaimed_scene(result.scene) if result.plan.method.estimator == "aimed" else result.scene
+
+
+def rows_of(plan: Plan) -> dict[str, object]:
+    """Return the layout of a batch's sums."""
+    numbers = ("rows", "half", "long_rows", "volume_rows", "point_rows", "cell_rows", "size_cells")
+    return {name: int(getattr(plan, name)) for name in numbers} | {"bases": dict(plan.bases)}
+
+
+def state_of(result: Result) -> State:
+    """Return the state from which a run continues, with its origins.  Raises SceneError if it has none."""
+    if result.state is None:
+        raise SceneError(
+            "save: this result has no state to continue from; save a result of simulate, load or merge"
+        )
+    return replace(result.state, origins=result.state.origins or (this_origin(),))

@@ -1,1 +1,0 @@
-"""Cost of accuracy in time: measured runs, fits of error against seconds, prices, bins against noise."""

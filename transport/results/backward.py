@@ -1,0 +1,512 @@
+"""Readings of detectors in backward runs: for each cell the mean score of the histories that start in it.
+
+A cell is a bin of position and direction.  What arrives in it is the mean over its histories of weight times
+the radiance of the sources that they reach, times area and projected solid angle of the bin.  The sum is
+divided by the cell's own number of histories, so the cost of a bin does not depend on its size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from transport.compile.adjoint import Part
+from transport.compile.volumes import LARGE
+from transport.results.detectors import Reading
+from transport.results.diagnostics.empty_detector import cannot_arrive, why_dark
+from transport.results.diagnostics.path_classes import Met, chances_of_sensor
+from transport.results.diagnostics.proofs import events_of
+from transport.results.reading import Note, Quantified, note_of
+from transport.results.score_sizes import scores_alike, scores_of_cell
+from transport.results.solid_angles import solid_angles_of
+from transport.results.tally import ARRIVALS, CellSums, MeterSums, sum_of
+from transport.scene.bins import DirectionCone
+from transport.scene.cameras import Camera, Instrument
+from transport.scene.detectors import Detector
+from transport.scene.points import PointDetector
+from transport.statistics.chunked import Stacked, counts_told, totals_of
+from transport.statistics.estimates import Estimate, EstimateArray, EstimateOrArray
+from transport.statistics.findings import Finding
+from transport.statistics.quality import Scores
+from transport.units import Unit
+from transport.validation import SceneError, shown
+
+BACKWARD_QUANTITIES = ("flux_in", "irradiance", "flux_density", "radiance", "intensity", "counts")
+IMAGE_QUANTITIES = ("radiance", "fluence_rate", "counts")
+ALIKE = 1e-9  # relative difference below which weights of cells are equal
+PLANE = {"u": "1", "v": "1"}  # units on a camera's plane at distance 1
+
+
+def backward_reading(result, sensor: Detector | PointDetector | Instrument) -> Quantified:
+    """The reading of a detector at which histories start."""
+    kind = BackwardReading if isinstance(sensor, Detector) else ViewReading
+    return kind(result, sensor)
+
+
+class BackwardReading(Reading):
+    """The quantities of a Detector in a backward run: arrivals only (BACKWARD_QUANTITIES).
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    detector : Detector
+        The detector of the scene.
+    lamps : tuple of int, optional
+        Indices of the sources that count; None for all.
+
+    Raises
+    ------
+    SceneError
+        When another quantity is read, or a sum over directions or positions that the bins do not cover.
+    """
+
+    known = BACKWARD_QUANTITIES
+
+    def __init__(self, result, detector: Detector, lamps: tuple[int, ...] | None = None) -> None:
+        super().__init__(result, detector)
+        self._result, self._cell_sums = result, CellSums(result, detector, lamps)
+        self.sums = ArrivedSums(result, detector, self._cell_sums)
+
+    @cached_property
+    def by_source(self) -> dict[str, BackwardReading]:
+        """The same quantities from each source alone.
+
+        Returns
+        -------
+        dict of str to BackwardReading
+            By the name of the source's surface, or "sources[k]" or "glow[k]".
+        """
+        return {
+            lamp.name: BackwardReading(self._result, self.detector, (k,))
+            for k, lamp in enumerate(self._plan.turned.lamps)
+        }
+
+    @cached_property
+    def scores(self) -> Scores:
+        """The scores by size; counted as if they had one size if the sizes are not known."""
+        number = int(sum(counts.sum() for counts in self._cell_sums.counts))
+        is_whole = len(self._cell_sums.lamps) == len(self._plan.turned.lamps)
+        found = scores_of_cell(self._plan, self._cell_sums.batches, number) if is_whole else None
+        return scores_alike(number) if found is None else found
+
+    @property
+    def is_blind(self) -> bool:
+        return not any(counts.any() for counts in self._cell_sums.counts)
+
+    @cached_property
+    def cannot_arrive(self) -> bool:
+        """Whether geometry proves that no light arrives at this side.
+
+        Returns
+        -------
+        bool
+        """
+        scene, shape = self._result.scene, self.sums.shape
+        return (
+            self.is_blind and not self._why_dark and cannot_arrive(scene, shape, self.detector, is_blind=True)
+        )
+
+    @cached_property
+    def note(self) -> Note | None:
+        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
+        if not self.is_blind:
+            return thin_note(self._cell_sums, self.name)
+        return note_of(self._why_dark)
+
+    def _classes(self, side: int) -> Iterator[Finding]:
+        """Findings about sources that histories reach only by chance."""
+        if side != ARRIVALS or self.is_dark(side):
+            return
+        unit = self._extent / self._plan.unit
+        for finding in missing_of_cells(self._cell_sums, self.detector, self._title, self._extents):
+            yield replace(finding, bound=finding.bound * unit)
+
+    @cached_property
+    def _extent(self) -> float:
+        """Area times projected solid angle of all cells [m^2 sr]."""
+        return sum(float(extents.sum()) for extents in self._extents)
+
+    @cached_property
+    def _extents(self) -> list[np.ndarray]:
+        """Area times projected solid angle of each cell of each part [m^2 sr]."""
+        return [self.sums._extents(part) for part in self._cell_sums.parts]
+
+    def scores_on(self, side: int) -> Scores | None:
+        return self.scores
+
+    @cached_property
+    def _why_dark(self) -> str | None:
+        return why_dark(self._result.scene, f"detector {self.name!r}", self.sums.shape, self.detector)
+
+    def _whole(self, side: int, per_second: bool = True) -> EstimateOrArray:
+        self._check(side, "weights")
+        self._need_all(whole=True)
+        return super()._whole(side, per_second)
+
+    def _per_area(self, kind: str, side: int, per_second: bool = True) -> EstimateOrArray:
+        self._check(side, kind)
+        self._need_all(whole=not self.sums.place_axes)
+        return super()._per_area(kind, side, per_second)
+
+    def _by_direction(self, side: int, projected: bool, *more, **named) -> EstimateOrArray:
+        self._check(side, "weights")
+        return super()._by_direction(side, projected, *more, **named)
+
+    def _check(self, side: int, kind: str) -> None:
+        if side != ARRIVALS or kind != "weights":
+            self._refuse(
+                "this quantity",
+                "forward histories",
+                f"read one of {', '.join(self.known)}, or pass estimator='analog'",
+            )
+
+    def _need_all(self, whole: bool) -> None:
+        """Refuse sums over a hemisphere or a shape of which the bins cover only a part."""
+        detector = self.detector
+        if not _covers_directions(detector):
+            got = shown(detector.directions)
+            self._refuse(
+                "a sum over all directions",
+                f"bins that cover all of them, got {got}",
+                "read radiance, or leave directions out",
+            )
+        if whole and detector.positions is not None:
+            areas = float(np.sum(detector.positions.areas(self.sums.shape)))
+            if not math.isclose(areas, self.sums.shape.area, rel_tol=1e-9):
+                got = shown(detector.positions)
+                self._refuse(
+                    "a sum over the shape", f"bins that cover all of it, got {got}", "leave positions out"
+                )
+
+
+def _covers_directions(detector: Detector) -> bool:
+    """Whether the bins cover all directions of the hemisphere."""
+    directions = detector.directions
+    if directions is None:
+        return True
+    if isinstance(directions, DirectionCone):
+        return False
+    edges, is_world = directions.edges(), directions.frame == "world"
+    spans = {
+        "mu": 2.0 if is_world else 1.0,
+        "theta": math.pi if is_world else math.pi / 2,
+        "phi": 2 * math.pi,
+    }
+    return all(math.isclose(e[-1] - e[0], spans[name], rel_tol=1e-9) for name, e in edges.items())
+
+
+class ArrivedSums(MeterSums):
+    """The cells' means in the form of a detector's sums over the run: fluxes in bins [W]."""
+
+    is_large = False  # its sums are always made at once
+
+    def __init__(self, result, detector: Detector, cells: CellSums) -> None:
+        super().__init__(result.plan, result.batches, result.run, detector)
+        self._cell_sums = cells
+
+    def blocks(self, kind: str, side: int) -> np.ndarray:
+        """(B, 1, 1, 1 + cells); the part outside all bins is 0."""
+        if kind == "counts":
+            values = sum(self._cell_sums.counts)
+        else:
+            parts = zip(self._cell_sums.parts, self._cell_sums.means, strict=True)
+            flux = sum(means * self._extents(part) for part, means in parts)
+            values = flux * self.run.sizes[:, None] / self.plan.unit
+        return np.concatenate([np.zeros_like(values[:, :1]), values], axis=1)[:, None, None, :]
+
+    def _extents(self, part: Part) -> np.ndarray:
+        """Area times solid angle of each cell [m^2 sr], (cells,), in the measure of its sampling."""
+        positions = self.detector.positions
+        areas = part.shape.area if positions is None else positions.areas(part.shape)
+        return np.outer(np.ravel(areas), self._angles()).ravel()
+
+    def _angles(self) -> np.ndarray:
+        """Solid angles in the order of the cells: projected ones for local bins, plain ones otherwise."""
+        directions = self.detector.directions
+        if directions is None:
+            return np.array([math.pi])
+        plain, projected = solid_angles_of(self.detector, self.shape)
+        angles = projected if getattr(directions, "frame", "world") == "local" else plain
+        angles = np.reshape(angles, (self.cells["mu"], self.cells["turn"]))
+        return (angles[::-1] if "theta" in self.direction_axes else angles).T.ravel()
+
+
+class ViewReading(Quantified):
+    """The quantities of a Camera, an EnvironmentMap or a PointDetector in a backward run.
+
+    A Camera or an EnvironmentMap has `radiance`; a sensor of all directions has `fluence_rate`.
+
+    Parameters
+    ----------
+    result : Result
+        The run.
+    sensor : Camera, EnvironmentMap or PointDetector
+        The detector of the scene.
+    lamps : tuple of int, optional
+        Indices of the sources that count; None for all.
+    """
+
+    known, title = IMAGE_QUANTITIES, "detector "
+
+    def __init__(
+        self, result, sensor: Instrument | PointDetector, lamps: tuple[int, ...] | None = None
+    ) -> None:
+        self.detector, self.name = sensor, sensor.name
+        self._result, self._sums = result, CellSums(result, sensor, lamps)
+
+    @cached_property
+    def radiance(self) -> EstimateArray:
+        """Mean arriving radiance over each pixel's or bin's solid angle [W m^-2 sr^-1].
+
+        Returns
+        -------
+        EstimateArray
+            Axes (v, u) of a Camera, (theta, phi) of an EnvironmentMap [W m^-2 sr^-1].
+
+        Raises
+        ------
+        SceneError
+            For a PointDetector, which has no bins.
+        """
+        if isinstance(self.detector, PointDetector):
+            raise SceneError(f"PointDetector {self.name!r}: radiance needs bins; use an EnvironmentMap there")
+        values, counts = self._arranged(self._sums.means[0]), self._arranged(self._sums.counts[0])
+        if isinstance(self.detector, Camera):
+            values = values * (self._plane_area / self.detector.solid_angles())
+        edges, unit = self.detector.edges(), Unit.parse("W m^-2 sr^-1")
+        counts = counts_told(counts)
+        made = EstimateArray(values, self._sums.run, unit, tuple(edges), edges, counts, axis_units=PLANE)
+        return self._with_findings(made, 1.0)
+
+    @cached_property
+    def fluence_rate(self) -> Estimate:
+        """Fluence rate at the point, φ = ∫ L dω over all directions [W m^-2].
+
+        Returns
+        -------
+        Estimate
+            [W m^-2]
+
+        Raises
+        ------
+        SceneError
+            If the sensor does not cover all directions.
+        """
+        unit, run = Unit.parse("W m^-2"), self._sums.run
+        counts = int(sum_of(self._sums.counts[0]))
+        if isinstance(self.detector, PointDetector):
+            made = Estimate(4 * math.pi * self._sums.means[0][:, 0], run, unit, counts=counts)
+            return self._with_findings(made, 4 * math.pi)
+        angles = self.detector.solid_angles()
+        if not math.isclose(float(angles.sum()), 4 * math.pi, rel_tol=1e-9):
+            cure = "use an EnvironmentMap that covers all of them"
+            raise SceneError(
+                f"{type(self.detector).__name__} {self.name!r}: fluence_rate needs all directions; {cure}"
+            )
+        values = self._arranged(self._sums.means[0]) * angles
+        values = totals_of(values) if isinstance(values, Stacked) else values.sum(axis=(1, 2))
+        return self._with_findings(Estimate(values, run, unit, counts=counts), 4 * math.pi)
+
+    @cached_property
+    def counts(self) -> EstimateOrArray:
+        """How often histories reached sources in the whole run, by pixel or bin.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            [1]
+        """
+        run, counts = self._sums.run, self._sums.counts[0]
+        values = counts * (run.sizes.sum() / run.sizes)[:, None]
+        if isinstance(self.detector, PointDetector):
+            return Estimate(values[:, 0], run, Unit.parse("1"), counts=int(counts.sum()))
+        edges = self.detector.edges()
+        totals = counts_told(self._arranged(counts))
+        values, unit = self._arranged(values), Unit.parse("1")
+        return EstimateArray(values, run, unit, tuple(edges), edges, totals, axis_units=PLANE)
+
+    def image(self) -> np.ndarray:
+        """Return the radiance [W m^-2 sr^-1] as rows of an image, the top row first.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (height, width) for a Camera, (theta, phi) for an EnvironmentMap.
+
+        Notes
+        -----
+        Columns of an EnvironmentMap are in the order of `radiance`, by increasing azimuth.  Seen from inside,
+        azimuth increases to the left: draw the columns in reverse order, as `viz.seen` does.
+        """
+        return self._upright(self.radiance.value)
+
+    def errors(self) -> np.ndarray:
+        """One standard error of each pixel [W m^-2 sr^-1], in the layout of `image`.
+
+        Returns
+        -------
+        numpy.ndarray
+            nan where there is no score.
+        """
+        return self._upright(self.radiance.error)
+
+    @cached_property
+    def by_source(self) -> dict[str, ViewReading]:
+        """The same quantities from each source alone.
+
+        Returns
+        -------
+        dict of str to ViewReading
+            By the name of the source's surface, or "sources[k]" or "glow[k]".
+        """
+        lamps = self._sums.turned.lamps
+        return {lamp.name: ViewReading(self._result, self.detector, (k,)) for k, lamp in enumerate(lamps)}
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether no history reached a source.
+
+        Returns
+        -------
+        bool
+        """
+        return not self._sums.counts[0].any()
+
+    @cached_property
+    def note(self) -> Note | None:
+        """A note about its histories, or the reason why none reached a source: (diagnostic, text)."""
+        if not self.is_blind:
+            return thin_note(self._sums, self.name)
+        return note_of(why_dark(self._result.scene, self._title, self.detector.position))
+
+    def _with_findings(self, made: EstimateOrArray, factor: float) -> EstimateOrArray:
+        """Attach findings to a quantity; factor: the quantity for a mean radiance of 1."""
+
+        def findings() -> Iterator[Finding]:
+            found = (
+                []
+                if self.is_blind and self.note
+                else missing_of_cells(self._sums, self.detector, self._title)
+            )
+            return (replace(finding, bound=finding.bound * factor, adds=True) for finding in found)
+
+        return made._with_findings(findings, self._result.allowed_of(self.name))
+
+    def binned(self) -> Iterator[tuple[str, EstimateOrArray]]:
+        """Yield the radiance by pixel or bin."""
+        if self._sums.is_view:
+            yield "radiance", self.radiance
+
+    def totals(self) -> Iterator[tuple[str, Estimate]]:
+        """Yield the mean over all its cells, with findings."""
+        means = self._sums.means[0]
+        mean = totals_of(means) / means.shape[1] if isinstance(means, Stacked) else means.mean(axis=1)
+        name = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
+        yield (
+            name,
+            self._with_findings(
+                Estimate(mean, self._sums.run, Unit(), counts=int(sum_of(self._sums.counts[0]))), 1.0
+            ),
+        )
+
+    @property
+    def _title(self) -> str:
+        return f"{self.title}{self.name!r}"
+
+    def __repr__(self) -> str:
+        what = "fluence_rate" if isinstance(self.detector, PointDetector) else "radiance"
+        return f"<{self.name}: {what} {getattr(self, what)!r}>"
+
+    @property
+    def _plane_area(self) -> float:
+        """Area of a pixel on the plane at distance 1."""
+        v, u = self.detector.edges().values()
+        return float((v[1] - v[0]) * (u[1] - u[0]))
+
+    def _arranged(self, cells: np.ndarray | Stacked) -> np.ndarray | Stacked:
+        """Reshape (B, cells) with the first axis of the sensor's bins slowest.
+
+        Pixels keep their order; cosines and azimuths become (theta, phi).
+        """
+        sizes = [len(edges) - 1 for edges in self.detector.edges().values()]
+        is_image = isinstance(self.detector, Camera)
+        bins = tuple(sizes if is_image else sizes[::-1])
+        if isinstance(cells, Stacked):
+            return cells.split(bins) if is_image else cells.split(bins).swapped()
+        values = cells.reshape(-1, *bins)
+        return values if is_image else values.swapaxes(1, 2)[:, ::-1]
+
+    def _upright(self, rows: np.ndarray) -> np.ndarray:
+        return rows[::-1] if isinstance(self.detector, Camera) else rows
+
+
+def thin_note(sums: CellSums, name: str) -> Note | None:
+    """A note about a sensor with too few histories for its cells."""
+    if not sums.is_thin:
+        return None
+    return "thin batches", (
+        f"batches are smaller than the {sum(part.cells for part in sums.parts)} bins of {name!r}, which adds"
+        " noise; use more particles or fewer batches"
+    )
+
+
+def missing_of_cells(
+    sums: CellSums, sensor: object, title: str, extents: list[np.ndarray] | None = None
+) -> list[Finding]:
+    """Findings for a sensor, with bounds as mean radiances over its cells [W m^-2 sr^-1].
+
+    extents: of each part's cells, as weights of the mean; None for equal weights.
+    """
+    histories = sum(part.share for part in sums.parts) * sums.run.sizes.sum()
+    heaviest, chosen = 1.0, [None] * len(sums.parts)
+    if extents is not None:
+        weights = _weights_of_cells(sums, extents)
+        most = max(float(each.max()) for each in weights)
+        if most > 1 + ALIKE:  # scores in small cells do not represent those in large ones
+            heaviest, chosen = most, [each >= LARGE * most for each in weights]
+    met = {lamp: _met_by(sums, lamp, chosen) for lamp in sums.lamps}
+    error = 0.0
+    if not sums.is_view:
+        each = sum(part.share * mean.mean(axis=1) for part, mean in zip(sums.parts, sums.means, strict=True))
+        error = float(np.std(each) / np.sqrt(len(each))) / sum(part.share for part in sums.parts)
+    events = events_of(sums.batches)
+    return list(
+        chances_of_sensor(
+            sums.plan, title, sensor, sums.parts, met, histories, error, heaviest, events=events
+        )
+    )
+
+
+def _met_by(sums: CellSums, lamp: int, chosen: list[np.ndarray | None]) -> Met:
+    """How often flights and rays of the chosen cells (None: all) reached a lamp.
+
+    Rays only if it has any.
+    """
+
+    def number(kind: str, block: int) -> int:
+        rows = (sums.rows_of(part, kind, block) for part in sums.parts)
+        return round(
+            sum(
+                sum_of(each if which is None else each[:, which])
+                for each, which in zip(rows, chosen, strict=True)
+            )
+        )
+
+    flights, block = number("counts", 1 + lamp), sums.block_of(lamp)
+    if lamp not in sums.turned.scales:
+        return Met(flights, 0, 0)
+    return Met(flights, number("counts", block), number("slants", block))
+
+
+def _weights_of_cells(sums: CellSums, extents: list[np.ndarray]) -> list[np.ndarray]:
+    """For each part's cells, the effect of a score on the mean over all, relative to equal cells."""
+    shares, whole = sum(part.share for part in sums.parts), sum(float(each.sum()) for each in extents)
+    return [
+        each / whole * part.cells * shares / part.share
+        for part, each in zip(sums.parts, extents, strict=True)
+    ]

@@ -1,0 +1,266 @@
+"""Why a detector may have no score: the optical depth of the straight path to it, from geometry.
+
+A run of n histories resolves a transmission well above 1/n, or, if weights decrease along the path, a weight
+above FAINTEST of the birth weight.  Behind more optical depth a detector reads 0 whatever light there is, and
+no score or error of the run shows it.  This module computes the optical depth, and the diffusing light, which
+is at most about exp(-kappa z) with kappa^2 = 3 sigma_a (sigma_a + (1 - g) sigma_s) (Ishimaru 1978, equation
+9-19).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile.plan import Plan
+from transport.geometry.line_crossings import crossings
+from transport.results.batches import Batch
+from transport.scene.bodies import has_media, media_at
+from transport.scene.emissions import Isotropic
+from transport.scene.phase_functions import HenyeyGreenstein, Rayleigh
+from transport.statistics.chunked import replicates_of
+from transport.statistics.findings import DOUBTFUL, Finding, unseen_scores
+from transport.vectors import Vector
+
+if TYPE_CHECKING:
+    from transport.compile.plan import Emitter
+    from transport.geometry.shape import Shape
+    from transport.results.tally import MeterSums
+    from transport.scene.media import Grid, Medium
+    from transport.scene.scene import Scene
+    from transport.statistics.estimates import Estimate
+
+
+FAINTEST = 2.0**-63  # of the largest birth weight: the unit of sums; smaller scores are counted by chance
+DEEPEST = -math.log(FAINTEST)
+
+
+@dataclass(frozen=True)
+class Way:
+    """Mean free paths along a straight path, and the decay exponent of diffusing light along it.
+
+    absorbed, scattered: mean free paths to absorption and to scattering;  decay: the exponent.
+    """
+
+    absorbed: float
+    scattered: float
+    decay: float
+
+    @property
+    def depth(self) -> float:
+        """Total number of mean free paths."""
+        return self.absorbed + self.scattered
+
+    def is_too_deep(self, plan: Plan, particles: int) -> bool:
+        """Whether so many histories resolve next to no direct light, by chance or by too small weights."""
+        chance = self.scattered if plan.tracking.absorption == "weighted" else self.depth
+        return chance > math.log(particles) or self.depth > DEEPEST
+
+
+def why_so_deep(plan: Plan, title: str, place: Shape | Vector, particles: int) -> str | None:
+    """Message about a detector without a score if all straight paths to it cross thick media; None otherwise.
+
+    title: name of the detector in the message;  place: its shape, or a point [m].
+    """
+    if plan.turned is not None or not has_media(plan.scene):
+        return None
+    ways = [(way_to(plan.scene, emitter, place), emitter) for emitter in plan.emitters]
+    way, emitter = min(ways, key=lambda found: found[0].depth)
+    is_hopeless = max(way.absorbed, way.decay) > DEEPEST
+    if not (is_hopeless if plan.splits else way.is_too_deep(plan, particles)):
+        return None
+    where = (
+        f"the straight path from {_titled(plan, emitter)} to it crosses {way.depth:.3g} mean free paths of"
+        " media"
+    )
+    return f"no particle has reached {title}: {where}; {_cure(plan, emitter, way)}"
+
+
+def _cure(plan: Plan, emitter: Emitter, way: Way) -> str:
+    """What to do about light that is so faint, or that comes from so thin an outer layer."""
+    if way.scattered == 0 and not emitter.source.emission.has_side and emitter.shape.is_closed:
+        return (
+            "only the outer mean free path of so dense a body is visible, and hardly any history is born"
+            " there; let its surface emit instead, Lambertian(radiance=emission / absorption)"
+        )
+    if max(way.absorbed, way.decay) > DEEPEST:
+        passes = (
+            f"about exp(-{way.decay:.3g}) of the diffusing light"
+            if way.scattered
+            else f"exp(-{way.depth:.3g}) of it"
+        )
+        return (
+            f"{passes} is transmitted, and no run resolves less than {FAINTEST:.0e} of a birth weight:"
+            " place the detector at a smaller depth"
+        )
+    if way.scattered == 0:
+        return f"exp(-{way.depth:.3g}) of it is transmitted: use tracking='weighted'"
+    return (
+        "use Tracking(splitting=Splitting(start=..., end=..., gain=...)) along this path, with a gain of"
+        f" about 1 / transmission: {math.exp(way.decay):.0e} if light diffuses"
+    )
+
+
+def way_to(scene: Scene, emitter: Emitter, place: Shape | Vector) -> Way:
+    """The straight path from the centre of an emitter to a detector: to its centre, or to its surface."""
+    start = np.array(emitter.shape.middle, float)
+    is_point = isinstance(place, tuple)
+    ahead = np.array(place if is_point else place.middle, float) - start
+    distance = float(np.linalg.norm(ahead))
+    direction = ahead / distance if distance > 0 else np.array([0.0, 0.0, 1.0])
+    if not is_point:
+        met = crossings(place, start, direction).distances
+        distance = float(np.min(met[met > 0], initial=math.inf if (met > 0).any() else distance))
+    return _through(scene, start, direction, distance)
+
+
+def _through(scene: Scene, start: np.ndarray, direction: np.ndarray, distance: float) -> Way:
+    """Sum over the media along a straight line; a grid of voxels counts as its mean."""
+    met = [crossings(surface.shape, start, direction).distances.ravel() for surface in scene.surfaces]
+    ends = np.concatenate([[0.0], *met, [distance]])
+    ends = np.unique(ends[(ends >= 0) & (ends <= distance)])
+    lengths = np.diff(ends)
+    way = np.zeros(3)
+    for length, medium in zip(
+        lengths, media_at(scene, start + np.outer(ends[:-1] + lengths / 2, direction)), strict=True
+    ):
+        absorbed, scattered = (float(np.mean(each)) for each in (medium.absorption, medium.scattering))
+        decay = absorbed
+        if scattered > 0:
+            turned = scattered * (1 - _asymmetry(medium))
+            decay = math.sqrt(3 * absorbed) * math.sqrt(absorbed + turned)
+        way += length * np.array([absorbed, scattered, decay])
+    return Way(*map(float, way))
+
+
+def _asymmetry(medium: Medium | Grid) -> float:
+    """Mean cosine of scattering; 1 if unknown, so that no path seems too deep."""
+    match medium.phase:
+        case HenyeyGreenstein(g=g):
+            return g
+        case Isotropic() | Rayleigh():
+            return 0.0
+    return 1.0
+
+
+def _titled(plan: Plan, emitter: Emitter) -> str:
+    numbers = [number for number, source in enumerate(plan.scene.sources) if source is emitter.source]
+    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
+
+
+# ---- Diagnostic "roulette survivors": whether survivors of roulette may be missing from a number and its error.
+#
+# Roulette ends light histories and makes a few of them heavier.  If all arrivals at a detector are far lighter,
+# a run may end before the first survivor arrives: its mean is then too low, and its error measures the spread
+# of the light ones alone.  Such a run can be recognised: a single survivor would add more than the error
+# allows.
+
+NOISELESS = 1e-6  # relative error below which scores have not passed a medium by chance
+
+
+def roulette_survivors(sums: MeterSums, side: int, total: Estimate) -> Iterator[Finding]:
+    """Findings for a detector's side, with bounds as mean weights of a history.
+
+    total: the mean of arrivals.
+    """
+    detector, plan = sums.detector, sums.plan
+    if detector.events is None or detector.events[1] > 0:
+        bins = None
+        if _thins_out(plan) and (sums.place_axes or sums.direction_axes) and not sums.is_large:
+            bins = sums.by_direction("weights", side)
+        title = f"detector {detector.name!r}"
+        yield from missing_survivors(plan, sums.batches, title, total, sums.shape.middle, bins)
+
+
+def missing_survivors(
+    plan: Plan,
+    batches: list[Batch],
+    title: str,
+    total: Estimate,
+    place: Vector,
+    bins: np.ndarray | None = None,
+    most: float = 1.0,
+) -> Iterator[Finding]:
+    """Survivors of roulette of which none may have come, near a place [m].
+
+    total: mean score of histories there;  bins: the sums of its bins, (B, *dims), if any;  most: score in one
+    of them of a history of the largest birth weight.  The bound, in the unit of `total`, covers survivors
+    that did not come, or all weight for which roulette was played if that is less.  Nothing if no medium
+    played roulette.
+    """
+    if not _thins_out(plan) or total.error <= NOISELESS * total.value:
+        return
+    histories = sum(batch.histories for batch in batches)
+    born = sum(batch.born for batch in batches) / histories
+    if born == 0:  # an aim behind its source: nothing can be missing
+        return
+    # Bound the weight of missing survivors.
+    heaviest = born * _heaviest_share(plan, place)
+    is_by_share = plan.splits or plan.absorbs_by_share
+    played = math.inf if is_by_share else _played(batches, histories, heaviest)
+    bound = min(unseen_scores(0) * heaviest / histories, played) * most
+    if bound > 0:
+        # Suggest a threshold at which one survivor adds less than the error.
+        error = total.error if total.error > 0 else math.inf
+        if bins is not None:
+            errors = replicates_of(
+                bins / total.run.sizes.reshape(-1, *(1,) * (bins.ndim - 1)), total.run, False, None
+            ).error
+            error = float(np.min(errors, where=errors > 0, initial=error))
+        roulette = (error / most if math.isfinite(error) else heaviest / histories) / born
+        yield Finding(DOUBTFUL, title, "", *_in_words(plan, roulette, bound), name="roulette survivors")
+
+
+def _thins_out(plan: Plan) -> bool:
+    """Whether media end light histories by chance."""
+    return plan.has_roulette_in_flight or plan.splits
+
+
+def _heaviest_share(plan: Plan, place: Vector) -> float:
+    """The largest possible weight of a history near a place, relative to its birth weight.
+
+    Importance falls from there to the births; in voxels that absorb, nothing reduces the weight of an
+    uncollided flight.
+    """
+    if plan.splits:
+        rise_at = plan.tracking.splitting.rise_at
+        births = max(rise_at(emitter.shape.middle) for emitter in plan.emitters)
+        return min(1.0, math.exp(births - rise_at(place)))
+    return 1.0 if plan.absorbs_by_share else plan.tracking.survivors_weight
+
+
+def _played(batches: list[Batch], histories: int, heaviest: float) -> float:
+    """Approximate weight for which roulette was played, per history.
+
+    Roulette kills w with chance 1 - w/h and gains h - w with chance w/h, where h is the heaviest weight.
+    Until one has survived, the sum of the killed weight measures it; later the variance of the balance does,
+    h times the sum of w.
+    """
+    balance = np.array([batch.ledger["roulette"] for batch in batches])
+    return max(abs(balance.sum()), (balance**2).sum() / heaviest) / histories
+
+
+def _in_words(plan: Plan, roulette: float, bound: float) -> tuple[str, float, str]:
+    """What is missing, its bound, and the cure; roulette: a threshold that would suffice."""
+    if plan.splits:
+        gain = plan.tracking.splitting.gain
+        cure = (
+            f"let the Splitting rise towards it, and raise its gain, got {gain:g}, to about 1 / transmission"
+        )
+        return "rare heavy histories that the Splitting thins out not sampled", bound, cure
+    if plan.absorbs_by_share:
+        what = "uncollided particles through voxels not sampled"
+        return what, bound, "use more particles, or a Splitting"
+    what = (
+        f"rare survivors of Russian roulette, at {plan.tracking.roulette:g} of the birth weight, not sampled"
+    )
+    return what, bound, f"pass tracking=Tracking(roulette={_rounded(roulette)}), or use a Splitting"
+
+
+def _rounded(share: float) -> str:
+    """Round down to a power of ten."""
+    return f"1e{math.floor(math.log10(share)):03d}"

@@ -1,0 +1,585 @@
+"""Knowledge about light without a score: proofs that it is absent, and probes that bound it.
+
+A class of paths is empty if its mirrors or lamps lie behind the detector, in another room, or hidden from all
+lines of sight.
+
+Otherwise a probe bounds it.  The estimator "expected" finds light whose last vertex is specular only by
+chance.  Traced backwards, such a path leaves the detector towards a specular surface.  A probe sends
+histories from the detector towards each of these surfaces, scores at the lamps by flights and by rays
+(transport/compile/method_backward.py), and takes the upper confidence limit.  The limit exceeds the class,
+because it includes light that a surface reflects diffusely and light that passes beside it.  For "backward",
+which finds light whose first vertex is specular by chance, histories start at the lamp towards the surfaces.
+
+The result of a probe is never added to an estimate.  A probe has at least 65 536 histories, and hardly more
+than the run concerned.  If its histories are long (mirrors that trap light), it has fewer, so that its
+crossings and collisions hardly exceed those of the run, or there is none.  It depends on scene, detector and
+these counts alone, so the same run always has the same findings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.compile import method_backward
+from transport.compile.adjoint import gains_of, turned_scene
+from transport.compile.limits_exceeded import OverrunError
+from transport.geometry.distances import is_behind, least_gap
+from transport.geometry.flat import Disk, FlatShape, Rectangle, Slab
+from transport.geometry.line_crossings import crossings
+from transport.geometry.shape import ROUNDING, Point, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.renderers import function_for
+from transport.results.diagnostics.empty_detector import are_parted
+from transport.results.tally import ARRIVALS
+from transport.scene.bodies import nested, surrounding_of
+from transport.scene.cameras import Camera
+from transport.scene.detectors import Detector
+from transport.scene.emissions import Beam, Lambertian
+from transport.scene.materials import (
+    Glossy,
+    Material,
+    Mirror,
+    Surface,
+    TwoSided,
+    is_specular,
+    lets_through,
+    titled,
+)
+from transport.scene.media import Medium
+from transport.scene.points import PointDetector
+from transport.scene.sides import IS_BACK
+from transport.scene.sources import Source
+from transport.statistics.batches import student_quantile
+from transport.statistics.findings import unseen_scores
+from transport.validation import SceneError, listed
+from transport.vectors import Vector, dot
+
+if TYPE_CHECKING:
+    from transport.compile.adjoint import Part
+    from transport.compile.plan import Plan
+    from transport.results.batches import Batch
+    from transport.results.record import Record
+    from transport.scene.scene import Scene
+
+LINES, MOST_LINES = 1 << 13, 1 << 17  # lines of sight between a sensor and a lamp
+NEARLY = 0.25  # of the largest score of a line
+CLEAR = 1e-9  # of a line, at its ends: the surfaces at its ends do not block it
+FIRST, FACTOR = 1 << 16, 4  # histories of a probe, and their growth
+LAST, SHARE = 1 << 22, 1.25  # histories of the longest probe, and relative to the run concerned
+EVENTS = FIRST * 128  # crossings and collisions allowed to any probe; else SHARE of those of the run ...
+PLAIN = 32  # ... in which a history counts as having at least this many
+PILOTS = 8, 128  # histories of the pilots that measure the events per history
+BATCH = 128  # histories per batch of a short probe: with fewer a crossing costs more time
+SHORTEST, FEWEST, MANY = 256, 8, 32  # histories of a probe, and batches of a short one
+MOST = 16  # surfaces of one probe, each of which needs passes of its own
+NEAR = 1.15  # times the measured value: a bound so near to it needs no improvement
+BRIGHT = 0.5  # reflectance that replaces that of darker mirrors
+SEED = 0x9E3779B9
+
+
+# ---- empty classes ----
+
+
+def mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+    """Indices of the surfaces whose specular light may come straight to a side of a shape.
+
+    side: None for all.
+    """
+    key = "mirrors", id(shape), side
+    if key not in scene.proofs:
+        # Keep the shape, so that no other object takes its id.
+        scene.proofs[key] = shape, _mirrors_of(scene, shape, side)
+    return scene.proofs[key][1]
+
+
+def _mirrors_of(scene: Scene, shape: Shape, side: str | None) -> list[int]:
+    found = []
+    for number, surface in enumerate(scene.surfaces):
+        if not is_specular(surface.material):
+            continue
+        if side is not None and isinstance(shape, FlatShape) and is_behind(surface.shape, shape, side):
+            continue
+        if _faces_away(surface.shape, surface.material, shape) or are_parted(
+            scene, (shape, side), (surface.shape, None), number
+        ):
+            continue
+        found.append(number)
+    return found
+
+
+def names_of(scene: Scene, numbers: Iterable[int]) -> list[str]:
+    """Names of the surfaces with these indices."""
+    surfaces = [(number, scene.surfaces[number]) for number in numbers]
+    return [repr(surface.name) if surface.name else titled(surface, number) for number, surface in surfaces]
+
+
+def _faces_away(mirror: Shape, material: Material, shape: Shape) -> bool:
+    """Whether a flat surface with one specular side turns that side away from all of a shape."""
+    if not (isinstance(mirror, FlatShape) and isinstance(material, TwoSided)):
+        return False
+    sides = {"front": material.front, "back": material.back}
+    specular = [side for side, each in sides.items() if is_specular(each)]
+    is_opaque = not any(lets_through(each) for each in sides.values())
+    return is_opaque and len(specular) == 1 and is_behind(shape, mirror, specular[0])
+
+
+def beams_of(plan: Plan, shape: Shape, side: str) -> Iterator[str]:
+    """The sources whose births no ray connects and that may send light straight to a side of a shape."""
+    for emitter in plan.emitters:
+        emission = emitter.source.emission
+        if emitter.target is not None and plan.turned is None:
+            yield source_name(plan.scene, emitter.source)
+            continue
+        if not isinstance(emission, Beam) or way_past(emitter.shape, emission.direction, shape) > 0:
+            continue
+        along = dot(emission.direction, shape.normal) if isinstance(shape, FlatShape) else 0.0
+        if not isinstance(shape, FlatShape) or ((along > 0) == IS_BACK[side] and along != 0):
+            yield source_name(plan.scene, emitter.source)
+
+
+def way_past(origin: Shape, direction: Vector, shape: Shape) -> float:
+    """Least distance at which parallel rays from one shape pass another, by bounding balls [m].
+
+    0 if they may meet.
+    """
+    if origin.is_infinite or shape.is_infinite:
+        return 0.0
+    way, reach = np.subtract(shape.middle, origin.middle), origin.extent + shape.extent
+    along = float(np.dot(way, direction))
+    aside = math.sqrt(max(float(np.dot(way, way)) - along * along, 0.0))
+    return max(math.hypot(aside, min(along, 0.0)) - reach, 0.0)
+
+
+def source_name(scene: Scene, source: Source) -> str:
+    numbers = [number for number, each in enumerate(scene.sources) if each is source]
+    return f"sources[{numbers[0]}]" if numbers else "an emitting medium"
+
+
+def is_hidden(scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None) -> bool:
+    """Whether geometry proves that no direct light of a lamp reaches a sensor."""
+    if isinstance(sensor, Camera) and not sensor.may_see(lamp):
+        return True
+    looks = getattr(sensor, "side", None)
+    for part in parts:
+        if looks is not None and isinstance(part.shape, FlatShape) and is_behind(lamp, part.shape, looks):
+            continue
+        if side is not None and isinstance(lamp, FlatShape) and is_behind(part.shape, lamp, side):
+            continue
+        if not are_parted(scene, (part.shape, looks), (lamp, side)):
+            return False
+    return True
+
+
+def bound_by_lines(
+    scene: Scene,
+    sensor: object,
+    number: int,
+    parts: list[Part],
+    lamp: Shape,
+    side: str | None,
+    enough: float,
+) -> tuple[float, bool]:
+    """Bound (95 % confidence) of a lamp's share of a sensor's view, and whether any line of sight is clear.
+
+    Lines connect even points on both, with as many lines as it takes to get below `enough` or close to the
+    measured share.  Returns (infinite, True) for shapes without points.  number: index of the lamp.
+    """
+    bound, is_shown, lines = math.inf, True, LINES
+    while lines <= MOST_LINES:
+        key = sensor.name, number, lines  # cached per scene: a run with a requested error calls this often
+        if key not in scene.proofs:
+            scene.proofs[key] = _seen_by_lines(scene, sensor, parts, lamp, side, lines)
+        bound, found, is_shown = scene.proofs[key]
+        if bound <= max(enough, NEAR * found) or math.isinf(bound):
+            break
+        lines *= FACTOR
+    return bound, is_shown
+
+
+def _seen_by_lines(
+    scene: Scene, sensor: object, parts: list[Part], lamp: Shape, side: str | None, lines: int
+) -> tuple[float, float, bool]:
+    """Bound and estimate of the share of a sensor's view that a lamp fills, and whether any line is clear."""
+    rng, bound, found, is_shown = np.random.default_rng(0), 0.0, 0.0, False
+    is_directed = isinstance(sensor, Detector)
+    if not (is_directed or isinstance(sensor, PointDetector)) or side is None:
+        return math.inf, 0.0, True
+    for part in parts:
+        # Draw the ends of the lines, and compute the score of each line.
+        ends = [points_on(shape, rng.random((lines, 2))) for shape in (part.shape, lamp)]
+        if any(end is None for end in ends):
+            return math.inf, 0.0, True
+        (start, facing), (end, emitting) = ends
+        ways = end - start
+        distances = np.linalg.norm(ways, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ways = ways / distances[:, None]
+            there = np.maximum(-(ways * emitting).sum(axis=1) * (-1.0 if IS_BACK[side] else 1.0), 0.0)
+            here = np.maximum(
+                (ways * facing).sum(axis=1) * (-1.0 if is_directed and IS_BACK[sensor.side] else 1.0), 0.0
+            )
+            kernel = there * lamp.area / distances**2 * (here / math.pi if is_directed else 0.25 / math.pi)
+        # Keep the lines that no opaque surface blocks.
+        free = np.flatnonzero(kernel > 0)
+        free = free[~_are_blocked(scene, start[free], ways[free], distances[free])]
+        shown = kernel[free]
+        mean = float(shown.sum()) / lines
+        spread = 2 * math.sqrt(max(float((shown**2).sum()) / lines - mean**2, 0.0) / lines)
+        # The shortest lines score most, and none of them may have been drawn.
+        gap, full = least_gap(part.shape, lamp), 1 / math.pi if is_directed else 0.25 / math.pi
+        limit = lamp.area * full / gap**2 if gap > 0 else math.inf
+        strong = int((shown >= NEARLY * limit).sum())
+        unseen = unseen_scores(strong) * limit / lines
+        bound = max(bound, min(mean + spread + unseen, 1.0))
+        found, is_shown = max(found, mean), is_shown or len(free) > 0
+    return bound, found, is_shown
+
+
+def points_on(shape: Shape, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Points even over the area of a shape from numbers (n, 2) in [0, 1), and normals, each (n, 3).
+
+    None for other kinds of shapes.
+    """
+    u, v = numbers.T
+    if isinstance(shape, Point):
+        return np.broadcast_to(shape.position, (len(u), 3)), np.zeros((len(u), 3))
+    if isinstance(shape, Sphere) and shape.is_closed:
+        z, turn = 2 * u - 1, 2 * math.pi * v
+        rho = np.sqrt(1 - z * z)
+        normals = np.stack([rho * np.cos(turn), rho * np.sin(turn), z], axis=1)
+        return np.array(shape.center) + shape.radius * normals, normals
+    if isinstance(shape, Disk):
+        r, turn = (
+            np.sqrt(shape.inner_radius**2 + u * (shape.radius**2 - shape.inner_radius**2)),
+            2 * math.pi * v,
+        )
+        x, y = r * np.cos(turn), r * np.sin(turn)
+    elif isinstance(shape, Rectangle) and shape.hole is None:
+        x, y = (u - 0.5) * shape.width, (v - 0.5) * shape.height
+    else:
+        return None
+    e_u, e_v, normal = (np.array(axis) for axis in shape.frame)
+    return np.array(shape.center) + np.outer(x, e_u) + np.outer(y, e_v), np.broadcast_to(normal, (len(u), 3))
+
+
+def _are_blocked(scene: Scene, start: np.ndarray, ways: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Whether an opaque surface lies between the ends of each line."""
+    blocked = np.zeros(len(start), bool)
+    for surface in scene.surfaces:
+        if not lets_through(surface.material):
+            met = crossings(surface.shape, start, ways).distances / distances[:, None]
+            blocked |= ((met > CLEAR) & (met < 1 - CLEAR)).any(axis=1)
+    return blocked
+
+
+# ---- transmission of media ----
+
+
+def most_that_passes(plan: Plan, shape: Shape) -> float:
+    """Largest possible weight of a history at a shape, relative to its birth weight; 1 unless proven less.
+
+    Absorption along a path reduces weights by exp(-absorption * length).  The length is proven if a single
+    body of one medium separates a source from the shape, or contains one of them.
+    """
+    key = "passes", id(plan), id(shape)
+    if key not in plan.scene.proofs:
+        share = max(_share_past_media(plan, emitter.shape, shape) for emitter in plan.emitters)
+        plan.scene.proofs[key] = plan, shape, share  # keep both, so that no other objects take their ids
+    return plan.scene.proofs[key][2]
+
+
+def _share_past_media(plan: Plan, origin: Shape, shape: Shape) -> float:
+    if plan.plays_roulette or not plan.attenuates:  # survivors of roulette are heavier
+        return 1.0
+    return math.exp(-_least_depth(plan, origin, shape))
+
+
+def _least_depth(plan: Plan, origin: Shape, shape: Shape) -> float:
+    """Least number of mean free paths to absorption on any path between two shapes, as far as proven."""
+    scene, depth = plan.scene, 0.0
+    bodies, holders = nested(scene)
+    is_straight = not (
+        plan.reflects or plan.scatters or any(is_specular(each.material) for each in scene.surfaces)
+    )
+    outside = surrounding_of(scene)
+    if not bodies and isinstance(outside, Medium):
+        depth += outside.absorption * least_gap(origin, shape)
+    for number, body in enumerate(bodies):
+        is_whole = len(body.surfaces) == 1 and not any(number in each for each in holders)
+        if is_whole and isinstance(body.medium, Medium):
+            within = scene.surfaces[body.surfaces[0]].shape
+            depth += body.medium.absorption * _least_way(within, origin, shape, is_straight)
+    return depth
+
+
+def _least_way(body: Shape, origin: Shape, shape: Shape, is_straight: bool) -> float:
+    """Least length inside a body of any path between two shapes [m], as far as proven.
+
+    is_straight: whether all paths are straight.
+    """
+    if isinstance(body, Slab):
+        (low, high), (least, most) = (_heights(body, each) for each in (origin, shape))
+        half = body.thickness / 2 * (1 - ROUNDING)
+        return body.thickness if (high <= -half and least >= half) or (most <= -half and low >= half) else 0.0
+    if origin.is_infinite or shape.is_infinite or not isinstance(body, Box | Sphere) or not body.is_closed:
+        return 0.0
+    for inner, outer in ((origin, shape), (shape, origin)):
+        if _height_over(body, outer)[0] >= 0 and (height := _height_over(body, inner)[1]) < 0:
+            return -height
+    if not (isinstance(body, Box) and is_straight):
+        return 0.0
+    (low, high), (first_low, first_high), (last_low, last_high) = body.bounds, origin.bounds, shape.bounds
+    for axis in range(3):
+        is_across = (first_high[axis] <= low[axis] and last_low[axis] >= high[axis]) or (
+            last_high[axis] <= low[axis] and first_low[axis] >= high[axis]
+        )
+        is_beside = all(
+            min(first_low[k], last_low[k]) >= low[k] and max(first_high[k], last_high[k]) <= high[k]
+            for k in range(3)
+            if k != axis
+        )
+        if is_across and is_beside:
+            return high[axis] - low[axis]
+    return 0.0
+
+
+def _heights(body: Slab, shape: Shape) -> tuple[float, float]:
+    """Range of heights of a shape above the middle of a slab [m]; infinite if unknown."""
+    middle = dot(tuple(p - q for p, q in zip(shape.middle, body.middle, strict=True)), body.normal)
+    is_level = isinstance(shape, FlatShape) and abs(dot(shape.normal, body.normal)) >= 1 - ROUNDING
+    reach = 0.0 if is_level else _reach(shape)
+    return middle - reach, middle + reach
+
+
+def _height_over(body: Box | Sphere, shape: Shape) -> tuple[float, float]:
+    """Bounds of the height of a shape above the surface of a body [m]; negative inside it."""
+    if isinstance(body, Sphere):
+        apart, reach = math.dist(shape.middle, body.center) - body.radius, _reach(shape)
+        return apart - reach, apart + reach
+    (low, high), (least, most) = body.bounds, shape.bounds
+    lowest = max(
+        max(p - q for p, q in zip(low, most, strict=True)),
+        max(p - q for p, q in zip(least, high, strict=True)),
+    )
+    highest = max(
+        max(p - q for p, q in zip(low, least, strict=True)),
+        max(p - q for p, q in zip(most, high, strict=True)),
+    )
+    return lowest, highest
+
+
+def _reach(shape: Shape) -> float:
+    """Radius of a ball about the centre of a shape that contains it [m]."""
+    return shape.radius if isinstance(shape, Sphere) and shape.is_closed else shape.extent
+
+
+# ---- bounded classes ----
+
+
+def bound_by_probe(
+    scene: Scene,
+    detector: Detector,
+    surfaces: Sequence[int],
+    histories: float,
+    enough: float,
+    lamp: Source | None = None,
+    events: float = 0.0,
+) -> tuple[float, float]:
+    """Bound (95 % confidence) and estimate of light at a detector [W]; infinite if unknown.
+
+    It is the light that comes last from `surfaces` or, with a lamp, the light that the lamp sends first to
+    them.  surfaces: indices;  histories, events: of the run concerned;  enough: a bound [W] that needs no
+    improvement.
+    """
+    bound, value = math.inf, 0.0
+    for length in _lengths(scene, detector, surfaces, lamp, histories, events):
+        key = _key(scene, detector, surfaces, lamp), length
+        if key not in scene.proofs:
+            try:
+                if lamp is None:
+                    scene.proofs[key] = _backwards(scene, detector, surfaces, length)
+                else:
+                    scene.proofs[key] = _forwards(scene, detector, lamp, surfaces, length)
+            except (SceneError, MemoryError):
+                scene.proofs[key] = math.inf, 0.0
+        bound, value = scene.proofs[key]
+        if bound <= max(enough, NEAR * value) or math.isinf(bound):  # a longer probe would not improve it
+            break
+    return bound, value
+
+
+def why_no_probe(scene: Scene, surfaces: Sequence[int], lamp: Source | None) -> str:
+    """Why no probe can bound light of these surfaces, if that is known without running one; else ""."""
+    if len(surfaces) > MOST:
+        return f"more than {MOST} surfaces"
+    endless = [number for number in surfaces if scene.surfaces[number].shape.is_infinite]
+    if endless:
+        return f"{listed(names_of(scene, endless))} is infinite"
+    try:
+        if lamp is None:
+            _turned(scene)
+    except SceneError as error:
+        return str(error)
+    return ""
+
+
+def _key(scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None) -> tuple:
+    return detector.name, detector.side, lamp and scene.sources.index(lamp), tuple(surfaces)
+
+
+def _lengths(
+    scene: Scene,
+    detector: Detector,
+    surfaces: Sequence[int],
+    lamp: Source | None,
+    histories: float,
+    events: float,
+) -> list[int]:
+    """Numbers of histories of the probes for a run, to be tried one after the other."""
+    # Measure the events per history by pilots.
+    most = max(EVENTS, SHARE * max(events, PLAIN * histories))
+    each = 1.0
+    for length in PILOTS:
+        if each * length <= most:
+            each = _events_each(scene, detector, surfaces, lamp, length)
+    # Choose the numbers of histories within the limits of histories and events.
+    longest = min(max(FIRST, SHARE * histories), LAST, most / each)
+    if longest < FIRST:  # take one that fits, out of a few lengths, so that similar runs share it
+        lengths = [FIRST // FACTOR**k for k in range(1, 5)]
+        return [length for length in lengths if SHORTEST <= length <= longest][:1]
+    lengths = [FIRST]
+    while FACTOR * lengths[-1] <= longest:
+        lengths.append(FACTOR * lengths[-1])
+    return lengths
+
+
+def _events_each(
+    scene: Scene, detector: Detector, surfaces: Sequence[int], lamp: Source | None, length: int
+) -> float:
+    """Crossings and collisions per history of a probe, measured by a pilot; infinite if there is none."""
+    key = "events", *_key(scene, detector, surfaces, lamp), length
+    if key not in scene.proofs:
+        try:
+            if lamp is None:
+                turned, _ = _turned(scene)
+                result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
+            else:
+                result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
+            scene.proofs[key] = max(events_of(result.batches) / length, 1.0)
+        except (SceneError, MemoryError):
+            scene.proofs[key] = math.inf
+    return scene.proofs[key]
+
+
+def events_of(batches: Iterable[Batch]) -> int:
+    """Number of crossings and collisions of a run."""
+    return sum(batch.crossings + batch.collisions for batch in batches)
+
+
+def _turned(scene: Scene):
+    """The scene for backward histories, and its lamps.  Raises SceneError if there is none."""
+    if (why := method_backward.why_not(scene)) is not None:
+        raise SceneError(str(why))
+    turned, lamps = turned_scene(scene)
+    if not all(isinstance(lamp.seen_by, Detector) for lamp in lamps):
+        raise SceneError("a source emits from a volume")
+    return turned, lamps
+
+
+def _start_at(detector: Detector) -> Source:
+    return Source(detector.shape, Lambertian(power=1.0), side=detector.side)
+
+
+def _start_of(scene: Scene, lamp: Source) -> Source:
+    return replace(lamp, emission=Lambertian(power=lamp.amount(scene.shape_of(lamp), None)))
+
+
+def _backwards(scene: Scene, detector: Detector, surfaces: Sequence[int], length: int) -> tuple[float, float]:
+    """Bound and estimate of light via surfaces to a detector [W], from histories that start there."""
+    turned, lamps = _turned(scene)
+    result = _run(scene, _start_at(detector), surfaces, turned.detectors, length)
+    gains = gains_of(result.plan, scene, lamps, result.plan.emitters[0])
+    scale = math.pi * scene.shape_of(detector).area * result.plan.unit
+    found = [_found(result, lamp.seen_by) for lamp in lamps]
+    return tuple(
+        scale * math.fsum(gain * each[k] for gain, each in zip(gains, found, strict=True)) for k in (0, 1)
+    )
+
+
+def _forwards(
+    scene: Scene, detector: Detector, lamp: Source, surfaces: Sequence[int], length: int
+) -> tuple[float, float]:
+    """Bound and estimate of light from a lamp via surfaces [W], from histories that start at the lamp."""
+    result = _run(scene, _start_of(scene, lamp), surfaces, [detector], length)
+    unit, mirrors = result.plan.unit, mirrors_of(scene, scene.shape_of(detector), detector.side)
+    events = events_of(result.batches)
+    straight = bound_by_probe(scene, detector, mirrors, length, 0.0, events=events)[0] if mirrors else 0.0
+    return tuple(unit * each for each in _found(result, detector, straight / unit))
+
+
+def _run(scene: Scene, start: Source, surfaces: Sequence[int], detectors: Sequence[Detector], length: int):
+    """Run histories from a shape towards each of the surfaces."""
+    simulate = function_for(type(scene), "simulate")
+    if len(surfaces) > MOST or any(scene.surfaces[number].shape.is_infinite for number in surfaces):
+        raise SceneError("cannot aim histories at an infinite surface, or at so many surfaces")
+    # Aim one source at each surface, and brighten dark mirrors.
+    born, there = [], list(scene.surfaces)
+    for number in surfaces:
+        surface = scene.surfaces[number]
+        there[number], share = _brightened(surface)
+        power = Lambertian(power=share * start.emission.power)
+        born.append(replace(start, emission=power, aim=surface.shape))
+    # Use next-event estimation if the scene allows it.
+    probe = type(scene)(born, there, detectors, scene.medium)
+    how = {"seed": SEED, "threads": 1, "progress": False}
+    if length < FIRST:
+        how["batches"] = min(max(length // BATCH, FEWEST), MANY) if length >= SHORTEST else 2
+    try:
+        result = simulate(probe, length, estimator="expected", **how)
+    except OverrunError:
+        raise
+    except SceneError:  # the scene has no lamp or detector for rays
+        result = simulate(probe, length, estimator="analog", **how)
+    if not result.is_complete:
+        raise KeyboardInterrupt
+    return result
+
+
+def _found(result: Record, detector: Detector, straight: float = math.inf) -> tuple[float, float]:
+    """Bound and estimate of the mean weight per history at a detector.
+
+    straight: bound of the part whose last vertex was not a diffuse wall.
+    """
+    total = result[detector.name].total(ARRIVALS)
+    findings = total._raw_findings
+    if any(math.isnan(each.bound) for each in findings) or (math.isnan(total.error) and total.value > 0):
+        return math.inf, float(total.value)
+    unseen = [
+        min(float(each.bound), straight if each.name == "path class" else math.inf)
+        for each in findings
+        if each.bound > 0
+    ]
+    spread = float(student_quantile(0.975, total.dof) * total.error) if total.error > 0 else 0.0
+    return float(total.value) + spread + math.fsum(unseen), float(total.value)
+
+
+def _brightened(surface: Surface) -> tuple[Surface, float]:
+    """Replace a dark mirror by one on which few histories die.
+
+    Return it and the power that remains, as a share.
+    """
+    material = surface.material
+    if isinstance(material, Mirror):
+        share = (material.reflectance + material.transmission) / BRIGHT
+        if share < 1:
+            bright = Mirror(material.reflectance / share, material.transmission / share)
+            return replace(surface, material=bright), share
+    if isinstance(material, Glossy) and material.albedo < BRIGHT:
+        bright = replace(material, albedo=BRIGHT)
+        return replace(surface, material=bright), material.albedo / BRIGHT
+    return surface, 1.0

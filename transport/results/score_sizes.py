@@ -1,0 +1,83 @@
+"""A reading's scores by size, from the counts of a run.
+
+Detectors with varying sizes, point detectors by their rows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from transport.compile.layout import POINT_OCTAVES, SIZE_CELLS
+from transport.compile.plan import Plan
+from transport.compile.points import SCALES
+from transport.compile.volumes import EDGES
+from transport.results.batches import Batch
+from transport.results.tally import ARRIVALS, MeterSums
+from transport.statistics.quality import Scores
+
+
+def scores_alike(number: int) -> Scores:
+    """`number` scores of size 1."""
+    return Scores(*np.ones((3, 1)), np.array([number]), most=1.0)
+
+
+def scores_of_meter(sums: MeterSums, side: int) -> Scores | None:
+    """Scores of all arrivals at a detector, or departures, in units of the largest birth weight.
+
+    None if none was counted by size, as can happen where only some of many batches count sizes.
+    """
+    plan, number = sums.plan, int(sums.whole("counts", side).sum())
+    if (sums.detector.name, side) not in plan.size_blocks:
+        return scores_alike(number)
+    *cells, most = _counted(plan, sums.batches, sums.detector.name, side)
+    return _sorted(cells, most, number)
+
+
+def scores_of_cell(plan: Plan, batches: list[Batch], number: int) -> Scores | None:
+    """Scores of a backward run with a single cell, by radiance; None with more cells.
+
+    number: how often histories reached sources.  Sources in volumes are not counted by size; with one of them
+    it is None.
+    """
+    turned = plan.turned
+    names = [lamp.seen_by.name for lamp in turned.lamps]
+    if (
+        len(turned.parts) > 1
+        or turned.cells > 1
+        or any((name, ARRIVALS) not in plan.size_blocks for name in names)
+    ):
+        return None
+    low, high, counts, most = [], [], [], 0.0
+    for name, gain in zip(names, turned.parts[0].gains, strict=True):
+        *cells, largest = _counted(plan, batches, name, ARRIVALS)
+        low, high, counts = [*low, gain * cells[0]], [*high, gain * cells[1]], [*counts, cells[2]]
+        most = max(most, gain * largest)
+    return _sorted([np.concatenate(each) for each in (low, high, counts)], most, number)
+
+
+def scores_of_point(weights: np.ndarray, counts: np.ndarray) -> Scores:
+    """Scores of a point detector, from the sums and counts of its rows in all batches, (POINT_ROWS,)."""
+    low = np.ldexp(SCALES, -POINT_OCTAVES)
+    return Scores(low, SCALES, np.where(counts > 0, weights / np.maximum(counts, 1), low), counts)
+
+
+def _counted(
+    plan: Plan, batches: list[Batch], name: str, side: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Edges and counts of a detector's size cells, and the largest possible size [largest birth weight]."""
+    expected = [each.scale for each in plan.expectations if each.detector.name == name]
+    scales = np.array([1.0, *expected])  # factors by which stored sizes are too large
+    firsts = plan.size_blocks[name, side][: len(scales)]
+    low, high = ((edges / scales[:, None]).ravel() for edges in (EDGES[:-1], EDGES[1:]))
+    counts = np.concatenate([sum(batch.sizes[k : k + SIZE_CELLS] for batch in batches) for k in firsts])
+    return low, high, counts, max(1 / scales)
+
+
+def _sorted(cells: list[np.ndarray], most: float, number: int) -> Scores | None:
+    """Scores with total `number`, from the part counted by size; None if no score was counted by size."""
+    order = np.argsort(cells[0], kind="stable")
+    low, high, counts = (each[order] for each in cells)
+    if number > 0 and not counts.any():
+        return None
+    share = counts.sum() / number if number > 0 else 1.0
+    return Scores(low, high, 0.5 * (low + high), counts, most, share)

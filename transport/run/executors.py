@@ -1,0 +1,107 @@
+"""Choose the executor of a run: threads of this process, or the workers of a cluster."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from transport.compile.plan import Plan
+from transport.run.interruption import Interruption
+from transport.run.programs import machine_for, plan_for
+from transport.run.progress import Progress, WaitingWarning
+from transport.run.settings import Way, checked_threads
+from transport.run.threads import Crew, InOrder
+from transport.scene.scene import Scene
+from transport.validation import SceneError
+
+if TYPE_CHECKING:
+    from transport.run.dask.client import Line
+
+LONG = 30.0  # [s] of waiting for a cluster before a warning
+
+
+@dataclass(frozen=True)
+class Staff:
+    """The requested executor: a number of threads, or a cluster; for cluster="local" as many processes."""
+
+    threads: int
+    cluster: object = None
+
+
+@dataclass(frozen=True)
+class Hands:
+    """A plan and a ready executor of its batches.
+
+    hire: make the executor of a run of so many batches, among which the sample of a Snapshot is divided.
+    threads: total number of threads; workers: of a cluster, else 0.
+    doubts: return findings about the executor after the run, as sentences.
+    """
+
+    plan: Plan
+    hire: Callable[[int], InOrder]
+    threads: int
+    workers: int = 0
+    doubts: Callable[[], list[str]] = field(default=list)
+
+
+def checked_staff(threads: object, cluster: object) -> Staff:
+    """Return the requested executor; threads: None for one per core. Raise SceneError for invalid input."""
+    if cluster is not None:
+        from transport.run.dask.connect import LOCAL, checked_cluster
+
+        checked_cluster(cluster)
+        if threads is not None and not (isinstance(cluster, str) and cluster == LOCAL):
+            cure = "leave it out: the workers of a cluster have their own"
+            raise SceneError(f"simulate: threads cannot be said with a cluster, got {threads!r}; {cure}")
+    return Staff(checked_threads(threads), cluster)
+
+
+@contextmanager
+def hands_for(
+    scene: Scene, way: Way, staff: Staff, bar: Progress, interruption: Interruption
+) -> Iterator[Hands]:
+    """Yield an executor that is ready to start. Raise SceneError where the cluster cannot run the scene."""
+    if staff.cluster is None:
+        machine = machine_for(scene, way.tracking, way.method, bar)
+        yield Hands(machine.program.plan, partial(Crew, machine, way.seed, staff.threads), staff.threads)
+        return
+    from transport.run.dask.client import Line
+    from transport.run.dask.connect import place_given_up
+    from transport.run.dask.executor import ClusterCrew
+
+    plan = plan_for(scene, way.tracking, way.method)
+    line = Line(staff.cluster, staff.threads, (scene, way.tracking, way.method))
+    with place_given_up():
+        try:
+            _wait_for(line, bar, interruption)
+            hire = partial(ClusterCrew, line, way.seed, way.limits.seconds)
+            yield Hands(plan, hire, line.threads, line.workers, lambda: line.doubts)
+        finally:
+            line.close()
+
+
+def _wait_for(line: Line, bar: Progress, interruption: Interruption) -> None:
+    """Wait until a worker is ready; warn once after LONG seconds.
+
+    A job without a terminal would otherwise wait forever in silence.
+    """
+    due = time.perf_counter() + LONG
+
+    def wait(what: str) -> None:
+        nonlocal due
+        bar.waiting(what)
+        interruption.check()
+        if time.perf_counter() > due:
+            warnings.warn(f"{what}; the run begins when it can", WaitingWarning, stacklevel=2)
+            due = math.inf
+
+    try:
+        line.open(wait)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"interrupted before the run began: {line.doing}") from None

@@ -1,0 +1,79 @@
+"""Forecast of a run for an error: the speed of its batches so far, and how many are still to come."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from transport.results.record import Forecast
+from transport.run.stopping import Look
+from transport.statistics.convergence import Pace, pace_of
+
+# relative error below which it predicts how many particles a smaller error takes
+KNOWN = 0.1
+# [s] least time of a batch that measures the time per particle: in smaller ones lanes idle and latency
+# dominates
+LONG = 1e-3
+FAR = 0.1  # share of the planned particles from which on progress itself measures the speed
+
+
+class Outlook:
+    """Forecaster of the remaining time, by a latency per batch and a time per particle.
+
+    Both are fitted to legs of different batch sizes. Latencies of threads add up (they are Python's), times
+    of particles run in parallel. What the last leg took beyond that is attributed to handing over batches, at
+    a constant cost per batch.
+    """
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self.typical: list[np.ndarray] = []  # particles and seconds of the median batch of each leg
+        self.handing = 0.0  # [s] per batch of the last leg, beyond the fitted time
+        self.forecast: Forecast | None = None  # the latest
+        self.particles = 0  # at the time of the forecast
+
+    def add_leg(self, batches: list[tuple[int, float]], seconds: float) -> None:
+        """Add a finished leg: particles and seconds per batch, and its total wall time [s]."""
+        if not batches:  # all of its batches were in the saved run
+            return
+        self.typical.append(np.median(batches, axis=0))
+        histories = sum(size for size, _ in batches)
+        self.handing = max(0.0, seconds - self._explained(histories, len(batches))) / len(batches)
+
+    def plan(self, elapsed: float, particles: int, histories: float, batches: int) -> None:
+        """Forecast the end of the run, where so many particles in so many batches are still to come.
+
+        elapsed: seconds so far; particles: so far; histories, batches: still to come.
+        """
+        if not self.typical:
+            return
+        seconds = elapsed + self._explained(histories, batches) + self.handing * batches
+        self.forecast, self.particles = (
+            Forecast(elapsed, float(seconds), _whole(particles + histories)),
+            particles,
+        )
+
+    def end(self, elapsed: float, particles: int) -> float:
+        """Return the total time of the run [s], as expected at this point; infinite without a forecast."""
+        plan = self.forecast
+        if plan is None or plan.particles == math.inf:
+            return math.inf
+        done = (particles - self.particles) / (plan.particles - self.particles)
+        if done > FAR:
+            return plan.after + (elapsed - plan.after) / min(done, 1.0)
+        return max(plan.seconds, elapsed)
+
+    def is_clear(self, look: Look) -> bool:
+        """Return whether the error and the time per particle are known well enough for a forecast."""
+        is_timed = bool(self.typical) and self.typical[-1][1] > LONG
+        return bool(is_timed and look.worst.relative <= KNOWN)
+
+    def _explained(self, histories: float, batches: int) -> float:
+        """Return the fitted time of so many particles in so many batches [s]."""
+        pace: Pace = pace_of(*np.transpose(self.typical))
+        return pace.latency * batches + pace.per_particle * histories / self.threads
+
+
+def _whole(number: float) -> int | float:
+    return round(number) if number < math.inf else number

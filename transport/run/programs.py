@@ -1,0 +1,37 @@
+"""Caches of what a scene is run with: its plan, its program of passes, and the compiled program."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from transport.compile.compiler import compile_scene
+from transport.compile.method_aimed import aimed_scene
+from transport.compile.methods import Method
+from transport.compile.plan import Plan
+from transport.run.progress import Progress
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
+
+
+def plan_for(scene: Scene, tracking: Tracking | None, method: Method) -> Plan:
+    """Return the plan of a scene; needs nothing of the engine."""
+    scene = aimed_scene(scene) if method.estimator == "aimed" else scene
+    return compile_scene(scene, tracking, method)
+
+
+@lru_cache(maxsize=32)
+def program_for(scene: Scene, tracking: Tracking | None, method: Method):
+    """Return the program of a plan: its passes, each with its table."""
+    from transport.engine.program import program_of
+
+    return program_of(plan_for(scene, tracking, method))
+
+
+def machine_for(scene: Scene, tracking: Tracking | None, method: Method, bar: Progress):
+    """Return the compiled program of a scene, compiled or loaded; cached for scenes that are run again."""
+    from transport.engine.driver import machine_of
+
+    program = program_for(scene, tracking, method)
+    if program.machine is None:
+        program.machine = machine_of(program, bar.compiling)
+    return program.machine

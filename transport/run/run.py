@@ -1,0 +1,353 @@
+"""The loop of `simulate`: compute batches leg by leg until the errors or another limit are reached."""
+
+import math
+import time
+import warnings
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+
+from transport.compile.plan import Plan
+from transport.results.batches import Batch
+from transport.results.choice import Choice
+from transport.results.record import Cost, Forecast
+from transport.results.report import better_than
+from transport.results.result import Result
+from transport.run.forecast import Outlook
+from transport.run.interruption import Interruption
+from transport.run.memory import check_memory
+from transport.run.progress import Progress
+from transport.run.provenance import Origin, joined, this_origin
+from transport.run.schedules import Leg, batches_in, schedule_for, sizes_of
+from transport.run.settings import HOPELESS, MOST_BATCHES, Limits
+from transport.run.state import State, looks_at, put_back
+from transport.run.stopping import Look, standing_of
+from transport.run.threads import GLANCE, CrewLost, InOrder
+from transport.scene.scene import Scene
+from transport.statistics.notation import duration, times_text
+from transport.validation import SceneError
+
+# Number of particles after which a class of paths without a score is assumed never to score.
+OPEN = 1 << 18
+SHORT = 1.0  # [s] that a batch may take in a run that can be interrupted
+
+
+class IdleWarning(UserWarning):
+    """Some threads of a run have no batches to compute."""
+
+
+@dataclass
+class Run:
+    """A run takes batches in order, and checks errors between legs of batches only.
+
+    Its end therefore does not depend on timing.
+    """
+
+    scene: Scene
+    plan: Plan
+    seed: int
+    limits: Limits
+    threads: int
+    bar: Progress
+    # makes the executor for so many batches, among which a Snapshot's sample is divided
+    hire: Callable[[int], InOrder]
+    choice: Choice | None = None  # how the estimator was chosen
+    warnings: list[str] = field(default_factory=list)
+    looks: list[Look] = field(default_factory=list)
+    forecast: Forecast | None = None
+    is_complete: bool = True
+    particles: int = 0  # in all batches, including those replaced by a later round
+    crossings: int = 0
+    collisions: int = 0
+    saved: State | None = None  # the saved run to resume
+    origins: tuple[Origin, ...] = ()  # provenance of its batches, once there are new ones
+    # called after each batch and every GLANCE seconds, to save the run
+    between: Callable[["Run"], None] | None = None
+    seconds_before: float = 0.0  # wall time of the saved run
+    interruption: Interruption = field(default_factory=Interruption)
+    leg: Leg = field(default_factory=list)  # the present leg
+    done: int = 0  # finished batches of the present leg
+    is_idle_told: bool = False
+
+    def go_on_with(self, saved: State, cost: Cost | None, warnings: list[str]) -> None:
+        """Resume a saved run, with its cost and its warnings."""
+        self.warnings += warnings
+        self.saved, self.origins = saved, saved.origins or (this_origin(),)
+        self.seconds_before, self.forecast = saved.seconds, None if cost is None else cost.forecast
+
+    def go(self) -> None:
+        """Run until a limit is reached or the run is interrupted; set `state`, `is_complete` and warnings."""
+        self.interruption.begin()
+        # Make the schedule and the executor, and refuse what does not fit into memory.
+        self.begun = self.shown = time.perf_counter()
+        self.schedule, self.outlook = schedule_for(self.limits, self.plan), Outlook(self.threads)
+        if self.saved is not None:
+            self.schedule.make_room()
+        self.crew = self.hire(self.schedule.count)
+        saved = self.saved
+        here = 0 if saved is None else len(saved.batches) + len(saved.current) + len(saved.ahead)
+        check_memory(self.plan, self.schedule, self.crew.threads, here)
+        try:
+            # Run leg after leg until the errors are reached.
+            if self.saved is None or self._takes_up():
+                while self._leg() and not self._is_enough():
+                    pass
+            self.interruption.check()
+        except (KeyboardInterrupt, CrewLost) as why:
+            # Keep the batches finished so far, also those out of order.
+            self.is_complete = False
+            self.state = self.now()
+            self._take_ahead()
+            if isinstance(why, CrewLost) and not self.batches:
+                raise
+            self.warnings.append(
+                f"interrupted after {len(self.batches)} batches{f': {why}' * bool(str(why))}"
+            )
+            return
+        self.state = self.now()
+        if not_reached := self._not_reached():
+            self.warnings.append(not_reached)
+
+    @property
+    def batches(self) -> list[Batch]:
+        """Return the batches that the result is made of."""
+        return self.schedule.kept
+
+    @property
+    def slopes(self) -> dict[str, float]:
+        """Return the slope of each target's error against time, where it was measured."""
+        if not self.looks:
+            return {}
+        found = {name: self.schedule.slope(self.looks, name) for name in self.limits.error}
+        return {name: slope for name, slope in found.items() if slope is not None}
+
+    def _leg(self) -> bool:
+        """Run the batches until the next error check; return False if there are none or time is up."""
+        begun = time.perf_counter()
+        if not self.leg:
+            self._next_leg()
+        if not self.leg:
+            return False
+        # Take batches in order. Between them save the run, check Ctrl-C and the time, and show the progress.
+        self.size = self.leg[0][0]
+        with closing(self.crew.work(sizes_of(self.leg, self.done))) as batches:
+            for batch in batches:
+                if batch is not None:
+                    self._take(batch)
+                if self.between is not None:
+                    self.between(self)
+                self.interruption.check()
+                if self._is_late() and len(self.batches) > 1:
+                    return False
+                if time.perf_counter() - self.shown > GLANCE:
+                    self._show()
+                    if self.shown - begun > SHORT:
+                        self._tell_idle()
+        # Finish the leg, and time it for the forecast.
+        self.schedule.end_leg()
+        self.leg = []
+        self.outlook.add_leg(self.crew.done, time.perf_counter() - begun)
+        return True
+
+    def _next_leg(self) -> None:
+        """Set the batches until the next error check; none where the run is over.
+
+        A part of a run gets its own batches only.
+        """
+        self.leg, self.done = self.schedule.next_leg(self.looks), 0
+        if self.limits.part != (1, 1) and self.leg:
+            most = math.ceil(batches_in(self.leg) / self.schedule.together)
+            if self.limits.part[1] > most:
+                got = f"part must be one of at most {most} parts, got {self.limits.part}"
+                cure = f"pass batches={self.limits.part[1]} or more, the same in every part"
+                raise SceneError(f"simulate: {got}, as each needs a batch; {cure}")
+            self.crew.next, self.leg = self.schedule.part(self.leg)
+
+    def _take(self, batch: Batch) -> None:
+        """Add a batch to the run."""
+        self.particles += batch.histories
+        self.crossings += batch.crossings
+        self.collisions += batch.collisions
+        self.schedule.take(batch)
+        self.done += 1
+
+    # ---- saving and resuming ----
+
+    def now(self) -> State:
+        """Return the state of the run between two batches."""
+        schedule, saved = self.schedule, self.saved
+        is_new = saved is None or self.particles > saved.particles
+        return State(
+            self.limits,
+            type(schedule).__name__,
+            {name: int(getattr(schedule, name)) for name in schedule.remembered},
+            list(schedule.batches),
+            list(schedule.current),
+            self.leg,
+            self.done,
+            self.crew.next,
+            dict(self.crew.ahead),
+            list(self.looks),
+            self.particles,
+            self.crossings,
+            self.collisions,
+            self._elapsed,
+            joined(self.origins, self._doers) if is_new else saved.origins,
+        )
+
+    @property
+    def _doers(self) -> tuple[Origin, ...]:
+        """Return the provenance of the new batches.
+
+        It is that of the workers, or of this process where it resumes a run; else empty.
+        """
+        return self.crew.origins or (() if self.saved is None else (this_origin(),))
+
+    def _takes_up(self) -> bool:
+        """Restore the saved state; return whether the run must go on."""
+        saved = self.saved
+        self.crew.next, self.looks = saved.next, looks_at(saved, self.limits)
+        if put_back(saved, self.schedule):
+            self.leg, self.done, self.crew.ahead = saved.leg, saved.done, dict(saved.ahead)
+        self.particles, self.crossings, self.collisions = saved.particles, saved.crossings, saved.collisions
+        self.begun -= saved.seconds
+        if self.leg or not self.limits.error:
+            return not self._is_late()
+        del self.looks[-1:]
+        return not self._is_enough()
+
+    def _take_ahead(self) -> None:
+        """Take batches that were finished out of order into the result of a run that ends early."""
+        for number in sorted(self.crew.ahead):
+            self._take(self.crew.ahead[number])
+
+    def _is_late(self) -> bool:
+        return self.limits.seconds is not None and self._elapsed >= self.limits.seconds
+
+    @property
+    def _elapsed(self) -> float:
+        return time.perf_counter() - self.begun
+
+    def why_nothing(self) -> str:
+        """Return the message of a run interrupted before its first batch.
+
+        It states how long a batch takes, and how to shorten batches.
+        """
+        # particles per second of one thread, which computes one batch at a time
+        rate = self.crew.started / self._elapsed / self.threads
+        said = (
+            f"interrupted before the first batch of {self.size} particles was complete, so there is no result"
+        )
+        if not rate > 0:
+            return said
+        takes, wanted = self.size / rate, math.ceil((self.limits.particles or 0) / (SHORT * rate))
+        said += f"; one takes about {duration(takes)}, and {self.threads} run at a time"
+        if not self.limits.batches < wanted or takes < 2 * SHORT:
+            return said
+        return f"{said}; pass batches={min(wanted, MOST_BATCHES)} for shorter ones"
+
+    # ---- error checks and forecasts between legs ----
+
+    def _is_enough(self) -> bool:
+        """Check the target errors and forecast the rest of the run; return whether the run may end."""
+        if not self.limits.error:
+            return False
+        look = self._look()
+        self.looks.append(look)
+        if self.schedule.is_enough(self.looks) or (look.is_blind and self.particles >= HOPELESS):
+            return not self._may_settle(look, look.doubted.unseen)
+        # End where a single number has a finding that the other limits leave no room to resolve.
+        of_numbers = look.unseen_of_numbers
+        if not look.is_blind and of_numbers > 1 and not self._may_settle(look, of_numbers):
+            return True
+        # Forecast the rest of the run, and keep the first clear forecast.
+        to_come = (math.inf, 0) if look.is_blind else self.schedule.to_come(self.looks)
+        self.outlook.plan(self._elapsed, self.particles, *to_come)
+        is_clear = self.outlook.is_clear(look) and self.schedule.is_foreseen(self.looks)
+        if self.forecast is None and is_clear:
+            self.forecast = self.outlook.forecast
+        return False
+
+    def _may_settle(self, look: Look, times: float) -> bool:
+        """Return whether the run should go on to resolve relevant paths that have not scored.
+
+        It should where that is possible before its other limits are reached. times: factor of particles that
+        this takes. Without another limit a run ends where its error should be reached.
+        """
+        if times <= 1:
+            return False
+        if look.particles < OPEN:
+            return True
+        limits, enough = self.limits, times * look.particles
+        if limits.particles is None and limits.seconds is None:
+            return enough <= look.needed
+        rate = self.particles / max(self._elapsed, 1e-9)
+        by_time = math.inf if limits.seconds is None else rate * limits.seconds
+        return enough <= min(by_time, math.inf if limits.particles is None else limits.particles)
+
+    def _look(self) -> Look:
+        """Return an error check: what is known about the target errors."""
+        result = Result(self.plan, self.batches, self.seed, None, True, [])
+        standings = [
+            standing_of(name, result.quantity(name), target) for name, target in self.limits.error.items()
+        ]
+        if result.particles < OPEN:
+            times = OPEN / result.particles
+            standings = [
+                replace(each, foretold=max(each.foretold, min(each.unseen, times))) for each in standings
+            ]
+        return Look(result.particles, len(self.batches), tuple(standings))
+
+    def _not_reached(self) -> str | None:
+        """Return the warning of a run that ended before its target errors; None where they were reached."""
+        if not self.limits.error:
+            return None
+        look = self._look()
+        worst, doubted = look.worst, look.doubted
+        is_in_doubt = doubted.unseen > 1 and worst.relative < math.inf
+        told = doubted if is_in_doubt else worst
+        ratio = told.relative / told.target
+        # Name the quantity furthest from its target, or the one with a finding, and the reason.
+        why = []
+        if ratio > 1:
+            times = f"at {times_text(ratio)} times the requested error"
+            why.append(times if ratio < math.inf else "without a score for it")
+        if is_in_doubt:
+            link = "and" if why and told.has_bins else "because"
+            why.append(f"{link} {self._no_way_out(told.unseen)}: {told.doubt}")
+        if not why:
+            return None
+        stopped = f"{told.name}: stopped after {self.particles} particles, {', '.join(why)}"
+        others = better_than(self.scene, self.plan.method, self.choice)
+        return f"{stopped}. {others}" if others else stopped
+
+    def _no_way_out(self, times: float) -> str:
+        """Return why a finding stays that this factor of particles would resolve."""
+        if self.limits.particles is not None or self.limits.seconds is not None:
+            return "running on to its limits would not resolve a finding"
+        if math.isinf(times):
+            return "running on would not resolve a finding"
+        return f"it would take {times_text(times)} times as many particles to resolve a finding"
+
+    def _tell_idle(self) -> None:
+        """Warn, once, where there are fewer batches than threads."""
+        batches, enough = batches_in(self.leg), self.threads * self.limits.part[1]
+        if self.is_idle_told or batches >= self.threads or self.schedule.count >= enough:
+            return
+        self.is_idle_told = True
+        idle = self.threads - batches
+        told = f"{batches} batches for {self.threads} threads leave {idle} of them idle"
+        told += f"; start the run with batches={enough} or more, or use threads={batches}"
+        self.warnings.append(told)
+        warnings.warn(told, IdleWarning, stacklevel=2)
+
+    def _show(self) -> None:
+        """Show the particles so far, the worst error and the expected time on the progress."""
+        self.shown = time.perf_counter()
+        particles, elapsed = self.particles + self.crew.started, self._elapsed
+        ends = [self.outlook.end(elapsed, particles)]  # [s], the earliest of which counts
+        if self.limits.particles is not None and particles:
+            ends.append(elapsed * self.limits.particles / particles)
+        if self.limits.seconds is not None:
+            ends.append(self.limits.seconds)
+        self.bar.running(particles, elapsed, min(ends), self.looks[-1].worst if self.looks else None)

@@ -1,0 +1,201 @@
+"""Limits of a run (particles, error, seconds, batches) and the checks of these arguments."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from transport.compile.methods import ANALOG, Method
+from transport.results.backward import IMAGE_QUANTITIES
+from transport.results.choice import Choice
+from transport.results.detectors import BY_DIRECTION, CLOCKED, OF_MOMENTS, QUANTITIES
+from transport.results.phase_space import OF_PHASE_MOMENTS, PHASE_QUANTITIES
+from transport.results.points import POINT_QUANTITIES
+from transport.results.volumes import VOLUME_QUANTITIES, VOLUMES_CLOCKED
+from transport.scene.cameras import Instrument
+from transport.scene.detectors import Detector
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.points import PointDetector
+from transport.scene.scene import Scene
+from transport.scene.tracking import Tracking
+from transport.scene.volumes import VolumeDetector
+from transport.validation import SceneError, suggestion
+
+FEWEST_FOR_ERROR = 16  # batches
+# batches, up to twice as many: the error is then known to 1 / sqrt(2 × 128) = 6 % or better
+MANY_FOR_ERROR = 128
+MOST_BATCHES = 4096
+HOPELESS = 10**7  # particles without a score, after which a run for an error ends
+MOST_PARTICLES = 10**10  # particles at which a run for an `error` alone ends, with a warning
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a run, which ends at the first one that is reached."""
+
+    particles: int | None
+    error: Mapping[str, float]
+    seconds: float | None
+    batches: int
+    is_free: bool = False  # whether the user left the number of batches open
+    part: tuple[int, int] = (1, 1)  # (k, n): the k-th of n parts of the batches
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether the number of particles depends on errors or time."""
+        return bool(self.error) or self.seconds is not None
+
+
+def checked_limits(scene, particles, error, seconds, batches, method=ANALOG) -> Limits:
+    """Return the limits of a run from the arguments of `simulate`.
+
+    Raise SceneError where none is given or one is invalid.
+    """
+    error = {} if error is None else error
+    if not isinstance(error, Mapping):
+        raise SceneError(f"simulate: error must be like {{'meter.flux_in': 1e-3}}, got {error!r}")
+    if particles is None and not error and seconds is None:
+        raise SceneError(
+            "simulate: no limit given; pass particles=1_000_000, error={'meter.flux_in': 1e-3} or seconds=10"
+        )
+    if particles is not None:
+        particles = checked_whole("particles", particles, 1, MOST_PARTICLES * 100)
+    if seconds is not None and not (_is_number(seconds) and 0 < seconds < math.inf):
+        raise SceneError(f"simulate: seconds must be positive and finite, got {seconds!r}")
+    is_free = batches is None
+    if is_free:
+        batches = _usual_batches(method, error)
+    batches = checked_whole("batches", batches, 2, MOST_BATCHES)
+    if error and batches < FEWEST_FOR_ERROR:
+        raise SceneError(
+            f"simulate: batches must be at least {FEWEST_FOR_ERROR} with error=..., got {batches};"
+            " with fewer, the run would end when the error is underestimated by chance"
+        )
+    for name, target in error.items():
+        _check_quantity(scene, name)
+        if not (_is_number(target) and 0 < target < 1):
+            raise SceneError(f"simulate: error of {name!r} must be relative, within (0, 1), got {target!r}")
+    return Limits(particles, dict(error), seconds, batches, is_free)
+
+
+def _usual_batches(method: Method, error: Mapping[str, float]) -> int:
+    """Return the default number of batches; with an error target, enough to know the error well."""
+    if not error:
+        return method.usual_batches
+    return MANY_FOR_ERROR if method.sampling == "random" else FEWEST_FOR_ERROR
+
+
+def _check_quantity(scene: Scene, name: str) -> None:
+    """Refuse a name "detector.quantity" that does not exist, or lacks moments, directions or a clock."""
+    detector, _, quantity = str(name).partition(".")
+    names = [d.name for d in scene.detectors]
+    if detector in names and not quantity:
+        raise SceneError(
+            f"simulate: error must name a quantity of {detector!r}, such as '{detector}.flux_in'"
+        )
+    if detector not in names:
+        raise SceneError(f"simulate: error names no detector {detector!r}; {suggestion(detector, names)}")
+    asked = scene.detectors[names.index(detector)]
+    if isinstance(asked, Snapshot):
+        raise SceneError(
+            f"simulate: error names the Snapshot {detector!r}, which is a sample; name a PhaseSpace"
+        )
+    known = PHASE_QUANTITIES if isinstance(asked, PhaseSpace) else QUANTITIES
+    known = VOLUME_QUANTITIES if isinstance(asked, VolumeDetector) else known
+    known = POINT_QUANTITIES if isinstance(asked, PointDetector) else known
+    known = IMAGE_QUANTITIES if isinstance(asked, Instrument) else known
+    if quantity not in known:
+        raise SceneError(f"simulate: error names no quantity {quantity!r}; {suggestion(quantity, known)}")
+    of_moments = {Detector: OF_MOMENTS, PhaseSpace: OF_PHASE_MOMENTS}.get(type(asked), ())
+    if quantity in of_moments and not asked.moments:
+        raise SceneError(f"simulate: error of {name!r} needs moments; pass moments=True to the detector")
+    if isinstance(asked, PhaseSpace | Instrument):
+        return
+    if quantity in BY_DIRECTION and asked.directions is None:
+        raise SceneError(f"simulate: error of {name!r} needs a detector with directions=...")
+    if quantity in (*CLOCKED, *VOLUMES_CLOCKED) and scene.duration is None:
+        raise SceneError(f"simulate: error of {name!r} needs a clock; use Scene(..., duration=...)")
+
+
+def checked_whole(name: str, value: object, least: int, most: int) -> int:
+    """Return the value as an int within [least, most]; floats such as 1e6 are accepted. Raise SceneError."""
+    is_whole = _is_number(value) and math.isfinite(value) and value == int(value)
+    if not is_whole or not least <= value <= most:
+        raise SceneError(f"simulate: {name} must be a whole number from {least} to {most}, got {value!r}")
+    return int(value)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
+        value, (bool, np.bool_)
+    )
+
+
+def checked_part(part: object, limits: Limits) -> tuple[int, int]:
+    """Return (k, n), the k-th of n parts of a run; (1, 1) for the whole run. Raise SceneError."""
+    if part is None:
+        return 1, 1
+    is_pair = isinstance(part, tuple | list) and len(part) == 2
+    if not is_pair or not all(_is_number(number) and number == number // 1 for number in part):
+        raise SceneError(f"simulate: part must be (k, n), the k-th of n parts, such as (1, 4), got {part!r}")
+    one, of = map(int, part)
+    if not 1 <= one <= of:
+        cure = f"; parts count from 1: part=({one + 1}, {of})" if one == 0 < of else ""
+        raise SceneError(f"simulate: part must be (k, n) with k from 1 to n, got {part!r}{cure}")
+    if of > 1 and limits.is_open:
+        raise SceneError(
+            f"simulate: part needs a run limited by particles alone, got {part!r}; omit error and seconds"
+        )
+    return one, of
+
+
+def checked_threads(threads: object) -> int:
+    """Return the number of threads; None means one per core available to this process. Raise SceneError."""
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return checked_whole("threads", threads, 1, 1024)
+
+
+# ---- Arguments of `simulate`, and the settings that follow from them.
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Arguments of `simulate` as given by the user; None for those omitted.
+
+    reads_all: whether any quantity of the result may be read, although `error` names some only.
+    """
+
+    particles: float | None = None
+    error: Mapping[str, float] | None = None
+    seconds: float | None = None
+    batches: int | None = None
+    part: tuple[int, int] | None = None
+    seed: int | None = None
+    estimator: str | None = None
+    sampling: str | None = None
+    tracking: Tracking | str | None = None
+    reads_all: bool = False
+
+    @property
+    def limits(self) -> tuple:
+        """Return the limits as given: particles, error, seconds."""
+        return self.particles, self.error, self.seconds
+
+
+@dataclass(frozen=True)
+class Way:
+    """Settings that determine every batch of a run.
+
+    choice: how the method was chosen, None where it was given.
+    """
+
+    method: Method
+    limits: Limits
+    seed: int
+    tracking: Tracking | None
+    choice: Choice | None

@@ -1,0 +1,549 @@
+"""Bins of directions, positions, times and speeds: their edges, sizes and checks."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from transport.geometry.flat import Disk, Plane, Rectangle, Slab, Triangle
+from transport.geometry.mesh import Mesh
+from transport.geometry.revolved import Cone, Cylinder, Paraboloid, Revolved
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box, Sphere
+from transport.validation import (
+    Bins,
+    OptionalBins,
+    VectorField,
+    as_float,
+    as_floats,
+    check_one_of,
+    in_degrees,
+    is_count,
+    refuse,
+    scene_object,
+    settle_direction,
+    shown,
+    store,
+)
+from transport.vectors import Vector, dot
+
+Range = tuple[float, float]
+
+MOST_BINS = 1_000_000  # per axis; more would be a mistake
+MOST_BINS_IN_ALL = 10_000_000  # per detector
+BYTES_OF_SUMS, BYTES_OF_A_BATCH, USUAL_BATCHES = (
+    32,
+    14,
+    8,
+)  # bytes of sums per bin, side and thread; bytes per bin and batch; usual number of batches
+PI = math.pi
+NARROWEST = 2.0**-43  # width of a bin in cosine: rounding moves 0.1 % of it across its edges
+DIRECTION_RANGES: dict[str, dict[str, Range]] = {
+    "local": {"mu": (0.0, 1.0), "theta": (0.0, PI / 2), "phi": (0.0, 2 * PI)},
+    "world": {"mu": (-1.0, 1.0), "theta": (0.0, PI), "phi": (0.0, 2 * PI)},
+}
+SPHERE_RANGES: dict[str, Range] = {"mu": (-1.0, 1.0), "phi": (0.0, 2 * PI)}
+INSTEAD = {  # hints for position bins on shapes without coordinates
+    Box: "put a Detector on each of its faces() instead",
+    Slab: "put Detectors on Rectangles in its planes() instead",
+    Plane: "put a Detector on a Rectangle or Disk in it instead",
+    Triangle: "put a Detector on a Rectangle or Disk in its plane instead",
+    Mesh: "use bins of direction, or one Detector per part of the mesh",
+}
+
+
+@scene_object(kw_only=True)
+class Directions:
+    """Bins of direction: each axis a number of equal bins or increasing edges.
+
+    Give at least one of `mu`, `theta` and `phi`; `mu` and `theta` exclude each other.
+
+    Parameters
+    ----------
+    mu : int or sequence of float, default None
+        Cosine of the polar angle; within [0, 1] in the local frame, [-1, 1] in the world frame.
+    phi : int or sequence of float, default None
+        Azimuth [rad]; a number of bins covers [0, 2 pi]. Edges lie within [-2 pi, 2 pi] and span at most
+        one turn: (-pi/4, pi/4) is a sector across phi = 0.
+    theta : int or sequence of float, default None
+        Polar angle [rad]; within [0, pi/2] in the local frame, [0, pi] in the world frame.
+    frame : {"local", "world"}, default "local"
+        "local": theta is measured from the normal of the detector's side, phi from e_u towards e_v.
+        "world": theta is measured from +z, phi about +z from +x.
+
+    Raises
+    ------
+    SceneError
+        If no axis is given, if edges are out of range, or if a bin is narrower than 2^-43 in cos(theta).
+
+    Notes
+    -----
+    Radiance is undefined in world-frame bins below the horizon of the detector's side. Directions of which
+    all bins are below the horizon raise SceneError.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Directions(mu=4).edges()["mu"]
+    array([0.  , 0.25, 0.5 , 0.75, 1.  ])
+    >>> tp.Directions(theta=(0, 30 * tp.deg, 90 * tp.deg)).edges()["theta"].round(3)  # [rad]
+    array([0.   , 0.524, 1.571])
+    """
+
+    mu: OptionalBins = None
+    phi: OptionalBins = None
+    theta: OptionalBins = None
+    frame: str = "local"
+
+    def __post_init__(self) -> None:
+        check_one_of(self, "frame", DIRECTION_RANGES)
+        if self.mu is not None and self.theta is not None:
+            refuse(
+                self, f"mu and theta exclude each other, got mu={shown(self.mu)}, theta={shown(self.theta)}"
+            )
+        _settle_bins(self, "mu", "theta", "phi")
+        check_number_of_bins(self, self)
+        _check_cosines(self, self.edges())
+
+    @staticmethod
+    def cone(*values: object, **named: object) -> "DirectionCone":
+        """Return one bin: the directions within `half_angle` of `axis`, in the world frame.
+
+        Parameters
+        ----------
+        axis : vector
+            Axis of the cone, of any length except 0.
+        half_angle : float
+            Half angle of the cone [rad], in (0, pi/2].
+
+        Returns
+        -------
+        DirectionCone
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Directions.cone((0, 0, 2), half_angle=0.1)
+        DirectionCone(axis=(0.0, 0.0, 1.0), half_angle=0.1)
+        """
+        return DirectionCone(*values, **named)
+
+    @staticmethod
+    def sphere(*values: object, **named: object) -> "DirectionSphere":
+        """Return bins over all directions of flight, for a VolumeDetector.
+
+        Parameters
+        ----------
+        mu : int or sequence of float, default 8
+            Bins of the cosine to `axis`, within [-1, 1].
+        phi : int or sequence of float, default 16
+            Bins of the azimuth about `axis` [rad].
+        axis : vector, default (0, 0, 1)
+            Polar axis.
+
+        Returns
+        -------
+        DirectionSphere
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> tp.Directions.sphere(mu=2, phi=1).solid_angles().round(4)  # [sr]
+        array([[6.2832],
+               [6.2832]])
+        """
+        return DirectionSphere(*values, **named)
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Return the edges of each binned axis.
+
+        Returns
+        -------
+        dict of str to array
+            "mu" [1] or "theta" [rad], and "phi" [rad].
+        """
+        return _all_edges(self, _turned(self, DIRECTION_RANGES[self.frame]), f"frame {self.frame!r}")
+
+
+@scene_object
+class DirectionCone:
+    """One bin of directions: a cone about an axis in the world frame, made by `Directions.cone`.
+
+    Parameters
+    ----------
+    axis : vector
+        Axis of the cone, of any length except 0; stored as a unit vector.
+    half_angle : float
+        Half angle of the cone [rad], in (0, pi/2].
+    """
+
+    axis: VectorField
+    half_angle: float
+
+    written = "Directions.cone"
+
+    def __post_init__(self) -> None:
+        settle_direction(self, "axis")
+        angle = as_float(self.half_angle)
+        if angle is None or not 0 < angle <= PI / 2:
+            refuse(
+                self, f"half_angle must be in (0, pi/2] rad, got {shown(self.half_angle)}{in_degrees(angle)}"
+            )
+        store(self, half_angle=angle)
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Return the edges of the bin.
+
+        Returns
+        -------
+        dict of str to array
+            "theta" [rad], measured from the axis.
+        """
+        return {"theta": np.array([0.0, self.half_angle])}
+
+
+@scene_object
+class DirectionSphere:
+    """Bins over all directions of flight, made by `Directions.sphere`.
+
+    Parameters
+    ----------
+    mu : int or sequence of float, default 8
+        Number of equal bins of the cosine to `axis`, or increasing edges within [-1, 1].
+    phi : int or sequence of float, default 16
+        Number of equal bins of the azimuth about `axis`, or increasing edges [rad].
+    axis : vector, default (0, 0, 1)
+        Polar axis, of any length except 0; stored as a unit vector.
+
+    Notes
+    -----
+    For the default axis phi is measured from +x. For another axis it is measured from e_u towards e_v: e_v is
+    the component of +y normal to the axis (of +z if the axis is along y), and e_u = e_v x axis.
+    """
+
+    mu: OptionalBins = 8
+    phi: OptionalBins = 16
+    axis: VectorField = (0.0, 0.0, 1.0)
+
+    written = "Directions.sphere"
+
+    def __post_init__(self) -> None:
+        _settle_bins(self, "mu", "phi")
+        settle_direction(self, "axis")
+        check_number_of_bins(self, self)
+        _check_cosines(self, self.edges())
+
+    def edges(self) -> dict[str, np.ndarray]:
+        """Return the edges of each binned axis.
+
+        Returns
+        -------
+        dict of str to array
+            "mu" [1] and "phi" [rad].
+        """
+        return _all_edges(self, _turned(self, SPHERE_RANGES), "all directions")
+
+    def solid_angles(self) -> np.ndarray:
+        """Return the solid angle of each bin.
+
+        Returns
+        -------
+        array
+            Solid angles [sr], shape (mu bins, phi bins); an axis without bins is omitted.
+        """
+        edges = self.edges()
+        cosines, turns = (edges.get(name, np.array(span)) for name, span in SPHERE_RANGES.items())
+        angles = np.outer(np.diff(cosines), np.diff(turns))
+        return angles.reshape([len(bounds) - 1 for bounds in edges.values()])
+
+
+@scene_object(kw_only=True)
+class Positions:
+    """Bins of position in a shape's own coordinates u and v.
+
+    Give at least one of `u` and `v`.
+
+    Parameters
+    ----------
+    u : int or sequence of float, default None
+        Number of equal bins, or increasing edges [m or rad].
+    v : int or sequence of float, default None
+        Number of equal bins, or increasing edges [m or rad].
+
+    Notes
+    -----
+    ========================== ========================================= =============
+    Shape                      u                                         v
+    ========================== ========================================= =============
+    Rectangle                  from the centre along e_u [m]             along e_v [m]
+    Disk                       radius [m]                                azimuth [rad]
+    Sphere or zone             polar angle from the axis [rad]           azimuth [rad]
+    Cylinder, Cone, Paraboloid height along the axis from `center` [m]   azimuth [rad]
+    ========================== ========================================= =============
+
+    Azimuth runs from e_u towards e_v. Other shapes have no coordinates.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> rings = tp.Positions(u=2)
+    >>> rings.edges(tp.Disk(radius=1.0))["u"]  # [m]
+    array([0. , 0.5, 1. ])
+    >>> rings.areas(tp.Disk(radius=1.0)).round(3)  # [m^2]
+    array([0.785, 2.356])
+    """
+
+    u: OptionalBins = None
+    v: OptionalBins = None
+
+    def __post_init__(self) -> None:
+        _settle_bins(self, "u", "v")
+        check_number_of_bins(self, self)
+
+    def edges(self, shape: Shape) -> dict[str, np.ndarray]:
+        """Return the edges of each binned axis on a shape.
+
+        Returns
+        -------
+        dict of str to array
+            "u" and "v" [m or rad].
+        """
+        return _all_edges(self, self._ranges(shape), type(shape).__name__)
+
+    def units(self, shape: Shape) -> dict[str, str]:
+        """Return the units of the coordinates on a shape.
+
+        Returns
+        -------
+        dict of str to str
+            "m" or "rad" for "u" and "v".
+        """
+        if isinstance(shape, Rectangle):
+            return {"u": "m", "v": "m"}
+        return {"u": "rad" if isinstance(shape, Sphere) else "m", "v": "rad"}
+
+    def areas(self, shape: Shape) -> np.ndarray:
+        """Return the area of each bin on a shape.
+
+        Returns
+        -------
+        array
+            Areas [m^2], shape (u bins, v bins); an axis without bins is omitted.
+        """
+        edges = self.edges(shape)
+        u, v = (np.array(edges.get(name, whole)) for name, whole in self._ranges(shape).items())
+        areas = np.outer(_widths(shape, u), np.diff(v))
+        return areas.reshape([len(edges[name]) - 1 for name in edges])
+
+    def _ranges(self, shape: Shape) -> dict[str, Range]:
+        circle = (0.0, 2 * PI)
+        match shape:
+            case Rectangle():
+                if shape.hole is not None:
+                    cure = "put Detectors on Rectangles that leave out the hole"
+                    refuse(
+                        self, f"a Rectangle with a hole has no bins of known area, got {shown(shape)}; {cure}"
+                    )
+                half_width, half_height = shape.width / 2, shape.height / 2
+                return {"u": (-half_width, half_width), "v": (-half_height, half_height)}
+            case Disk():
+                return {"u": (shape.inner_radius, shape.radius), "v": circle}
+            case Sphere():
+                return {"u": (math.acos(shape.mu_max), math.acos(shape.mu_min)), "v": circle}
+            case Cylinder() | Cone():
+                return {"u": (-shape.height / 2, shape.height / 2), "v": circle}
+            case Paraboloid():
+                return {"u": (shape.profile.low, shape.profile.high), "v": circle}
+        kind = f"a {type(shape).__name__} has no coordinates"
+        if type(shape) in INSTEAD:
+            refuse(self, f"{kind}, got {shown(shape)}; {INSTEAD[type(shape)]}")
+        must = "a Rectangle, Disk, Sphere, Cylinder, Cone or Paraboloid"
+        refuse(self, f"positions need {must}, got {shown(shape)}")
+
+
+def _widths(shape: Shape, u: np.ndarray) -> np.ndarray:
+    """Areas per unit of v; products of sums and differences, so that narrow bins do not cancel."""
+    lower, upper = u[:-1], u[1:]
+    match shape:
+        case Disk():
+            return (upper - lower) * (upper / 2 + lower / 2)
+        case Sphere():
+            return 2 * shape.radius**2 * np.sin(upper / 2 + lower / 2) * np.sin((upper - lower) / 2)
+        case Revolved():
+            profile = shape.profile
+            return (upper - lower) * profile.area_per_height(lower - profile.lift, upper - profile.lift)
+    return upper - lower
+
+
+def _turned(subject: object, ranges: dict[str, Range]) -> dict[str, Range]:
+    """Extend the range of phi by one turn to either side; edges may span one turn in all."""
+    phi = subject.phi
+    if not isinstance(phi, tuple):
+        return ranges
+    if phi[-1] - phi[0] > 2 * PI * (1 + 1e-15):
+        refuse(
+            subject,
+            f"phi edges must span one turn (2 pi) at most, got {shown(phi)}; use fewer"
+            f"{in_degrees(phi[-1] - phi[0])}",
+        )
+    return ranges | {"phi": (-2 * PI, 2 * PI)}
+
+
+def _settle_bins(subject: object, *names: str) -> None:
+    """Convert each field to None, a number of bins or edges; at least one must be given."""
+    if all(getattr(subject, name) is None for name in names):
+        refuse(subject, f"at least one of {', '.join(names)} must be given, got none")
+    for name in names:
+        settle_bins(subject, name)
+
+
+def _check_cosines(subject: object, edges: dict[str, np.ndarray]) -> None:
+    """Raise SceneError for polar bins that are too narrow in cos(theta), as close to a pole."""
+    if "theta" not in edges and "mu" not in edges:
+        return
+    name = "theta" if "theta" in edges else "mu"
+    cosines = edges["mu"] if name == "mu" else np.cos(edges["theta"])
+    widths = np.abs(np.diff(cosines))
+    if widths.min() < NARROWEST:
+        cure = "use wider ones; Directions.cone(axis, half_angle) resolves any angle about one axis"
+        got = shown(getattr(subject, name))
+        refuse(subject, f"{name} bins must be at least {NARROWEST:.2g} wide in cos(theta), got {got}; {cure}")
+
+
+def settle_bins(subject: object, name: str, least: float = -math.inf, may_count: bool = True) -> None:
+    """Convert a field to None, a tuple of increasing edges, or a number of bins.
+
+    Parameters
+    ----------
+    least : float
+        Lowest allowed edge.
+    may_count : bool
+        Whether a number of bins is allowed, because their range is known.
+    """
+    value = getattr(subject, name)
+    if value is None:
+        return
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    bins = int(value) if is_count(value) and may_count else as_floats(value)
+    if bins is None or not _are_bins(bins):
+        must = "increasing finite edges (2 or more)"
+        if may_count:
+            refuse(subject, f"{name} must be a number of bins (1 to 1 000 000) or {must}, got {shown(value)}")
+        cure = "; write numpy.linspace(lowest, highest, bins + 1)" if as_float(value) is not None else ""
+        refuse(subject, f"{name} must be {must}, got {shown(value)}{cure}")
+    if not isinstance(bins, int) and bins[0] < least:
+        refuse(subject, f"{name} edges must be {least:g} or above, got {shown(value)}")
+    store(subject, **{name: bins})
+
+
+def check_number_of_bins(subject: object, *axes: object) -> None:
+    """Raise SceneError if all axes of these parts of a detector make too many bins together."""
+    given = {
+        name: bins if isinstance(bins, int) else len(bins) - 1
+        for each in axes
+        for name in ("times", "speeds", "u", "v", "mu", "theta", "phi")
+        if (bins := getattr(each, name, None)) is not None
+    }
+    check_total(subject, given, sides=2, moments=3 if getattr(subject, "moments", False) else 0)
+
+
+def check_total(subject: object, given: dict[str, int], sides: int = 1, moments: int = 0) -> None:
+    """Raise SceneError if the product of the numbers of bins would take too much memory.
+
+    Parameters
+    ----------
+    given : dict of str to int
+        Number of bins per axis.
+    sides : int
+        Number of sides that are counted.
+    moments : int
+        Number of velocity sums per bin.
+    """
+    total = math.prod(given.values())
+    most = MOST_BINS_IN_ALL // (1 + moments)
+    if total > most:
+        sums = total * sides * (1 + moments) * BYTES_OF_SUMS / 1e9
+        batches = total * sides * (BYTES_OF_A_BATCH + 8 * moments) * USUAL_BATCHES / 1e9
+        kind = "bins with moments" if moments else "bins"
+        refuse(
+            subject,
+            f"{' x '.join(given)} must be {most} {kind} at most, got {total}, which would take"
+            f" {sums:.3g} GB for sums and {batches:.3g} GB for {USUAL_BATCHES} batches; use fewer",
+        )
+
+
+def _are_bins(bins: Bins) -> bool:
+    if isinstance(bins, int):
+        return 1 <= bins <= MOST_BINS
+    return len(bins) > 1 and all(lower < upper for lower, upper in pairwise(bins))
+
+
+def _all_edges(subject: object, ranges: dict[str, Range], where: str) -> dict[str, np.ndarray]:
+    given = {name: getattr(subject, name) for name in ranges if getattr(subject, name) is not None}
+    return {name: edges_of(subject, name, bins, *ranges[name], where) for name, bins in given.items()}
+
+
+def _cure_of_angles(name: str, edges: np.ndarray) -> str:
+    """Return a hint for edges out of range that look like degrees, as the end of a message."""
+    if name == "mu":
+        return "; mu is a cosine: for angles write theta=" if edges[-1] > 1 else ""
+    return in_degrees(float(np.abs(edges).max())) if name in ("theta", "phi") else ""
+
+
+def edges_of(subject: object, name: str, bins: Bins, lower: float, upper: float, where: str) -> np.ndarray:
+    """Return edges of bins over [lower, upper], or the given edges, which must lie within it.
+
+    Excess by rounding is clipped.
+    """
+    edges = _equal_bins(lower, upper, bins) if isinstance(bins, int) else np.array(bins)
+    rounding = 1e-15 * max(abs(lower), abs(upper))  # so that 360 * deg or a sum of steps is not out of range
+    if edges[0] < lower - rounding or edges[-1] > upper + rounding:
+        must = f"{name} edges must be within [{lower}, {upper}] for {where}, got {shown(bins)}"
+        refuse(subject, must + _cure_of_angles(name, edges))
+    edges = edges.clip(lower, upper)
+    if not (edges[:-1] < edges[1:]).all():
+        refuse(subject, f"{name} bins must not vanish in rounding for {where}, got {shown(bins)}; use fewer")
+    return edges
+
+
+def _equal_bins(lower: float, upper: float, bins: int) -> np.ndarray:
+    """Return equally spaced edges, rounded like decimal numbers.
+
+    The seventh tenth of 1 s is 0.7 s; adding steps of 0.1 would exceed it.
+    """
+    edges = lower + np.arange(bins + 1) * (upper - lower) / bins
+    edges[-1] = upper
+    return edges
+
+
+# ---- Horizon of a flat shape: whether one side sees any of the world-frame direction bins.
+
+ROUNDING = 1e-15  # of a cosine: accuracy of edges such as pi/2 at the horizon
+
+
+def is_in_sight(directions: Directions | DirectionCone, normal: Vector) -> bool:
+    """Return whether any world-frame direction bin is above the horizon of a side with this unit normal."""
+    if isinstance(directions, DirectionCone):
+        return -dot(directions.axis, normal) < math.sin(directions.half_angle)
+    return _highest(directions, normal) > ROUNDING
+
+
+def _highest(directions: Directions, normal: Vector) -> float:
+    """Return the largest cosine to the normal over all directions between the first and last edges."""
+    # Range of polar angles; `across` is the largest component normal to z on the allowed azimuths.
+    edges = directions.edges()
+    first, last = (edges["theta"][i] for i in (0, -1)) if "theta" in edges else _polar(edges.get("mu"))
+    across = math.hypot(normal[0], normal[1])
+    if "phi" in edges:
+        begin, end = (edge - math.atan2(normal[1], normal[0]) for edge in edges["phi"][[0, -1]])
+        holds_normal = math.floor(end / (2 * math.pi)) > math.floor(begin / (2 * math.pi))
+        across *= 1.0 if holds_normal else max(math.cos(begin), math.cos(end))
+    # On the best meridian the cosine is normal_z cos(theta) + across sin(theta), which has one maximum.
+    peak = min(max(math.atan2(across, normal[2]), first), last)
+    return max(normal[2] * math.cos(theta) + across * math.sin(theta) for theta in (first, peak, last))
+
+
+def _polar(mu) -> tuple[float, float]:
+    """Return the polar angles [rad] of the first and last edge; (0, pi) without bins."""
+    return (0.0, math.pi) if mu is None else (math.acos(mu[-1]), math.acos(mu[0]))

@@ -1,0 +1,404 @@
+"""Refuse scenes in which light can neither be absorbed nor escape, as far as geometry proves it.
+
+Enclosures are closed shapes, cells between infinite planes, and open surfaces whose rims join without a gap
+(the faces of a box, a cylinder with its lids). Endless histories that are not proven here are stopped during
+the run (`engine/driver.py`, PATIENCE).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from transport.geometry.containment import contains, magnitude
+from transport.geometry.distances import is_behind, least_distance, point_beside
+from transport.geometry.flat import Disk, FlatShape, Plane, Rectangle, Slab, Triangle
+from transport.geometry.line_crossings import crossings
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import ROUNDING, Shape
+from transport.geometry.supports import are_on_one_support
+from transport.scene.bodies import WAYS
+from transport.scene.checks.overlapping_bodies import absorbs, glowing_sources
+from transport.scene.materials import (
+    Black,
+    Diffuse,
+    Glossy,
+    Material,
+    Mirror,
+    Surface,
+    Transparent,
+    TwoSided,
+    lets_through,
+    simple_parts,
+    titled,
+)
+from transport.scene.sides import OTHER_SIDE
+from transport.validation import SceneError, listed
+from transport.vectors import Vector, dot
+
+if TYPE_CHECKING:
+    from transport.scene.parts import SceneParts
+    from transport.scene.sources import Source
+
+Place = Shape | Vector
+
+
+class ClosedShape(NamedTuple):
+    """Interior of a closed shape."""
+
+    numbers: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    word = "inside"
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether the region is infinite in some direction."""
+        return self.shapes[0].is_infinite
+
+    def holds(self, place: Place) -> bool:
+        """Whether a shape or a point surely lies wholly in the region."""
+        return contains(self.shapes[0], place)
+
+    def clears(self, place: Shape) -> bool:
+        """Whether a shape surely lies wholly outside the region."""
+        distance = least_distance(self.shapes[0], place.middle, filled=True)
+        return not place.is_infinite and distance > place.extent
+
+    def may_reach(self, shape: Shape) -> bool:
+        """Whether part of a shape may lie in the region."""
+        return _boxes_meet(shape, self.shapes)
+
+
+class Patches(NamedTuple):
+    """Region that open surfaces enclose together."""
+
+    numbers: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    word, is_endless = "in the room of", False
+
+    def holds(self, place: Place) -> bool:
+        """Whether a shape or a point surely lies wholly in the region."""
+        if not isinstance(place, Shape):
+            return _is_between(self.shapes, place)
+        if self._is_apart(place):
+            return _is_between(self.shapes, place.middle)
+        return self._are_behind((*self.shapes, place))  # touching the walls of a convex room
+
+    def clears(self, place: Shape) -> bool:
+        """Whether a shape surely lies wholly outside the region."""
+        return self._is_apart(place) and not _is_between(self.shapes, place.middle)
+
+    def _are_behind(self, shapes: tuple[Shape, ...]) -> bool:
+        """Whether the walls are flat, and no shape extends beyond one of them."""
+        if not all(isinstance(wall, FlatShape) for wall in self.shapes):
+            return False
+        outer = [
+            "back" if self.holds(point_beside(wall, False, self.shapes)) else "front" for wall in self.shapes
+        ]
+        sided = list(zip(self.shapes, outer, strict=True))
+        return all(is_behind(shape, wall, side) for wall, side in sided for shape in shapes)
+
+    def _is_apart(self, place: Shape) -> bool:
+        """Whether the bounding sphere of a shape touches no patch."""
+        if place.is_infinite:
+            return False
+        return all(least_distance(shape, place.middle) > place.extent for shape in self.shapes)
+
+    def may_reach(self, shape: Shape) -> bool:
+        """Whether part of a shape may lie in the region."""
+        return _boxes_meet(shape, self.shapes)
+
+
+class Cell(NamedTuple):
+    """Region between planes; sides: those that face the region, which is built around a point in it."""
+
+    numbers: tuple[int, ...]
+    shapes: tuple[Shape, ...]
+    sides: tuple[str, ...]
+    word, is_endless = "between", True
+
+    def holds(self, place: Place) -> bool:
+        """Whether a shape surely lies wholly in the region; always true for a point."""
+        faces = zip(self.shapes, self.sides, strict=True)
+        return not isinstance(place, Shape) or all(
+            is_behind(place, plane, OTHER_SIDE[side]) for plane, side in faces
+        )
+
+    def may_reach(self, shape: Shape) -> bool:
+        """Whether part of a shape may lie in the region."""
+        return not any(
+            is_behind(shape, plane, side) for plane, side in zip(self.shapes, self.sides, strict=True)
+        )
+
+
+Enclosure = ClosedShape | Patches | Cell
+
+
+def check_endless(scene: SceneParts) -> None:
+    """Raise SceneError if some histories of a source can never end."""
+    if scene.duration is not None or absorbs(scene.medium):
+        return
+    # Keep the surfaces that neither absorb nor transmit on at least one side.
+    walls = {
+        number: surface
+        for number, surface in enumerate(scene.surfaces)
+        if not all(_is_lossy(surface.material, is_back) for is_back in (False, True))
+    }
+    if not walls:
+        return
+    # Look for a lossless enclosure around each source, without an absorber in it.
+    fixed = [room for room in rooms_of(walls) if _is_white_inside(room, walls)]
+    for source in (*scene.sources, *(glow for _, glow in glowing_sources(scene))):
+        origin = scene.shape_of(source)
+        for enclosure in (*fixed, *_cell_of_planes(walls, _start(source, origin, walls.values()))):
+            is_sure = not enclosure.is_endless or _spreads(scene, source)
+            if is_sure and _starts_in(enclosure, source, origin) and not _has_absorber(scene, enclosure):
+                raise SceneError(
+                    f"Scene: nothing absorbs {_place(scene, enclosure)} and nothing escapes from there;"
+                    " give a surface there an albedo or reflectance below 1, or the scene a duration"
+                )
+
+
+def _place(scene: SceneParts, enclosure: Enclosure) -> str:
+    """Description of the region in messages."""
+    names = [titled(scene.surfaces[number], number) for number in enclosure.numbers]
+    return f"{enclosure.word} {listed(names)}"
+
+
+# ---- absorption ----
+
+
+def _has_absorber(scene: SceneParts, enclosure: Enclosure) -> bool:
+    """Whether anything may absorb in the region; a medium beside an open surface may be anywhere."""
+    for number, surface in enumerate(scene.surfaces):
+        may_reach = enclosure.may_reach(surface.shape)
+        if absorbs(surface.front) or (absorbs(surface.back) and (may_reach or not surface.shape.is_closed)):
+            return True
+        if may_reach and number not in enclosure.numbers and _absorbs(surface.material):
+            return True
+    return False
+
+
+def _is_lossy(material: Material, is_back: bool) -> bool:
+    """Whether a side absorbs or transmits some of the incident light."""
+    if isinstance(material, TwoSided):
+        material = material.back if is_back else material.front
+    return lets_through(material) or _absorbs(material)
+
+
+def _absorbs(material: Material) -> bool:
+    """Whether a material absorbs some of the incident light."""
+    return any(_kept(part) > 0 for part in simple_parts(material))
+
+
+def _kept(material: Material) -> float:
+    """Share of incident light that a simple material absorbs."""
+    match material:
+        case Black():
+            return 1.0
+        case Diffuse(albedo=share, transmission=passed) | Mirror(reflectance=share, transmission=passed):
+            return 1 - (share + passed)
+        case Glossy(albedo=share):
+            return 1 - share
+    return 0.0
+
+
+# ---- starting points ----
+
+
+def _boxes_meet(shape: Shape, others: tuple[Shape, ...]) -> bool:
+    """Whether the bounding box of a shape and that of others overlap."""
+    low, high = (np.array(corner) for corner in shape.bounds)
+    bounds = np.array([other.bounds for other in others])
+    return bool((low <= bounds[:, 1].max(axis=0)).all() and (bounds[:, 0].min(axis=0) <= high).all())
+
+
+def _start(source: Source, origin: Shape, walls: Iterable[Surface]) -> Vector:
+    """Middle of a source; for a flat one, which may lie on a wall, a point just in front of it."""
+    is_sided = source.emission.has_side and isinstance(origin, FlatShape)
+    return point_beside(origin, source.is_back, (w.shape for w in walls)) if is_sided else origin.middle
+
+
+def _spreads(scene: SceneParts, source: Source) -> bool:
+    """Whether almost all of a source's particles reach the planes again and again.
+
+    A beam may run along the planes forever, at once or after a mirror: only between two planes alone it
+    surely meets them.
+    """
+    direction = getattr(source.emission, "direction", None)
+    if direction is None:
+        return True
+    acting = [s for s in scene.surfaces if s.material != Transparent()]
+    is_alone = len(acting) <= 2 and all(isinstance(s.shape, Plane | Slab) for s in acting)
+    return is_alone and all(abs(dot(s.shape.normal, direction)) > ROUNDING for s in acting)
+
+
+def _starts_in(enclosure: Enclosure, source: Source, origin: Shape) -> bool:
+    """Whether some of a source's particles surely start in the region: at its middle, or all of them."""
+    is_sided = source.emission.has_side
+    if is_sided and isinstance(enclosure, ClosedShape) and are_on_one_support(origin, enclosure.shapes[0]):
+        return source.is_back
+    is_there = least_distance(origin, origin.middle, filled=not is_sided) == 0
+    if is_sided and isinstance(origin, FlatShape):
+        start = point_beside(origin, source.is_back, enclosure.shapes)
+        return enclosure.holds(start) and (is_there or enclosure.holds(origin))
+    return enclosure.holds(origin.middle if is_there else origin)
+
+
+def _is_between(shapes: tuple[Shape, ...], point: Vector) -> bool:
+    """Whether all of a few lines from a point cross closed patches an odd number of times."""
+    ways = WAYS / np.linalg.norm(WAYS, axis=1)[:, None]
+    origins = np.tile(np.array(point, float), (len(ways), 1))
+    crossed = sum((crossings(shape, origins, ways).distances > 0).sum(axis=1) for shape in shapes)
+    return bool((crossed % 2 == 1).all())
+
+
+# ---- enclosures ----
+
+
+def rooms_of(surfaces: dict[int, Surface]) -> list[ClosedShape | Patches]:
+    """Finite regions that surfaces, by index, enclose: one surface alone, or several without a gap."""
+    closed = [
+        ClosedShape((number,), (surface.shape,))
+        for number, surface in surfaces.items()
+        if surface.shape.is_closed
+    ]
+    return closed + list(_closed_patches(surfaces))
+
+
+def _is_white_inside(room: ClosedShape | Patches, walls: dict[int, Surface]) -> bool:
+    """Whether the walls of a room return all light that arrives from inside."""
+    for number, shape in zip(room.numbers, room.shapes, strict=True):
+        sides = (True,) if isinstance(room, ClosedShape) else (False, True)
+        if isinstance(shape, FlatShape):
+            sides = (not room.holds(point_beside(shape, False, room.shapes)),)
+        if any(_is_lossy(walls[number].material, is_back) for is_back in sides):
+            return False
+    return True
+
+
+def _cell_of_planes(walls: dict[int, Surface], point: Vector) -> Iterator[Enclosure]:
+    """Cell between planes around a point, if light can leave it only exactly along the planes."""
+    numbers, sides = [], []
+    for number, surface in walls.items():
+        if isinstance(surface.shape, Plane):
+            height = dot(
+                tuple(p - c for p, c in zip(point, surface.shape.center, strict=True)), surface.shape.normal
+            )
+            if height != 0 and not _is_lossy(surface.material, is_back=height < 0):
+                numbers.append(number)
+                sides.append("front" if height > 0 else "back")
+    planes = tuple(walls[number].shape for number in numbers)
+    signs = [1.0 if side == "front" else -1.0 for side in sides]
+    normals = np.array([plane.normal for plane in planes]).reshape(-1, 3) * np.array(signs)[:, None]
+    if _leave_no_way(normals):
+        yield Cell(tuple(numbers), planes, tuple(sides))
+
+
+def _leave_no_way(normals: np.ndarray) -> bool:
+    """Whether no direction leads away from all planes with these normals (n, 3) towards the cell.
+
+    By Gordan's theorem this holds if some of the normals, with weights not all 0, sum to zero.
+    """
+    if any(math.dist(one, -other) <= ROUNDING for one, other in combinations(normals, 2)):
+        return True
+    if len(normals) < 3:
+        return False
+    from scipy.optimize import nnls
+
+    must = np.append(np.zeros(3), 1.0)
+    _, distance = nnls(np.vstack([normals.T, np.ones(len(normals))]), must)
+    return bool(distance <= 8 * ROUNDING)
+
+
+def _closed_patches(surfaces: dict[int, Surface]) -> Iterator[Patches]:
+    """Sets of open surfaces without gaps: every rim is shared by exactly one other surface."""
+    found = {number: rims_of(surface.shape) for number, surface in surfaces.items()}
+    shapes = {number: surfaces[number].shape for number, its in found.items() if its}
+    if not shapes:
+        return
+    # List all rims with their surfaces.
+    owners = np.array([number for number, its in found.items() for _ in its], int)
+    rims = [rim for its in found.values() for rim in its]
+    centers, spans = (
+        np.array([getattr(rim, name) for rim in rims]).reshape(-1, 3) for name in ("center", "span")
+    )
+    is_circle = np.array([rim.is_circle for rim in rims], bool)
+    slack = 4 * ROUNDING * np.array([magnitude(shapes[number]) for number in owners.tolist()])
+    # Find equal rims of other surfaces; sort by x so that only near ones are compared.
+    order = np.argsort(centers[:, 0])
+    reach = (slack + slack.max())[:, None] * (-1, 1)
+    ends = np.searchsorted(centers[order, 0], centers[:, :1] + reach, side="left") + (0, 1)
+    partners: list[list[int]] = []
+    for k, (low, past) in enumerate(ends.tolist()):
+        near = order[low:past]
+        tolerance = slack[near] + slack[k]
+        ways = np.minimum(*(np.abs(spans[near] - sign * spans[k]).max(axis=1) for sign in (1, -1)))
+        is_same = (np.abs(centers[near] - centers[k]).max(axis=1) <= tolerance) & (ways <= tolerance)
+        is_same &= (is_circle[near] == is_circle[k]) & (owners[near] != owners[k])
+        partners.append(near[is_same].tolist())
+    # Grow connected sets; keep those in which every rim has exactly one partner.
+    rows: dict[int, list[int]] = {number: [] for number in shapes}
+    for k, number in enumerate(owners.tolist()):
+        rows[number].append(k)
+    left = set(shapes)
+    while left:
+        joined, new = set(), {min(left)}
+        while new:
+            joined |= new
+            new = {int(owners[n]) for number in new for k in rows[number] for n in partners[k]} - joined
+        left -= joined
+        if all(len(partners[k]) == 1 for number in joined for k in rows[number]):
+            numbers = tuple(sorted(joined))
+            yield Patches(numbers, tuple(shapes[number] for number in numbers))
+
+
+class Rim(NamedTuple):
+    """Edge of an open surface: a segment with half its vector, or a circle with radius times axis [m]."""
+
+    is_circle: bool
+    center: Vector
+    span: Vector
+
+
+def rims_of(shape: Shape) -> list[Rim]:
+    """Rims of a finite open surface; none if they are not known."""
+    match shape:
+        case Rectangle(hole=None, frame=(e_u, e_v, _), width=width, height=height):
+            corners = [
+                tuple(
+                    c + a * width / 2 * u + b * height / 2 * v
+                    for c, u, v in zip(shape.center, e_u, e_v, strict=True)
+                )
+                for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+            ]
+            return _segments(corners)
+        case Triangle(vertices=corners):
+            return _segments(list(corners))
+        case Disk(inner_radius=0):
+            return [Rim(True, shape.center, tuple(shape.radius * x for x in shape.normal))]
+        case Revolved(is_closed=False, profile=profile, frame=(_, _, axis)):
+            found = []
+            for height in (profile.low, profile.high):
+                radius = profile.radius_at(height)
+                center = tuple(p + height * n for p, n in zip(profile.origin, axis, strict=True))
+                found += [Rim(True, center, tuple(radius * x for x in axis))] if radius > 0 else []
+            return found
+    return []
+
+
+def _segments(corners: list[Vector]) -> list[Rim]:
+    """Sides of a polygon."""
+    pairs = zip(corners, corners[1:] + corners[:1], strict=True)
+    return [
+        Rim(
+            False,
+            tuple((a + b) / 2 for a, b in zip(p, q, strict=True)),
+            tuple((b - a) / 2 for a, b in zip(p, q, strict=True)),
+        )
+        for p, q in pairs
+    ]

@@ -1,0 +1,89 @@
+"""Refuse scenes that point detectors cannot see into."""
+
+from __future__ import annotations
+
+import math
+
+from transport.geometry.containment import magnitude
+from transport.geometry.distances import least_distance
+from transport.geometry.shape import ROUNDING, Point
+from transport.scene.emissions import Beam, Isotropic, Lambertian
+from transport.scene.materials import Black, Diffuse, Surface, Transparent, simple_parts, titled
+from transport.scene.parts import SceneParts
+from transport.scene.points import PointDetector
+from transport.scene.sources import Source
+from transport.validation import refuse, shown
+from transport.vectors import Vector, dot
+
+SEEN_BY = (Black, Diffuse)  # materials that block a ray and whose emergent radiance is known
+CLOSE = 64 * ROUNDING  # distance relative to the coordinates at which a point is on a surface
+
+
+def check_points(scene: SceneParts) -> None:
+    """Check that the point detectors of a scene can be estimated.
+
+    Raises
+    ------
+    SceneError
+        If a surface, a source or a position is not allowed.
+    """
+    for detector in scene.points:
+        for surface in scene.surfaces:
+            _check_surface(scene, detector, surface)
+        for source in scene.sources:
+            _check_source(scene, detector, source)
+
+
+def _check_surface(scene: SceneParts, detector: PointDetector, surface: Surface) -> None:
+    if isinstance(surface.material, Transparent):
+        return
+    title = titled(surface, scene.surfaces.index(surface))
+    for part in simple_parts(surface.material):
+        if not isinstance(part, SEEN_BY):
+            must = "needs surfaces that are Black, Diffuse or Transparent throughout"
+            cure = "use a small VolumeDetector instead"
+            refuse(detector, f"{must}, got {part!r} of {title}; {cure}")
+    if _lies_on(detector, surface.shape):
+        cure = f"use Detector({surface.name or 'its name'!r}), or move the point off it"
+        refuse(detector, f"position must not lie on {title}, got {shown(detector.position)}; {cure}")
+
+
+def _check_source(scene: SceneParts, detector: PointDetector, source: Source) -> None:
+    emission, shape = source.emission, scene.shape_of(source)
+    if not isinstance(emission, Isotropic | Lambertian | Beam):
+        got = type(emission).__name__
+        refuse(detector, f"needs Isotropic, Lambertian or Beam emission, got {got}; use a VolumeDetector")
+    if source.aim is not None:
+        cure = "leave out aim: every emission already sends a ray to the point"
+        refuse(
+            detector,
+            f"needs sources without an aim, got aim={shown(source.aim)}; {cure}",
+        )
+    is_point = isinstance(shape, Point)
+    if isinstance(emission, Isotropic) and is_point and detector.position == shape.position:
+        refuse(
+            detector,
+            f"position must differ from that of a point source, got {shown(detector.position)}; move it",
+        )
+    if isinstance(emission, Beam) and is_point and _lies_on_ray(detector, shape.position, emission.direction):
+        cure = "move it off, or use a small VolumeDetector"
+        refuse(
+            detector,
+            "position must not lie on a pencil beam, where the fluence rate is infinite,"
+            f" got {shown(detector.position)}; {cure}",
+        )
+    if isinstance(emission, Lambertian) and _lies_on(detector, shape):
+        cure = "move the point off it"
+        refuse(detector, f"position must not lie on a source, got {shown(detector.position)}; {cure}")
+
+
+def _lies_on_ray(detector: PointDetector, origin: Vector, direction: Vector) -> bool:
+    way = [p - q for p, q in zip(detector.position, origin, strict=True)]
+    ahead = dot(way, direction)
+    aside = math.hypot(*(w - ahead * u for w, u in zip(way, direction, strict=True)))
+    return ahead >= 0 and aside <= CLOSE * sum(map(abs, (*origin, *detector.position)))
+
+
+def _lies_on(detector: PointDetector, shape) -> bool:
+    size = magnitude(shape) + sum(map(abs, detector.position))
+    return least_distance(shape, detector.position) <= CLOSE * size

@@ -1,0 +1,189 @@
+"""Checks that the dielectric boundaries of a scene agree on the refractive index between them.
+
+A Dielectric states the index inside and outside. Overlapping bodies, a bubble whose outside is not the
+surrounding glass, reversed normals or a forgotten gap of air contradict one another: light would leave one
+boundary into index 1.5 and reach the next one from 1.0.
+
+Intersections of spheres and boxes are decided exactly. The rest is probed along some hundred fixed straight
+lines through the surfaces and from one to another: anything smaller than their spacing may be missed. Lines
+that pass within 1e-9 of the scene's size of an edge, a rim or a tangent are not judged, nothing is known
+behind an opaque surface, and the region between a boundary and the end of the scene is not checked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from transport.geometry.line_crossings import (
+    CLOSE,
+    FACETS,
+    LINES,
+    along_lines,
+    crossings,
+    lines_through,
+    size_of,
+)
+from transport.geometry.mesh import Mesh
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box, Sphere
+from transport.geometry.supports import rounding_of
+from transport.scene.materials import Dielectric, Surface, lets_through, simple_parts, titled
+from transport.validation import SceneError
+from transport.vectors import Vector
+
+if TYPE_CHECKING:
+    from transport.scene.parts import SceneParts
+
+ROUND = 32  # lines from a position
+WORK = 200_000  # most lines times boundaries: a quarter of a second
+
+
+class Boundary(NamedTuple):
+    """Surface between two media; opaque (the medium behind it is unknown) if `glass` is None."""
+
+    title: str
+    shape: Shape
+    glass: Dielectric | None
+
+    def indices(self, way: float) -> tuple[float, float]:
+        """Indices before and behind it for a line along its normal (+1) or against it (-1); nan if opaque."""
+        if self.glass is None:
+            return math.nan, math.nan
+        pair = self.glass.index_inside, self.glass.index_outside
+        return pair if way > 0 else pair[::-1]
+
+
+def check_media(scene: SceneParts) -> None:
+    """Raise SceneError for boundaries that contradict one another, within the limits stated above."""
+    boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
+    glass = [b for b in boundaries if b.glass is not None]
+    if len(glass) < 2 and not any(isinstance(b.shape, Mesh) for b in glass):
+        return
+    for one, other in _pairs(glass):
+        if one.indices(1) + other.indices(1) != (one.glass.index_inside,) * 4 and _cut(
+            one.shape, other.shape
+        ):
+            cure = "move them apart, put one wholly into the other, or make one Mesh of both"
+            raise SceneError(f"Scene: {one.title} and {other.title} are overlapping media; {cure}")
+    _check_lines(boundaries, glass)
+
+
+def index_around(scene: SceneParts, position: Vector) -> float:
+    """Refractive index at a position, by the majority of lines from there; nan if they do not agree."""
+    boundaries = [b for k, surface in enumerate(scene.surfaces) if (b := _boundary(surface, k)) is not None]
+    glass = [b for b in boundaries if b.glass is not None]
+    size = _size(boundaries)
+    # Send lines towards points in the boxes of boundaries, and in all directions.
+    places, ways = lines_through([b.shape for b in glass], ROUND, size)
+    ways = np.concatenate([places - np.array(position), ways])
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    met, places = _met(boundaries, np.tile(position, (len(ways), 1)), ways, CLOSE * size)
+    # Take the index before the first boundary ahead, and let the lines vote.
+    ahead = np.argmax((met >= 0) & (places > 0), axis=1)
+    first = np.where(
+        np.take_along_axis(places, ahead[:, None], axis=1)[:, 0] > 0, met[range(len(met)), ahead], -1
+    )
+    before = np.array([b.indices(way)[0] for b in boundaries for way in (-1.0, 1.0)] + [math.nan])[first]
+    found, counts = np.unique(before[~np.isnan(before)], return_counts=True)
+    return float(found[counts.argmax()]) if 4 * counts.max(initial=0) > 3 * counts.sum() else math.nan
+
+
+def _boundary(surface: Surface, number: int) -> Boundary | None:
+    """The surface as a boundary; None if it transmits light and changes no index."""
+    glass = next((part for part in simple_parts(surface.material) if isinstance(part, Dielectric)), None)
+    if glass is None and lets_through(surface.material):
+        return None
+    title = titled(surface, number)
+    return Boundary(title, surface.shape, glass)
+
+
+# ---- spheres and boxes ----
+
+
+def _pairs(glass: list[Boundary]) -> Iterator[tuple[Boundary, Boundary]]:
+    """Pairs whose bounding boxes overlap."""
+    low, high = np.array([b.shape.bounds for b in glass]).transpose(1, 0, 2)
+    for k, one in enumerate(glass):
+        for n in np.flatnonzero((low[k + 1 :] < high[k]).all(axis=1) & (high[k + 1 :] > low[k]).all(axis=1)):
+            yield one, glass[k + 1 + n]
+
+
+def _cut(a: Shape, b: Shape) -> bool:
+    """Whether the surfaces of two spheres, two boxes or one of each intersect, beyond rounding."""
+    if isinstance(a, Box) and isinstance(b, Sphere):
+        return _cut(b, a)
+    if not all(isinstance(shape, (Box, Sphere)) and shape.is_closed for shape in (a, b)):
+        return False
+    tolerance = rounding_of(a, b)
+    if isinstance(b, Sphere):
+        apart = math.dist(a.center, b.center)
+        return abs(a.radius - b.radius) + tolerance < apart < a.radius + b.radius - tolerance
+    if isinstance(a, Sphere):
+        offsets = [(abs(p - q), size / 2) for p, q, size in zip(a.center, b.center, b.size, strict=True)]
+        nearest = math.hypot(*(max(offset - half, 0.0) for offset, half in offsets))
+        farthest = math.hypot(*(offset + half for offset, half in offsets))
+        is_within = all(offset + a.radius <= half + tolerance for offset, half in offsets)
+        return nearest < a.radius - tolerance and farthest > a.radius + tolerance and not is_within
+    sides = list(zip(*a.bounds, *b.bounds, strict=True))
+    meet = all(p < s - tolerance and r < q - tolerance for p, q, r, s in sides)
+    holds = all(p <= r + tolerance and s <= q + tolerance for p, q, r, s in sides)
+    is_held = all(r <= p + tolerance and q <= s + tolerance for p, q, r, s in sides)
+    return meet and not holds and not is_held
+
+
+# ---- lines through all other shapes ----
+
+
+def _check_lines(boundaries: list[Boundary], glass: list[Boundary]) -> None:
+    """Refuse boundaries between which a line finds two different indices."""
+    size, facets = _size(boundaries), sum(b.shape.triangles for b in boundaries if isinstance(b.shape, Mesh))
+    count = max(4, min(max(LINES, len(glass)), WORK // len(boundaries), FACETS // max(facets, 1)))
+    origins, directions = lines_through([b.shape for b in glass], count, size)
+    met, places = _met(boundaries, origins, directions, CLOSE * size)
+    before, behind = np.array(
+        [b.indices(way) for b in boundaries for way in (-1.0, 1.0)] + [(math.nan,) * 2]
+    ).T
+    # Compare the index behind each boundary with that before the next one.
+    wrong = behind[met[:, :-1]] != before[met[:, 1:]]
+    wrong &= ~np.isnan(behind[met[:, :-1]]) & ~np.isnan(before[met[:, 1:]])
+    if wrong.any():
+        line, k = np.argwhere(wrong)[0]
+        one, other = (boundaries[number // 2] for number in met[line, k : k + 2])
+        leaves, comes = float(behind[met[line, k]]), float(before[met[line, k + 1]])
+        _refuse(one, other, leaves, comes, origins[line] + places[line, k + 1] * directions[line])
+
+
+def _refuse(one: Boundary, other: Boundary, leaves: float, comes: float, place: np.ndarray) -> None:
+    """Raise the SceneError for contradicting indices."""
+    where = ", ".join(f"{x:.6g}" for x in place)
+    found = f"light leaves {one.title} into index {leaves} and reaches {other.title} from index {comes}"
+    cure = "give both the same index there, reverse normals that point the wrong way, or close the gap"
+    raise SceneError(f"Scene: contradicting media: {found}, at ({where}); {cure}")
+
+
+def _size(boundaries: list[Boundary]) -> float:
+    """Length scale [m] of the boundaries."""
+    return size_of([b.shape for b in boundaries])
+
+
+def _met(boundaries, origins, directions, close: float) -> tuple[np.ndarray, np.ndarray]:
+    """Boundaries that each line crosses in order, and places [m].
+
+    A boundary is 2 * index + (1: along its normal), -1 for none.
+
+    A line has no crossings if its three neighbours at a distance `close` cross others, or if two crossings
+    are within `close`.
+    """
+    starts, ways = along_lines(origins, directions, close)
+    found = [crossings(b.shape, starts, ways) for b in boundaries]
+    places = np.concatenate([f.distances for f in found], axis=1)
+    met = np.concatenate([np.where(f.sides > 0, 2 * n + 1, 2 * n) for n, f in enumerate(found)], axis=1)
+    met = np.where(np.isnan(places), -1, met)
+    order = np.argsort(places, axis=1, kind="stable")
+    places, met = (np.take_along_axis(a, order, axis=1).reshape(4, len(origins), -1) for a in (places, met))
+    is_clear = (met == met[0]).all(axis=(0, 2)) & ~(np.diff(places[0], axis=1) <= close).any(axis=1)
+    return np.where(is_clear[:, None], met[0], -1), places[0]

@@ -1,0 +1,191 @@
+"""Refuse light that never ends: trapped by total internal reflection, or in a nearly lossless medium.
+
+Total internal reflection is detected for spheres, boxes and slabs with a source inside, or a scatterer in a
+slab. Trapped light hits the walls at the same angles again and again (in a sphere by symmetry, between
+planes by reflection), so that the engine has to abandon its history. A medium that absorbs or scatters traps
+none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transport.geometry.flat import Slab
+from transport.geometry.line_crossings import CLOSE
+from transport.geometry.shape import Shape
+from transport.geometry.solid import Box, Sphere
+from transport.scene.bodies import surrounding_of
+from transport.scene.checks.overlapping_bodies import absorbs, glowing_sources
+from transport.scene.emissions import Beam
+from transport.scene.materials import (
+    AnyMedium,
+    Dielectric,
+    Diffuse,
+    Material,
+    Mirror,
+    Surface,
+    Transparent,
+    simple_parts,
+    titled,
+)
+from transport.validation import SceneError, shown
+from transport.vectors import dot
+
+if TYPE_CHECKING:
+    from transport.scene.parts import SceneParts
+    from transport.scene.sources import Source
+
+MOST_EVENTS = 1 << 24  # events after which the engine abandons a history (engine/passes/surfaces.py)
+# Mean numbers of scatterings before absorption, after which all but 1e-7 of the histories have ended.
+LIFETIMES = 16
+
+
+def check_trapped(scene: SceneParts) -> None:
+    """Raise SceneError for a source whose light is partly trapped in a clear, otherwise empty body.
+
+    A clear slab may hold finite bodies: guided light passes them, and anything in it that scatters is a
+    source too. Beams and aimed sources are not checked.
+    """
+    if scene.duration is not None:
+        return
+    check_sluggish(scene)
+    for number, surface in enumerate(scene.surfaces):
+        sine = _escape_sine(surface.material)
+        if sine == 1 or not surface.shape.is_closed:
+            continue
+        if _acts(scene.medium if surface.back is None else surface.back):
+            continue
+        company = _company(scene, number)
+        if company and not (isinstance(surface.shape, Slab) and all(map(_is_bounded, company))):
+            continue
+        for lamp, cure in _trapped_lamps(scene, surface.shape, sine, company):
+            title = titled(surface, number)
+            raise SceneError(
+                f"Scene: total internal reflection traps light of {lamp} in {title} forever, got a critical"
+                f" angle of {math.degrees(math.asin(sine)):.4g} degrees and no absorption; let the material"
+                " absorb a little, as Mixture({Dielectric(...): 0.999, Black(): 0.001}), give the scene a"
+                f" duration, or {cure}"
+            )
+
+
+def _trapped_lamps(
+    scene: SceneParts, shape: Shape, sine: float, company: list[Surface]
+) -> Iterator[tuple[str, str]]:
+    """Sources whose light is trapped in a clear body, with an additional cure, as text."""
+    lamps = {f"sources[{place}]": source for place, source in enumerate(scene.sources)}
+    lamps |= {f"the medium of surfaces[{k}]": source for k, source in glowing_sources(scene)}
+    for lamp, source in lamps.items():
+        origin = scene.shape_of(source)
+        if _is_wide(source) and _traps(shape, sine, source, origin) and not _is_hidden(origin, company):
+            yield lamp, "use aim=... or a Beam"
+    for surface in company:
+        others = [other for other in company if other is not surface]
+        if _scatters(surface) and _lies_deep(surface.shape, shape) and not _is_hidden(surface.shape, others):
+            number = scene.surfaces.index(surface)
+            title = titled(surface, number)
+            yield f"the scatterer {title}", "replace the slab by a finite Box"
+
+
+def check_sluggish(scene: SceneParts) -> None:
+    """Refuse an infinite medium that absorbs so little that histories are abandoned before they end."""
+    around = surrounding_of(scene)
+    sigma_a, sigma_s = float(np.max(around.absorption)), float(np.max(around.scattering))
+    if not 0 < sigma_a < sigma_s * LIFETIMES / MOST_EVENTS:
+        return
+    is_open = all(_is_bounded(s) and not _acts_otherwise(s) for s in scene.surfaces)
+    if is_open and not any(absorbs(m) for s in scene.surfaces for m in (s.front, s.back)):
+        raise SceneError(
+            f"Scene: infinite medium must absorb more, got {shown(scene.medium)}, in which a history scatters"
+            f" {sigma_s / sigma_a:.2g} times before it is absorbed, and is abandoned after {MOST_EVENTS:.2g};"
+            " raise its absorption, put it into a Box, or give the scene a duration"
+        )
+
+
+def _acts_otherwise(surface: Surface) -> bool:
+    """Whether a surface may absorb, scatter or mirror light."""
+    return any(not isinstance(part, Dielectric | Transparent) for part in simple_parts(surface.material))
+
+
+def _escape_sine(material: Material) -> float:
+    """Sine of the critical angle from inside for clear smooth dielectrics; 1 for all other materials."""
+    parts = simple_parts(material)
+    glass = [part for part in parts if isinstance(part, Dielectric)]
+    if not glass or any(part not in glass and part != Mirror(1.0) for part in parts):
+        return 1.0
+    return min(1.0, glass[0].index_outside / glass[0].index_inside)
+
+
+def _acts(medium: AnyMedium | None) -> bool:
+    """Whether a medium absorbs or scatters."""
+    return medium is not None and bool(np.max(medium.extinction) > 0)
+
+
+def _company(scene: SceneParts, number: int) -> list[Surface]:
+    """Other surfaces with an effect that may lie within, judged by bounding boxes."""
+    shape, others = scene.surfaces[number].shape, enumerate(scene.surfaces)
+    return [
+        other for k, other in others if k != number and not _is_inert(other) and _meet(other.shape, shape)
+    ]
+
+
+def _is_inert(surface: Surface) -> bool:
+    """Whether a surface has no effect."""
+    return surface.material == Transparent() and not (_acts(surface.front) or _acts(surface.back))
+
+
+def _meet(shape: Shape, other: Shape) -> bool:
+    """Whether the bounding boxes of two shapes overlap."""
+    return all(p <= s and r <= q for p, q, r, s in zip(*other.bounds, *shape.bounds, strict=True))
+
+
+def _lies_deep(shape: Shape, slab: Slab) -> bool:
+    """Whether the middle of a shape lies between the faces of a slab, not on one."""
+    offset = tuple(p - q for p, q in zip(shape.middle, slab.middle, strict=True))
+    return abs(dot(offset, slab.normal)) < (1 - CLOSE) * slab.thickness / 2
+
+
+def _is_hidden(shape: Shape, walls: list[Surface]) -> bool:
+    """Whether a surface around the shape may hold back its light."""
+    return any(_acts_otherwise(wall) and _meet(shape, wall.shape) for wall in walls)
+
+
+def _is_bounded(surface: Surface) -> bool:
+    """Whether a surface is finite."""
+    return bool(np.isfinite(surface.shape.bounds).all())
+
+
+def _scatters(surface: Surface) -> bool:
+    """Whether a surface, or the medium it names, scatters light diffusely."""
+    media = [medium for medium in (surface.front, surface.back) if medium is not None]
+    is_rough = any(isinstance(part, Diffuse) and part.albedo > 0 for part in simple_parts(surface.material))
+    return is_rough or any(np.max(medium.scattering) > 0 for medium in media)
+
+
+def _is_wide(source: Source) -> bool:
+    """Whether a source emits into at least half of all directions."""
+    return source.aim is None and not isinstance(source.emission, Beam)
+
+
+def _traps(shape: Shape, sine: float, source: Source, origin: Shape) -> bool:
+    """Whether an unaimed source inside the body has rays beyond the critical angle at all walls they hit.
+
+    In a sphere these start beyond `sine` times its radius, across the radius; in a box they are oblique to
+    all faces.
+    """
+    offset = tuple(p - q for p, q in zip(origin.middle, shape.middle, strict=True))
+    is_own = origin == shape
+    if is_own and source.emission.has_side and not source.is_back:
+        return False
+    match shape:
+        case Sphere(radius=radius):
+            return is_own or sine * radius < math.hypot(*offset, origin.extent) < radius
+        case Slab(normal=normal, thickness=thickness):
+            return abs(dot(offset, normal)) < thickness / 2
+        case Box(size=size):
+            is_inside = is_own or all(2 * abs(x) < length for x, length in zip(offset, size, strict=True))
+            return is_inside and 3 * (1 - sine) * (1 + sine) > 1
+    return False

@@ -1,0 +1,606 @@
+"""Materials: how a surface acts on arriving particles; equal on both sides except for TwoSided."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+
+from transport.geometry.flat import Disk, Rectangle
+from transport.geometry.shape import Cloud, Point, Shape
+from transport.scene.media import Grid, Medium, Vacuum
+from transport.scene.phase_functions import Phase, is_phase
+from transport.scene.speeds import SpeedDistribution
+from transport.validation import (
+    Converted,
+    as_float,
+    check_type,
+    refuse,
+    scene_object,
+    settle_fraction,
+    settle_name,
+    settle_positive,
+    shown,
+    store,
+)
+
+# ---- Base class of materials, and the check of reflected and transmitted fractions.
+
+
+class Material:
+    """Base class of materials; not instantiated directly."""
+
+
+def settle_shares(material: Material, reflected: str, transmitted: str) -> None:
+    """Convert both fields to floats in [0, 1]; raise SceneError if their sum exceeds 1."""
+    settle_fraction(material, reflected, transmitted)
+    one, other = getattr(material, reflected), getattr(material, transmitted)
+    if one + other > 1:
+        got = f"{one} + {other} = {one + other}"
+        refuse(material, f"{reflected} + {transmitted} must not be above 1, got {got}; lower one of them")
+
+
+# ---- Optical materials: smooth dielectric boundary, rough mirror and ideal thin lens.
+
+
+@scene_object
+class Dielectric(Material):
+    """A smooth boundary between two clear media: refraction and Fresnel reflection.
+
+    The normal of the shape points to the outside: inside is the interior of a closed shape, or the back of a
+    flat one. For watts only. A scene with a duration must also name a medium, such as
+    `inside=Medium(index=1.5)`, because light is slower in it.
+
+    Parameters
+    ----------
+    index_inside : float
+        Refractive index inside, positive and finite.
+    index_outside : float, default 1
+        Refractive index outside, positive and finite.
+
+    Raises
+    ------
+    SceneError
+        If an index is not positive and finite.
+
+    Notes
+    ----- Light is refracted by Snell's law (1621), or reflected with the probability of Fresnel's formulas
+    (1823) for unpolarised light; beyond the critical angle it is always reflected. Nothing is absorbed, and
+    L/n^2 is equal on both sides.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> glass = tp.Dielectric(1.5)
+    >>> glass.index_outside
+    1.0
+    """
+
+    index_inside: float
+    index_outside: float = 1.0
+
+    def __post_init__(self) -> None:
+        settle_positive(self, "index_inside", "index_outside")
+
+
+@scene_object
+class Glossy(Material):
+    """A rough mirror of microfacets (GGX); opaque, with the same albedo at every angle of incidence.
+
+    Parameters
+    ----------
+    roughness : float
+        alpha of the distribution of normals, in (0, 1]: about the tangent of the typical slope of the
+        facets. For a smooth surface use Mirror.
+    albedo : float, default 1
+        Reflected fraction, in [0, 1].
+
+    Raises
+    ------
+    SceneError
+        If roughness or albedo is out of range.
+
+    Notes
+    ----- Distribution of normals by Trowbridge and Reitz (1975), "GGX", with Smith's height-correlated
+    shadowing (Heitz 2014, JCGT 3(2), 48, eq. 99). With E(mu) the fraction that single reflection returns, and
+    E_mean its mean::
+
+        f = albedo [D G2 / (4 mu_i mu_o) + (1 - E(mu_i)) (1 - E(mu_o)) / (pi (1 - E_mean))]   [sr^-1]
+
+    The second term stands for multiple reflection (Kulla and Conty 2017). f is reciprocal.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Glossy(0.2, albedo=0.9)
+    Glossy(roughness=0.2, albedo=0.9)
+    """
+
+    roughness: float
+    albedo: float = 1.0
+
+    def __post_init__(self) -> None:
+        number = as_float(self.roughness)
+        if number is None or not 0 < number <= 1:
+            cure = "for a smooth surface use Mirror(reflectance)"
+            refuse(self, f"roughness must be above 0 and at most 1, got {shown(self.roughness)}; {cure}")
+        store(self, roughness=number)
+        settle_fraction(self, "albedo")
+
+
+@scene_object
+class ThinLens(Material):
+    """An ideal thin lens, on a Disk or Rectangle.
+
+    For watts only; light passes it in no time.
+
+    Parameters
+    ----------
+    focal_length : float
+        Focal length f [m], finite and not 0; negative for a diverging lens.
+
+    Raises
+    ------
+    SceneError
+        If the focal length is 0 or not finite, or if the shape is neither Disk nor Rectangle.
+
+    Notes
+    ----- The direction cosines p in the plane of the lens change by -x/f, where x is the position relative to
+    the centre, equally from either side. The Jacobian is 1, so that radiance and etendue are conserved
+    exactly: Abbe's sine condition (1873), E = pi L sin^2(theta') behind an aplanatic lens. No flat lens
+    conserves etendue and also focuses sharply: light along the axis at x crosses the axis at f sqrt(1 -
+    (x/f)^2), so that images are sharp only for x much smaller than f and for small angles. A ray whose `|p|`
+    would reach 1 returns along its path, so that nothing is lost.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> lens = tp.Surface(tp.Disk(radius=0.02), tp.ThinLens(focal_length=0.1), name="lens")
+    """
+
+    focal_length: float
+
+    def __post_init__(self) -> None:
+        value = self.focal_length
+        number = as_float(value)
+        if number is None or not math.isfinite(number) or number == 0:
+            cure = "for a flat pane use Transparent()"
+            refuse(self, f"focal_length must be a finite number, not zero, got {shown(value)}; {cure}")
+        store(self, focal_length=number)
+
+
+# ---- Plain materials: black, diffuse, mirror and transparent.
+
+
+@scene_object
+class Black(Material):
+    """A surface that absorbs everything.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="floor").material
+    Black()
+    """
+
+
+@scene_object
+class Diffuse(Material):
+    """A Lambertian surface: reflects and transmits diffusely, absorbs the rest.
+
+    Parameters
+    ----------
+    albedo : float
+        Reflected fraction, in [0, 1].
+    transmission : float, default 0
+        Transmitted fraction, in [0, 1], which leaves the other side diffusely; albedo + transmission <= 1.
+    speed : float or SpeedDistribution, default None
+        Keyword only. None: particles keep their speed. Otherwise thermal re-emission: particles leave
+        either side with this speed [m/s], or with speeds drawn from the distribution, weighted by the
+        speed, as from a gas behind the surface. Not for watts.
+
+    Raises
+    ------
+    SceneError
+        If a fraction is out of range, or if speeds drift or are negative.
+
+    Notes
+    -----
+    f = albedo/pi on the side of arrival and transmission/pi on the other [sr^-1] (Lambert 1760); reciprocal.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Diffuse(0.8).albedo
+    0.8
+    >>> wall = tp.Diffuse(1.0, speed=tp.Maxwellian(temperature=300, mass=4.65e-26))
+    """
+
+    albedo: float
+    transmission: float = 0.0
+    speed: float | SpeedDistribution | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        settle_shares(self, "albedo", "transmission")
+        if not isinstance(self.speed, SpeedDistribution):
+            if self.speed is not None:
+                settle_positive(self, "speed")
+        elif self.speed.has_drift:
+            refuse(self, f"speed must be that of a gas at rest, got {shown(self.speed)}; leave out the drift")
+        elif self.speed.is_signed:
+            refuse(self, f"speed must not be negative, got {shown(self.speed)}; write speeds from 0 upwards")
+
+
+@scene_object
+class Mirror(Material):
+    """An ideal mirror: reflects specularly, transmits straight on, absorbs the rest.
+
+    Parameters
+    ----------
+    reflectance : float, default 1
+        Reflected fraction, in [0, 1], the same at every angle.
+    transmission : float, default 0
+        Fraction that continues in a straight line, in [0, 1]; reflectance + transmission <= 1.
+
+    Raises
+    ------
+    SceneError
+        If a fraction is out of range.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> beam_splitter = tp.Mirror(reflectance=0.5, transmission=0.5)
+    """
+
+    reflectance: float = 1.0
+    transmission: float = 0.0
+
+    def __post_init__(self) -> None:
+        settle_shares(self, "reflectance", "transmission")
+
+
+@scene_object
+class Transparent(Material):
+    """A surface that transmits everything unchanged; for detectors, sources and bodies of a medium.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> fog = tp.Surface(tp.Box(size=1.0), tp.Transparent(), inside=tp.Medium(scattering=0.5))
+    """
+
+
+# ---- Combined materials: mixtures (also of phase functions), and one material per side.
+
+ROUNDING = 1e-9  # tolerance of the sum of shares
+
+
+@scene_object
+class Mixture(Material, Phase):
+    """A random mixture: each particle interacts with one of the parts, chosen with its share as probability.
+
+    The parts are either all materials (of a surface) or all phase functions (of a medium).
+
+    Parameters
+    ----------
+    parts : mapping of part to float
+        {material: share} or {phase function: share}; shares in [0, 1] that add up to 1. No Mixture or
+        TwoSided within. Stored as (part, share) pairs in an order that is independent of the input,
+        without those of share 0.
+
+    Raises
+    ------
+    SceneError
+        If shares do not add up to 1, if parts are equal or of both kinds, or if parts that transmit light
+        disagree about the refractive indices on the two sides.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.Mixture({tp.Mirror(0.9): 0.25, tp.Black(): 0.75})
+    Mixture(parts=((Black(), 0.75), (Mirror(reflectance=0.9, transmission=0.0), 0.25)))
+    >>> tp.Mixture({tp.HenyeyGreenstein(0.8): 0.5, tp.Rayleigh(): 0.5}).g
+    0.4
+    """
+
+    parts: Converted[
+        Mapping[Any, float] | Iterable[tuple[Material | Phase, float]],
+        tuple[tuple[Material | Phase, float], ...],
+    ]
+
+    def __post_init__(self) -> None:
+        store(self, parts=tuple(sorted(self._checked(), key=lambda part: _order(part[0]))))
+        self._check_indices()
+
+    @property
+    def is_phase(self) -> bool:
+        """Whether the parts are phase functions, not materials.
+
+        Returns
+        -------
+        bool
+        """
+        return is_phase(self.parts[0][0])
+
+    @property
+    def g(self) -> float:
+        """Mean cosine of the scattering angle, for a mixture of phase functions.
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        SceneError
+            If the parts are materials.
+        """
+        self._check_is_phase("g")
+        return math.fsum(share * part.g for part, share in self.parts)
+
+    def density(self, mu: np.ndarray | float) -> np.ndarray | float:
+        """Return the phase function at cosines mu of the scattering angle.
+
+        Parameters
+        ----------
+        mu : float or array
+            Cosines of the scattering angle, in [-1, 1].
+
+        Returns
+        -------
+        float or array
+            Density per solid angle [sr^-1], of the shape of mu.
+
+        Raises
+        ------
+        SceneError
+            If the parts are materials.
+        """
+        self._check_is_phase("density(mu)")
+        return sum(share * part.density(mu) for part, share in self.parts)
+
+    def _check_is_phase(self, what: str) -> None:
+        if not self.is_phase:
+            refuse(self, f"{what} needs phase functions, got materials: {shown(self.parts)}; mix phases")
+
+    def _checked(self) -> list[tuple[Material, float]]:
+        pairs = list(self.parts.items()) if isinstance(self.parts, Mapping) else self.parts
+        if not _are_pairs(pairs):
+            cure = "write {Mirror(): 0.5, ...}"
+            refuse(self, f"parts must be materials with their shares, got {shown(self.parts)}; {cure}")
+        for material, share in pairs:
+            self._check_part(material, share)
+        phases = [is_phase(part) for part, _ in pairs]
+        if any(phases) and not all(phases):
+            refuse(self, f"parts must be all materials or all phase functions, got {shown(pairs)}")
+        if len({material for material, _ in pairs}) < len(pairs):
+            refuse(self, f"parts must differ from one another, got {shown(pairs)}; add up their shares")
+        total = math.fsum(share for _, share in pairs)
+        if not abs(total - 1) <= ROUNDING:
+            cure = "divide them by their sum" if any(phases) else "add Black() for the rest"
+            refuse(self, f"shares must add up to 1, got {total} from {shown(pairs)}; {cure}")
+        return [(material, as_float(share)) for material, share in pairs if share > 0]
+
+    def _check_part(self, material: object, share: object) -> None:
+        if isinstance(material, Mixture):
+            refuse(self, f"parts must not contain another Mixture, got {shown(material)}; list its parts")
+        if isinstance(material, TwoSided):
+            cure = "write TwoSided(front=Mixture(...), back=Mixture(...))"
+            refuse(self, f"parts must not contain a TwoSided, got {shown(material)}; {cure}")
+        if not isinstance(material, Material) and not is_phase(material):
+            must = "parts must be materials such as Mirror(), or phase functions such as Rayleigh()"
+            refuse(self, f"{must}, got {shown(material)}")
+        if as_float(share) is None or not 0 <= share <= 1:
+            refuse(self, f"the share of {material} must be in [0, 1], got {shown(share)}")
+
+    def _check_indices(self) -> None:
+        """Raise SceneError if parts that transmit light lead into different media."""
+        glass = [part for part, _ in self.parts if isinstance(part, Dielectric)]
+        for part, _ in self.parts:
+            if glass and part != glass[0] and lets_through(part) and not _agree(part, glass[0]):
+                cure = "give them the same indices, or leave one out"
+                refuse(self, f"parts must lead into the same media, got {glass[0]} and {part}; {cure}")
+
+
+@scene_object
+class TwoSided(Material):
+    """A different material on each side; the side of arrival decides.
+
+    Parameters
+    ----------
+    front : Material
+        Material of the side that the normal points to.
+    back : Material
+        Material of the other side.
+
+    Raises
+    ------
+    SceneError
+        If a side is a TwoSided, or contains a Dielectric or ThinLens, which act on both sides.
+
+    Notes
+    -----
+    Radiance is in equilibrium only if both sides transmit the same fraction.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> tp.TwoSided(front=tp.Mirror(), back=tp.Black())
+    TwoSided(front=Mirror(reflectance=1.0, transmission=0.0), back=Black())
+    """
+
+    front: Material
+    back: Material
+
+    def __post_init__(self) -> None:
+        for side in ("front", "back"):
+            check_material(self, side)
+            self._check_side(side, getattr(self, side))
+
+    def _check_side(self, side: str, material: Material) -> None:
+        if isinstance(material, TwoSided):
+            cure = "use the material of that side only"
+            refuse(self, f"{side} must not be another TwoSided, got {shown(material)}; {cure}")
+        for part in simple_parts(material):
+            if isinstance(part, (Dielectric, ThinLens)):
+                kind = type(part).__name__
+                cure = f"a {kind} acts on both sides: make it the surface's material"
+                refuse(self, f"{side} must not be or contain a {kind}, got {shown(part)}; {cure}")
+
+
+def check_material(subject: object, name: str) -> None:
+    """Raise SceneError if the field is not a material, or is a mixture of phase functions."""
+    check_type(subject, name, Material, "an instance of a material, such as Diffuse(0.5)")
+    value = getattr(subject, name)
+    if is_phase(value):
+        refuse(subject, f"{name} must be a material, got {shown(value)}; phase functions belong to a Medium")
+
+
+def simple_parts(material: Material) -> tuple[Material, ...]:
+    """Return the elementary materials of a material, on both sides; itself if it is elementary."""
+    if isinstance(material, Mixture):
+        return tuple(part for part, _ in material.parts)
+    if isinstance(material, TwoSided):
+        return simple_parts(material.front) + simple_parts(material.back)
+    return (material,)
+
+
+def lets_through(material: Material) -> bool:
+    """Return whether a material transmits light from at least one side."""
+    return any(_passes(part) for part in simple_parts(material))
+
+
+def is_specular(material: Material) -> bool:
+    """Return whether light leaves a material in directions that no shadow ray can sample.
+
+    True for mirrors, glass, gloss and lenses.
+    """
+    parts = list(simple_parts(material))
+    # Shadow rays cannot pass a mixture of Transparent and another material.
+    is_sieve = any(isinstance(part, Transparent) for part in parts) and len(set(map(type, parts))) > 1
+    return is_sieve or any(_is_specular(part) for part in parts)
+
+
+def _is_specular(part: Material) -> bool:
+    if isinstance(part, Mirror):
+        return part.reflectance > 0 or part.transmission > 0
+    if isinstance(part, Glossy):
+        return part.albedo > 0
+    return not isinstance(part, (Black, Diffuse, Transparent))
+
+
+def _passes(part: Material) -> bool:
+    if isinstance(part, (Diffuse, Mirror)):
+        return part.transmission > 0
+    return isinstance(part, (Dielectric, ThinLens, Transparent))
+
+
+def _agree(part: Material, glass: Dielectric) -> bool:
+    """Return whether both parts lead into the same media."""
+    if isinstance(part, Dielectric):
+        return part == glass
+    return glass.index_inside == glass.index_outside
+
+
+def _order(part: Material | Phase) -> tuple[str, bytes]:
+    """Return the sort key of a part: its repr, and the digest that distinguishes tables."""
+    return repr(part), getattr(part, "digest", b"")
+
+
+def _are_pairs(pairs: object) -> bool:
+    return isinstance(pairs, (tuple, list)) and all(
+        isinstance(pair, tuple) and len(pair) == 2 for pair in pairs
+    )
+
+
+# ---- A surface: a shape with a material and the media on its sides.
+
+AnyMedium = Medium | Grid | Vacuum
+
+
+@scene_object
+class Surface:
+    """A surface: a shape with a material, a name and the media on its two sides.
+
+    Parameters
+    ----------
+    shape : Shape
+        Shape with an area (not a Point or Cloud).
+    material : Material
+        How the surface acts on particles.
+    name : str, default None
+        Name by which sources and detectors refer to the surface.
+    front, back : Medium, Grid or Vacuum, default None
+        Medium on the side that the normal points to, and on the other side. None: the medium that
+        surrounds the surface there. `Vacuum()` means vacuum.
+    outside, inside : Medium, Grid or Vacuum, default None
+        Synonyms of `front` and `back`; both names can be read.
+
+    Raises
+    ------
+    SceneError
+        If the shape has no area, if the material is none or does not fit the shape, or if a side has two
+        different media.
+
+    Examples
+    --------
+    >>> import transport as tp
+    >>> fog = tp.Medium(absorption=0.1, scattering=0.9)
+    >>> cloud = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), "cloud", inside=fog)
+    >>> cloud.back == fog
+    True
+    """
+
+    shape: Shape
+    material: Material
+    name: str | None = None
+    front: AnyMedium | None = None
+    back: AnyMedium | None = None
+    outside: AnyMedium | None = field(default=None, repr=False)
+    inside: AnyMedium | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        settle_name(self)
+        check_type(self, "shape", Shape, "a shape such as Disk(radius=...)")
+        kind = type(self.shape).__name__
+        if isinstance(self.shape, (Point, Cloud)):
+            refuse(self, f"shape must have an area, got {self.shape}; a {kind} is for sources only")
+        check_material(self, "material")
+        has_lens = any(isinstance(part, ThinLens) for part in simple_parts(self.material))
+        if has_lens and not isinstance(self.shape, (Disk, Rectangle)):
+            refuse(self, f"a ThinLens must be on a Disk or a Rectangle, got a {kind}; put it on one of these")
+        self._settle_side("front", "outside")
+        self._settle_side("back", "inside")
+
+    def _settle_side(self, side: str, alias: str) -> None:
+        """Store the medium of a side under both of its names."""
+        for name in (side, alias):
+            value = getattr(self, name)
+            if value is not None:
+                settled_medium(self, name, value)
+        one, other = getattr(self, side), getattr(self, alias)
+        if one is not None and other is not None and one != other:
+            cure = f"{alias} is a synonym of {side}: leave one of them out"
+            refuse(self, f"{side} and {alias} must not differ, got {shown(one)} and {shown(other)}; {cure}")
+        medium = other if one is None else one
+        store(self, **{side: medium, alias: medium})
+
+
+def settled_medium(subject: object, name: str, value: object) -> AnyMedium:
+    """Return the medium of a field; raise SceneError for anything else."""
+    if isinstance(value, type) and issubclass(value, AnyMedium):
+        refuse(
+            subject,
+            f"{name} must be an instance, got the class {value.__name__}; write {value.__name__}(...)",
+        )
+    if not isinstance(value, AnyMedium):
+        must = "a medium such as Medium(absorption=...) or Vacuum()"
+        refuse(subject, f"{name} must be {must}, got {shown(value)}")
+    return value
+
+
+def titled(surface: Surface, number: int) -> str:
+    """Return how a message names a surface, given its number in the scene."""
+    return f"Surface {surface.name!r}" if surface.name else f"surfaces[{number}]"

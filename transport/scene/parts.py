@@ -1,0 +1,169 @@
+"""What a scene consists of, before anything is checked: sources, surfaces, detectors, the surrounding medium, the clock."""
+
+from collections.abc import Iterable
+from functools import cached_property
+
+from transport.geometry.shape import Shape
+from transport.scene.cameras import Camera, EnvironmentMap, Instrument
+from transport.scene.detectors import Detector
+from transport.scene.materials import Surface
+from transport.scene.media import Medium, Vacuum
+from transport.scene.phase_space import PhaseSpace, Snapshot
+from transport.scene.points import PointDetector
+from transport.scene.sides import AnyDetector
+from transport.scene.sources import Source
+from transport.scene.volumes import VolumeDetector
+from transport.validation import Converted, Parts, refuse, scene_object, shown, suggestion
+
+LOOKING = (Camera, Detector, EnvironmentMap, PhaseSpace, PointDetector, Snapshot, VolumeDetector)
+Looking = Camera | Detector | EnvironmentMap | PhaseSpace | PointDetector | Snapshot | VolumeDetector
+
+
+@scene_object
+class SceneParts:
+    """The parts of a scene and look-ups among them; `Scene` is these parts after its checks."""
+
+    sources: Parts[Source]
+    surfaces: Parts[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    medium: Medium | Vacuum | None = None
+    duration: float | None = None
+
+    @property
+    def measured_in(self) -> str:
+        """What all sources emit: "watts" or "particles"; media that emit do so in watts.
+
+        Returns
+        -------
+        str
+        """
+        return self.sources[0].emission.measured_in if self.sources else "watts"
+
+    @cached_property
+    def proofs(self) -> dict:
+        """Cache of what geometry proves about the scene, shared by all its runs and saved in no file.
+
+        Returns
+        -------
+        dict
+        """
+        return {}
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "proofs"}
+
+    @property
+    def meters(self) -> tuple[Detector, ...]:
+        """The detectors on shapes and surfaces: those of class Detector.
+
+        Returns
+        -------
+        tuple of Detector
+        """
+        return tuple(part for part in self.detectors if isinstance(part, Detector))
+
+    @property
+    def phase_spaces(self) -> tuple[PhaseSpace, ...]:
+        """The detectors of class PhaseSpace.
+
+        Returns
+        -------
+        tuple of PhaseSpace
+        """
+        return tuple(part for part in self.detectors if isinstance(part, PhaseSpace))
+
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """The detectors of class Snapshot.
+
+        Returns
+        -------
+        tuple of Snapshot
+        """
+        return tuple(part for part in self.detectors if isinstance(part, Snapshot))
+
+    @property
+    def volumes(self) -> tuple[VolumeDetector, ...]:
+        """The detectors of class VolumeDetector.
+
+        Returns
+        -------
+        tuple of VolumeDetector
+        """
+        return tuple(part for part in self.detectors if isinstance(part, VolumeDetector))
+
+    @property
+    def points(self) -> tuple[PointDetector, ...]:
+        """The detectors of class PointDetector.
+
+        Returns
+        -------
+        tuple of PointDetector
+        """
+        return tuple(part for part in self.detectors if isinstance(part, PointDetector))
+
+    @property
+    def instruments(self) -> tuple[Instrument, ...]:
+        """The detectors that only backward histories reach: each Camera and EnvironmentMap.
+
+        Returns
+        -------
+        tuple
+        """
+        return tuple(part for part in self.detectors if isinstance(part, Instrument))
+
+    @property
+    def visited(self) -> tuple[str, ...]:
+        """The names of detectors and surfaces that occur in a `via`, each once.
+
+        Returns
+        -------
+        tuple of str
+        """
+        return tuple(dict.fromkeys(name for meter in self.meters for name in meter.via or ()))
+
+    def surface(self, name: str) -> Surface:
+        """Return the surface of that name.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        Surface
+
+        Raises
+        ------
+        SceneError
+            If no surface has this name.
+        """
+        return self._surface_for(self, "name", name)
+
+    def shape_of(self, user: Source | Detector) -> Shape:
+        """Return the shape of a source or detector: its own, or that of the surface that it names.
+
+        Parameters
+        ----------
+        user : Source, Detector or VolumeDetector
+
+        Returns
+        -------
+        Shape
+
+        Raises
+        ------
+        SceneError
+            If it names a surface that is not in the scene.
+        """
+        return (
+            user.shape
+            if isinstance(user.shape, Shape)
+            else self._surface_for(user, "shape", user.shape).shape
+        )
+
+    def _surface_for(self, user: object, parameter: str, name: str) -> Surface:
+        named = {surface.name: surface for surface in self.surfaces if surface.name is not None}
+        if name not in named:
+            refuse(user, f"{parameter} must name a surface, got {shown(name)}; {suggestion(name, named)}")
+        return named[name]

@@ -1,0 +1,262 @@
+"""A scene: sources, surfaces and detectors that fit together, checked once and never changed."""
+
+from collections import Counter
+from collections.abc import Iterable
+from os import PathLike
+
+from transport.renderers import function_for
+from transport.scene.bodies import medium_at
+from transport.scene.checks.check_scene import check_scene
+from transport.scene.checks.overlapping_bodies import glows, names_media
+from transport.scene.detectors import Detector
+from transport.scene.materials import AnyMedium, Dielectric, Surface, ThinLens, settled_medium, simple_parts
+from transport.scene.media import Grid, Medium, Vacuum
+from transport.scene.parts import LOOKING, Looking, SceneParts
+from transport.scene.sides import AnyDetector
+from transport.scene.sources import Source
+from transport.scene.volumes import VolumeDetector
+from transport.validation import (
+    Converted,
+    Parts,
+    as_floats,
+    refuse,
+    scene_object,
+    settle_positive,
+    shown,
+    store,
+    suggestion,
+)
+
+
+@scene_object
+class Scene(SceneParts):
+    """A scene: sources, surfaces, detectors and media; immutable, checked when it is made.
+
+    Parameters
+    ----------
+    sources : Source or iterable of Source
+        What emits. May be empty if a medium emits. All sources emit watts (Lambertian, Isotropic, Beam),
+        or all emit particles (Gas, Effusive).
+    surfaces : Surface or iterable of Surface, default ()
+        Shapes with materials, and media on their sides.
+    detectors : detector or iterable of detectors, default ()
+        Detector, VolumeDetector, PointDetector, Camera, EnvironmentMap, PhaseSpace and Snapshot.
+    medium : Medium or Vacuum, default None
+        Fills all space that is not inside a body with its own medium. None: vacuum.
+    duration : float, default None
+        With a duration [s] the scene has a clock that runs from 0 to the duration; without one it is
+        steady.
+
+    Raises
+    ------
+    SceneError
+        If names are unknown or not unique, or if parts contradict each other.
+
+    Examples
+    --------
+    A point source over a black disk:
+
+    >>> import transport as tp
+    >>> scene = tp.Scene(
+    ...     sources=[tp.Source(tp.Point(position=(0, 0, 1)), tp.Isotropic(power=1.0))],
+    ...     surfaces=[tp.Surface(tp.Disk(radius=1.0), tp.Black(), name="disk")],
+    ...     detectors=[tp.Detector("disk")],
+    ... )
+    >>> scene.measured_in
+    'watts'
+    >>> [detector.name for detector in scene.meters]
+    ['disk']
+    >>> tp.Scene.from_json(scene.to_json()) == scene
+    True
+    """
+
+    # The fields of SceneParts again: type checkers lose what a field accepts where it is inherited.
+    sources: Parts[Source]
+    surfaces: Parts[Surface] = ()
+    detectors: Converted[Iterable[AnyDetector] | AnyDetector, tuple[Looking, ...]] = ()
+    medium: Medium | Vacuum | None = None
+    duration: float | None = None
+
+    def __post_init__(self) -> None:
+        _settle_parts(self, "sources", Source)
+        _settle_parts(self, "surfaces", Surface)
+        _settle_parts(self, "detectors", *LOOKING)
+        if self.duration is not None:
+            settle_positive(self, "duration")
+        self._check_medium()
+        self._check_has_source()
+        self._check_names()
+        self._check_via()
+        self._check_emissions()
+        for user in (*self.sources, *self.meters, *self.volumes):
+            user.check_shape(self.shape_of(user))
+        for user in (*self.sources, *self.detectors):
+            user.check_clock(self.duration)
+        check_scene(self)
+
+    def to_json(self, path: str | PathLike | None = None) -> str:
+        """Return the scene as JSON text, from which `from_json` restores it bit by bit.
+
+        Parameters
+        ----------
+        path : str or PathLike, default None
+            File to write the text to as well.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If a part cannot be written, such as the function of an InverseCDF. See
+            transport/guides/scenes.md.
+        """
+        return function_for(type(self), "to_json")(self, path)
+
+    @staticmethod
+    def from_json(source: str | PathLike) -> "Scene":
+        """Return the scene described by JSON, written by `to_json` or by hand.
+
+        Parameters
+        ----------
+        source : str or PathLike
+            A file's path, or the text itself.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the text is invalid; the message names the place, as in "surfaces[2].material.albedo".
+        """
+        return function_for(Scene, "from_json")(source)
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
+
+    def medium_at(self, position: Iterable[float]) -> AnyMedium:
+        """Return the medium at a point: that of the innermost body around it, else the surrounding one.
+
+        Parameters
+        ----------
+        position : vector
+            Point [m].
+
+        Returns
+        -------
+        Medium, Grid or Vacuum
+
+        Raises
+        ------
+        SceneError
+            If the position is not three finite numbers.
+
+        Examples
+        --------
+        >>> import transport as tp
+        >>> ball = tp.Surface(tp.Sphere(radius=1.0), tp.Transparent(), inside=tp.Medium(absorption=0.5))
+        >>> scene = tp.Scene(tp.Source(tp.Point(), tp.Isotropic(power=1.0)), ball)
+        >>> scene.medium_at((0, 0, 0.5)), scene.medium_at((0, 0, 2))
+        (Medium(absorption=0.5), Vacuum())
+        """
+        place = as_floats(position)
+        if place is None or len(place) != 3:
+            refuse(self, f"position must be three finite numbers, got {shown(position)}")
+        return medium_at(self, place)
+
+    def _check_medium(self) -> None:
+        """The surrounding medium is one that fills all space."""
+        if self.medium is None:
+            return
+        settled_medium(self, "medium", self.medium)
+        if isinstance(self.medium, Grid):
+            cure = "write Surface(grid.box, Transparent(), inside=grid)"
+            refuse(self, f"medium must fill all space, got {shown(self.medium)}, which ends; {cure}")
+
+    def _check_has_source(self) -> None:
+        """Something emits: a source, or the medium of a body."""
+        if not self.sources and not glows(self):
+            cure = "write sources=[Source(...)], or let a medium emit"
+            refuse(self, f"sources must hold at least one Source, got none; {cure}")
+
+    def _check_names(self) -> None:
+        for parts in (self.surfaces, self.detectors):
+            counts = Counter(part.name for part in parts if part.name is not None)
+            for name, count in counts.items():
+                if count > 1:
+                    kinds = Counter(type(part).__name__ for part in parts if part.name == name)
+                    got = " and ".join(f"{n} {kind}{'s' if n > 1 else ''}" for kind, n in kinds.items())
+                    refuse(self, f"name must be unique, got {got} {name!r}; give each its own name=")
+        names = {surface.name for surface in self.surfaces}
+        for part in self.detectors:
+            if part.name in names and not self._meters_its_namesake(part):
+                refuse(
+                    part,
+                    f"name must not be that of a surface it does not meter, got {part.name!r}; rename it",
+                )
+
+    def _meters_its_namesake(self, part: Looking) -> bool:
+        return (
+            isinstance(part, Detector | VolumeDetector)
+            and self.shape_of(part) == self.surface(part.name).shape
+        )
+
+    def _check_via(self) -> None:
+        names = [part.name for part in (*self.meters, *self.surfaces) if part.name is not None]
+        for meter in self.meters:
+            for name in meter.via or ():
+                if name not in names:
+                    cure = suggestion(name, dict.fromkeys(names))
+                    refuse(meter, f"via must name a detector or a surface, got {name!r}; {cure}")
+
+    def _check_emissions(self) -> None:
+        if len({source.emission.measured_in for source in self.sources}) > 1:
+            kinds = ", ".join(sorted({type(source.emission).__name__ for source in self.sources}))
+            refuse(self, f"sources must be all in watts or all in particles, got {kinds}; use two scenes")
+        for surface in self.surfaces:
+            for part in simple_parts(surface.material):
+                if getattr(part, "speed", None) is not None:
+                    self._check_wall(surface, part.speed)
+                if isinstance(part, (Dielectric, ThinLens)):
+                    self._check_optics(surface, part)
+
+    def _check_wall(self, surface: Surface, speed: object) -> None:
+        """Refuse a thermal wall for energies, or for particles of another mass than its own."""
+        if self.measured_in == "watts":
+            cure = "leave speed out of Diffuse, or emit particles with Gas or Effusive"
+            refuse(surface, f"speeds of its own a wall gives to particles, not to watts; {cure}")
+        masses = {source.emission.mass for source in self.sources} - {None}
+        mass = getattr(speed, "mass", None)
+        if mass is not None and masses - {mass}:
+            got = ", ".join(f"{other} kg" for other in sorted(masses - {mass}))
+            cure = "a wall gives the speeds of one mass; take that mass, and a scene for each species"
+            refuse(surface, f"its Maxwellian is of particles of {mass} kg, got {got} from a source; {cure}")
+
+    def _check_optics(self, surface: Surface, part: Dielectric | ThinLens) -> None:
+        """Refuse a boundary of media or a lens for particles, and glass of unknown media with a clock."""
+        kind = type(part).__name__
+        if self.measured_in == "particles":
+            cure = "emit watts, or leave it out"
+            refuse(surface, f"material must not be a {kind} in a scene of particles, got {part}; {cure}")
+        if isinstance(part, Dielectric) and self.duration is not None and not names_media(self):
+            must = f"material must not be a Dielectric in a scene with a duration, got {self.duration} s"
+            cure = f"name its medium, inside=Medium(index={part.index_inside:g}), which says how fast light is there"
+            refuse(surface, f"{must} and no media; {cure}, or leave out duration")
+
+
+def _settle_parts(scene: Scene, name: str, *kinds: type) -> None:
+    """The field is a tuple of parts of these kinds; a single part, or any iterable of them, is accepted."""
+    value = getattr(scene, name)
+    must = f"{name} must be a list of {' or '.join(kind.__name__ for kind in kinds)} objects"
+    if isinstance(value, kinds):
+        value = (value,)
+    if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
+        refuse(scene, f"{must}, got {shown(value)}")
+    parts = tuple(value)
+    for place, part in enumerate(parts):
+        if not isinstance(part, kinds):
+            refuse(scene, f"{must}, got {shown(part)} as {name}[{place}]; put it into its own list")
+    store(scene, **{name: parts})

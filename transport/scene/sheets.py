@@ -1,0 +1,114 @@
+"""Sheets: shapes on one support (plane, sphere, cylinder ...) form one sheet; a mesh is its own sheet.
+
+A particle remembers the sheet on which it stands, so that rounding never decides between a detector and the
+wall it lies on, a source and its floor, or two adjacent patches. At each point of a sheet at most one surface
+may act.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from transport.geometry.flat import Slab, Triangle
+from transport.geometry.revolved import Revolved
+from transport.geometry.shape import Point, Shape
+from transport.geometry.solid import Box, Sphere
+from transport.geometry.supports import are_on_one_support, is_on_support, orientation
+from transport.scene.bodies import has_media, sides_of
+from transport.scene.detectors import Detector
+from transport.scene.materials import Surface, Transparent
+
+if TYPE_CHECKING:
+    from transport.scene.parts import SceneParts
+
+
+@dataclass
+class Member:
+    """Piece of a sheet: its acting surface (None: transparent) and the detectors on it."""
+
+    shape: Shape
+    surface: Surface | None
+    detectors: list[Detector] = field(default_factory=list)
+    orientation: float = 1.0  # sign of its normal relative to the sheet's
+    mark: str | None = None  # name of the surface if a detector's `via` refers to it
+    whole: Shape | None = None  # shape of which it is a piece
+    bodies: tuple[int, int] = (0, 0)  # bits of the bodies just in front and just behind
+
+
+@dataclass
+class Sheet:
+    """Members on one support; the first one defines the sheet's normal."""
+
+    members: list[Member]
+
+    @property
+    def support(self) -> Shape:
+        """Shape that defines the support."""
+        return self.members[0].shape
+
+
+def pieces(shape: Shape) -> tuple[Shape, ...]:
+    """Pieces of a shape with one support each: the faces of a box or slab, else the shape itself."""
+    match shape:
+        case Box():
+            return tuple(shape.faces().values())
+        case Slab():
+            return shape.planes()
+    return (shape,)
+
+
+def sheets_of(scene: SceneParts) -> list[Sheet]:
+    """Sheets of the scene, acting members before detectors, without surfaces that have no effect."""
+    sheets: list[Sheet] = []
+    for member in sorted(_members(scene), key=_precedence):
+        home = next((s for s in sheets if are_on_one_support(s.support, member.shape)), None)
+        if home is None:
+            home = Sheet([])
+            sheets.append(home)
+        home.members.append(member)
+        member.orientation = orientation(home.support, member.shape)
+    return sheets
+
+
+def _precedence(member: Member) -> tuple[bool, float]:
+    """Sort key: acting members first, then those that define the support most accurately."""
+    shape, breadth = member.shape, math.inf
+    if isinstance(shape, Triangle):
+        breadth = shape.area / shape.extent
+    elif isinstance(shape, Revolved) and not isinstance(shape, Sphere):
+        breadth = shape.extent
+    return member.surface is None, -breadth
+
+
+def _members(scene: SceneParts) -> Iterator[Member]:
+    """All members: pieces of surfaces with detectors and bodies, and detectors with their own shapes."""
+    bounds = sides_of(scene) if has_media(scene) else [((), ())] * len(scene.surfaces)
+    for surface, sides in zip(scene.surfaces, bounds, strict=True):
+        looking = [d for d in scene.meters if d.shape == surface.name and surface.name is not None]
+        acts = not isinstance(surface.material, Transparent)
+        mark = surface.name if surface.name in scene.visited else None
+        front, back = (sum(1 << body for body in side) for side in sides)
+        if acts or looking or mark is not None or front != back:
+            for piece in pieces(surface.shape):
+                whole, bodies = surface.shape, (front, back)
+                yield Member(piece, surface if acts else None, list(looking), 1.0, mark, whole, bodies)
+    for detector in scene.meters:
+        if isinstance(detector.shape, Shape):
+            for piece in pieces(detector.shape):
+                yield Member(piece, None, [detector], whole=detector.shape)
+
+
+def sheets_of_source(shape: Shape, sheets: list[Sheet]) -> list[int]:
+    """Numbers, from 1, of the sheets on which a source's shape or point lies."""
+    return [
+        number
+        for number, sheet in enumerate(sheets, start=1)
+        if (
+            is_on_support(shape.position, sheet.support)
+            if isinstance(shape, Point)
+            else are_on_one_support(shape, sheet.support)
+        )
+    ]

@@ -1,0 +1,520 @@
+"""Estimates with standard error and unit: one number (Estimate) or an array over bins (EstimateArray)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+import numpy as np
+
+from transport.renderers import function_for
+from transport.statistics.chunked import let_go, replicates_of
+from transport.statistics.findings import BOUNDED, CONSTANT, DOUBTFUL, NO_SCORE, UNKNOWN, Finding
+from transport.statistics.notation import measured, split_format
+from transport.statistics.pooling import Pooled
+from transport.statistics.quantities import AXIS_UNITS, Operand, Quantity
+from transport.statistics.replicates import Batches, Replicates
+from transport.units import Unit
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Batches", "Estimate", "EstimateArray", "EstimateOrArray"]
+
+_KEEPS_ERRORS = {np.sum: "sum", np.nansum: "sum", np.mean: "mean", np.nanmean: "mean", np.average: "mean"}
+
+
+Other = TypeVar("Other", bound=Quantity[Any, Any])
+Index = int | np.integer | slice | EllipsisType
+
+
+class Estimate(Quantity[float, str | None]):
+    """One estimated number with its standard error and unit.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Means of the batches [unit], shape (B,).
+    run : Batches
+        The batches of the run.  Two estimates belong to one run if their `run` is the same object; arithmetic
+        then keeps their correlations, batch by batch.
+    unit : Unit or str
+        Unit of the values, such as "W m^-2".
+    exact : bool, default False
+        Whether the value is the same for every history by construction; its error is then 0.
+    counts : int, optional
+        Number of scores; None if it is not known.
+
+    Raises
+    ------
+    ValueError
+        If `values` has another shape than (B,).
+
+    Notes
+    -----
+    The value is the mean over all histories, and the error is one standard error of that mean from the spread
+    of the batches.  Arithmetic (``+ - * / **``, also with numbers) propagates errors with the
+    correlations of the run; nonlinear operations use the jackknife (Quenouille 1956; Tukey 1958).
+    `float(estimate)` is the bare value.  Estimates have no order: `<` and `>` raise TypeError.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import transport as tp
+    >>> from transport.statistics.replicates import Batches
+    >>> run = Batches(np.full(8, 100))
+    >>> flux = tp.Estimate(np.array([1.0, 1.1, 0.9, 1.05, 0.95, 1.0, 1.02, 0.98]), run, "W")
+    >>> print(flux)
+    (1.000 ± 0.021) W
+    >>> print(2 * flux)
+    (2.00 ± 0.04) W
+    >>> print(flux / flux)
+    1 (exact)
+    >>> print(f"{flux:.2f}")
+    (1.00 ± 0.02) W
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        exact: bool = False,
+        counts: int | None = None,
+    ) -> None:
+        if np.ndim(values) != 1:
+            raise ValueError(
+                f"Estimate: values must have one axis, the batches, got shape {np.shape(values)}"
+            )
+        self._replicates = Replicates.of_batches(values, run, exact, counts)
+        self._is_measured = self._adds_scores = True
+        self.unit = as_unit(unit)
+        self.coords = {}
+
+    if TYPE_CHECKING:  # the result with an EstimateArray is an EstimateArray
+
+        @overload
+        def __add__(self, other: Other) -> Other: ...
+        @overload
+        def __add__(self, other: float | np.number) -> Estimate: ...
+        @overload
+        def __add__(self, other: np.ndarray) -> Any: ...
+
+        __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __add__
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        return self._in_words()
+
+    def __format__(self, spec: str) -> str:
+        """Format the numbers by a specification such as ".3f", the text by one such as ">40", or both."""
+        text, number, sign = split_format(spec)
+        return format(self._in_words(number, sign), text)
+
+    def __repr__(self) -> str:
+        return f"<Estimate {self}>" if self.exact else f"<Estimate {self}, {self.batches} batches>"
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
+
+    @property
+    def _whole(self) -> Estimate:
+        return self
+
+    def _in_words(self, number: str = "", sign: str = "") -> str:
+        limit = None
+        if self.reason == CONSTANT and np.isfinite(self._limits_of_unknown):
+            limit = CONSTANT
+        elif self.reason == NO_SCORE and np.isfinite(self._limits_of_unknown) and self._bounds[0] == 0:
+            limit = f"{NO_SCORE}: at most {float(self._bounds[1]):.2g} {self.unit}".removesuffix(" 1")
+        words = measured(self.value, self.error, str(self.unit), self.exact, self.reason, number, sign, limit)
+        return words + self._doubt_in_words()
+
+    def _doubt_in_words(self) -> str:
+        """Text after a known error: the worst finding; "" if none matters."""
+        if self.reason not in (None, CONSTANT):  # the reason says more
+            return ""
+        told = UNKNOWN if self.reason == CONSTANT else None  # the text already names this finding
+        worst = next((finding for finding in self.findings if finding.name != told), None)
+        if worst is None:
+            return ""
+        if worst.severity == DOUBTFUL:
+            return f", doubtful: {worst.what}"
+        if worst.severity != BOUNDED:
+            return ""
+        below, above = (float(bound) for bound in self._bounds)
+        parts = [f"{bound:.1g} {way}" for bound, way in ((above, "more"), (below, "less")) if bound > 0]
+        return f", or up to {' or '.join(parts)}: {worst.what}"
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> Estimate:
+        return _made(replicates, unit, {})
+
+
+class EstimateArray(Quantity[np.ndarray, np.ndarray]):
+    """Estimates over bins, with named axes, bin edges and a unit.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Means of the batches [unit], shape ``(B, *dims)``.
+    run : Batches
+        The batches of the run, as for Estimate.
+    unit : Unit or str
+        Unit of the values.
+    dims : sequence of str
+        Names of the axes, such as ("mu", "phi").
+    coords : dict of str to numpy.ndarray
+        For each name in `dims` the n + 1 edges of its n bins; "time" may have n instants instead.
+    counts : numpy.ndarray, optional
+        Number of scores in each bin, shape ``(*dims)``; None if it is not known.
+    exact : bool, default False
+        As for Estimate.
+    axis_units : mapping of str to str, optional
+        Units of the axes "u" and "v", which depend on the shape of the detector.
+
+    Raises
+    ------
+    ValueError
+        If `dims`, `coords` and the shape of `values` do not match.
+
+    Notes
+    -----
+    An element is an Estimate, a slice an EstimateArray.  Arithmetic matches axes by name, and matches plain
+    arrays by NumPy's broadcasting.  NumPy functions receive the bare values, except those that would lose
+    errors and for which there is a method (`numpy.sum`, `numpy.mean`, ...): they raise TypeError.  The error
+    of a bin also uses neighbouring bins; the error of a sum comes from the batches alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import transport as tp
+    >>> from transport.statistics.replicates import Batches
+    >>> run = Batches(np.full(4, 10))
+    >>> values = np.array([[1.0, 2.0], [1.1, 2.1], [0.9, 1.9], [1.05, 1.95]])
+    >>> flux = tp.EstimateArray(values, run, "W", ("x",), {"x": np.array([0.0, 1.0, 2.0])})
+    >>> flux
+    <EstimateArray (x: 2) 1.012 to 1.988 W, median relative error 3.2e-02>
+    >>> print(flux[0])
+    (1.01 ± 0.04) W
+    >>> print(flux.sum("x"))
+    (3.00 ± 0.08) W
+    """
+
+    def __init__(
+        self,
+        values: np.ndarray,
+        run: Batches,
+        unit: Unit | str,
+        dims: Sequence[str],
+        coords: dict[str, np.ndarray],
+        counts: np.ndarray | None = None,
+        exact: bool = False,
+        axis_units: Mapping[str, str] | None = None,
+    ) -> None:
+        _check_axes(np.shape(values)[1:], dims, coords)
+        self._replicates = replicates_of(values, run, exact, counts)
+        self._is_measured = self._adds_scores = True
+        self.unit = as_unit(unit)
+        self.coords = {name: np.array(coords[name], dtype=float) for name in dims}
+        self.axis_units = dict(axis_units or {})
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the axes, in order.
+
+        Returns
+        -------
+        tuple of str
+        """
+        return tuple(self.coords)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of bins along the axes.
+
+        Returns
+        -------
+        tuple of int
+        """
+        return self._replicates.shape
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[EstimateOrArray]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: Index | tuple[Index, ...]) -> EstimateOrArray:
+        index = _one_index_an_axis(index, self.shape)
+        replicates, shape = self._replicates.indexed(index), self.shape
+        coords = {}
+        for (name, edges), along, bins in zip(self.coords.items(), index, self.shape, strict=True):
+            if isinstance(along, slice):
+                start, stop, _ = along.indices(bins)
+                coords[name] = edges[start : max(start, stop) + len(edges) - bins]
+        made = self._like(replicates, self.unit, coords)._with_findings(
+            lambda: self._changed(lambda bound: np.broadcast_to(bound, shape)[index]), self.allowed
+        )
+        made._adds_scores = self._adds_scores
+        made._bars_from = lambda: Pooled(*(np.asarray(each[index]) for each in self._error_bars))
+        return made
+
+    def __array__(
+        self, dtype: object = None, copy: bool | None = None
+    ) -> np.ndarray[Any, np.dtype[np.object_]]:  # so that type checkers take array * estimates for Any
+        return np.array(self.value, dtype=dtype)
+
+    def __array_function__(self, function: Callable, types: object, args: tuple, kwargs: dict) -> object:
+        if function in _KEEPS_ERRORS:
+            method = _KEEPS_ERRORS[function]
+            raise TypeError(
+                f"numpy.{function.__name__} would lose the errors; use .{method}() or .{method}(dim),"
+                f" or numpy.{function.__name__}(estimates.value)"
+            )
+        return function(*_bare(args), **_bare(kwargs))
+
+    def __float__(self) -> float:
+        if self._replicates.value.size != 1:
+            raise TypeError(
+                f"Only an array of one bin converts to float; this one has bins {self.shape}:"
+                " index it or use .value"
+            )
+        return self._replicates.value.item()
+
+    def sum(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
+        """Sum over bins.
+
+        Parameters
+        ----------
+        dim : str or tuple of str, optional
+            Axis or axes to sum over; None for all.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            The sum [unit]; an Estimate if no axis is left.  Bins without a score add 0.  Its error comes from
+            the batches, with the correlations between bins.
+
+        Raises
+        ------
+        ValueError
+            If the array has no axis of that name.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import transport as tp
+        >>> from transport.statistics.replicates import Batches
+        >>> counts = np.array([[1.0, 2.0], [3.0, 4.0]])
+        >>> edges = {"x": np.array([0.0, 1.0, 3.0])}
+        >>> array = tp.EstimateArray(counts, Batches(np.full(2, 5)), "1", ("x",), edges)
+        >>> print(array.sum())
+        (5.0 ± 2.0)
+        """
+        replicates, left, shape = self._replicates, list(self.dims), self.shape
+        axes = tuple(left.index(name) for name in self._axes(dim, "sum"))
+        for name in self._axes(dim, "sum"):
+            replicates = replicates.summed(axis=left.index(name) - len(left))
+            left.remove(name)
+        made = self._like(replicates, self.unit, {name: self.coords[name] for name in left})
+        made._adds_scores = self._adds_scores
+        return made._with_findings(
+            lambda: [
+                replace(each, bound=_number(_together(np.broadcast_to(each.bound, shape), axes, each.adds)))
+                for each in self._raw_findings
+            ],
+            self.allowed,
+        )
+
+    def _changed(self, change: Callable[[np.ndarray], np.ndarray]) -> Iterator[Finding]:
+        """Yield the findings with their bounds transformed by `change`."""
+        return (replace(finding, bound=_number(change(finding.bound))) for finding in self._raw_findings)
+
+    @property
+    def _whole(self) -> Estimate:
+        return self.sum()
+
+    def mean(self, dim: str | tuple[str, ...] | None = None) -> EstimateOrArray:
+        """Mean over bins, unweighted: a wide bin has the same weight as a narrow one.
+
+        Parameters
+        ----------
+        dim : str or tuple of str, optional
+            Axis or axes to average over; None for all.
+
+        Returns
+        -------
+        Estimate or EstimateArray
+            The mean [unit]; an Estimate if no axis is left.
+
+        Raises
+        ------
+        ValueError
+            If the array has no axis of that name.
+        """
+        bins = [self.shape[self.dims.index(name)] for name in self._axes(dim, "mean")]
+        return self.sum(dim) / math.prod(bins)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Convert to an xarray Dataset (needs xarray).
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables `value` and `error` [unit] and `doubtful` (bool) with the axes as dimensions.
+            Coordinates are the centres of the bins, with <name>_low and <name>_high for their edges; instants
+            of time have no edges.
+        """
+        import xarray
+
+        attributes = {"units": str(self.unit) or "1"}
+        data = {key: (self.dims, getattr(self, key), attributes) for key in ("value", "error")}
+        data["doubtful"] = (self.dims, self.is_doubtful)
+        coords = {}
+        for (name, edges), bins in zip(self.coords.items(), self.shape, strict=True):
+            known = AXIS_UNITS | dict(self.axis_units)
+            of_axis = {"units": known[name]} if name in known else {}
+            places = {"": 0.5 * (edges[1:] + edges[:-1]), "_low": edges[:-1], "_high": edges[1:]}
+            places = {"": edges} if len(edges) == bins else places
+            coords |= {name + end: (name, place, of_axis) for end, place in places.items()}
+        return xarray.Dataset(data, coords, attributes | {"batches": self.batches})
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name}: {length}" for name, length in zip(self.dims, self.shape, strict=True))
+        unknown = np.count_nonzero(~self._is_known)
+        known = self.value[~np.isnan(self.value)]
+        unit = "" if self.unit.is_dimensionless else f" {self.unit}"
+        parts = [f"{known.min():.4g} to {known.max():.4g}{unit}"] if known.size else []
+        if self.exact:
+            parts.append("exact")
+        elif unknown < self.value.size:
+            parts.append(f"median relative error {np.nanmedian(self.relative_error):.1e}")
+        if unknown:
+            parts.append(f"error unknown in {unknown} of {self.value.size} bins")
+        if doubtful := np.count_nonzero(self._is_known_but_doubtful):
+            of = f"the other {self.value.size - unknown}" if unknown else f"{self.value.size} bins"
+            parts.append(f"doubtful in {doubtful} of {of}")
+        self._replicates.let_go()
+        for each in self._error_bars:
+            let_go(each)
+        return f"<EstimateArray ({axes}) {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        return function_for(type(self), "html")(self)
+
+    def _like(
+        self, replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray] | None = None
+    ) -> EstimateOrArray:
+        made = _made(replicates, unit, self.coords if coords is None else coords)
+        made.axis_units = dict(self.axis_units)
+        return made
+
+    def _axes(self, dim: str | tuple[str, ...] | None, method: str) -> tuple[str, ...]:
+        """Names of the selected axes, each once.  Raises ValueError for an unknown name."""
+        names = self.dims if dim is None else (dim,) if isinstance(dim, str) else tuple(dim)
+        for name in names:
+            if name not in self.dims:
+                raise ValueError(f"{method}: no axis {name!r}; there are {', '.join(self.dims)}")
+        return tuple(dict.fromkeys(names))
+
+
+if TYPE_CHECKING:
+
+    class EstimateAndArray(EstimateArray, Estimate):
+        """The members of both classes, for type checkers: the bins decide which class a quantity is."""
+
+        value: Any
+        error: Any
+        reason: Any
+        relative_error: Any
+        dof: Any
+        is_doubtful: Any
+
+        def interval(self, confidence: float = 0.95) -> tuple[Any, Any]: ...
+        def z(self, exact_value: float | np.ndarray) -> Any: ...
+        def __add__(self, other: Operand) -> EstimateOrArray: ...
+
+        __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __add__
+
+    EstimateOrArray = EstimateAndArray | Any  # accepted where either class is; an unknown name is an error
+else:
+    EstimateOrArray = Estimate | EstimateArray
+
+
+def as_unit(unit: Unit | str) -> Unit:
+    """Parse a unit from text; return a Unit unchanged."""
+    return Unit.parse(unit) if isinstance(unit, str) else unit
+
+
+def _made(replicates: Replicates, unit: Unit, coords: dict[str, np.ndarray]) -> EstimateOrArray:
+    """Make an Estimate, or with axes an EstimateArray, from replicates instead of batch values."""
+    made = object.__new__(EstimateArray if coords else Estimate)
+    made._replicates, made.unit, made.coords = replicates, unit, coords
+    return made
+
+
+def _together(bound: np.ndarray, axes: tuple[int, ...], adds: bool) -> np.ndarray:
+    """Bound of a sum over bins ``(*dims)``.
+
+    With `adds` the bounds of the bins add; otherwise the missing score falls into any one bin, and the
+    largest counts.
+    """
+    if adds or not bound.size:
+        return bound.sum(axis=axes)
+    low, high = np.nanmin(bound, axis=axes, initial=0.0), np.nanmax(bound, axis=axes, initial=0.0)
+    return np.where(np.isnan(bound).any(axis=axes), np.nan, np.where(-low > high, low, high))
+
+
+def _number(array: np.ndarray) -> float | np.ndarray:
+    return float(array) if np.ndim(array) == 0 else array
+
+
+def _check_axes(shape: tuple[int, ...], dims: Sequence[str], coords: dict[str, np.ndarray]) -> None:
+    if isinstance(dims, str) or set(dims) != set(coords) or len(dims) != len(shape) or not shape:
+        raise ValueError(f"EstimateArray: dims {dims!r}, coords {list(coords)} and bins {shape} must match")
+    for name, length in zip(dims, shape, strict=True):
+        instants = (length,) if name == "time" else None
+        if np.shape(coords[name]) not in ((length + 1,), instants):
+            raise ValueError(
+                f"EstimateArray: {name!r} has {length} bins, so its coords must be {length + 1} edges"
+            )
+
+
+def _bare(argument: object) -> object:
+    """Replace each EstimateArray in a function's argument by its values."""
+    if isinstance(argument, EstimateArray):
+        return argument.value
+    if isinstance(argument, dict):
+        return {name: _bare(value) for name, value in argument.items()}
+    return type(argument)(map(_bare, argument)) if type(argument) in (tuple, list) else argument
+
+
+def _one_index_an_axis(index: object, shape: tuple[int, ...]) -> tuple[int | slice, ...]:
+    """Complete an index to one whole number or slice per axis.  Raises IndexError for any other kind."""
+    index = index if isinstance(index, tuple) else (index,)
+    if Ellipsis not in index:
+        index += (Ellipsis,)
+    place = index.index(Ellipsis)
+    missing = len(shape) - (len(index) - 1)
+    index = index[:place] + (slice(None),) * missing + index[place + 1 :]
+    if missing < 0 or not all(_is_index(along) for along in index):
+        raise IndexError(
+            "Index with whole numbers, slices of step 1 and one ellipsis; for other indices use .value"
+        )
+    for axis, (along, length) in enumerate(zip(index, shape, strict=True)):
+        if not isinstance(along, slice) and not -length <= along < length:
+            raise IndexError(f"index {along} is out of bounds for axis {axis} with {length} bins")
+    return index
+
+
+def _is_index(along: object) -> bool:
+    if isinstance(along, slice):
+        return along.step in (None, 1)
+    return isinstance(along, int | np.integer) and not isinstance(along, bool)

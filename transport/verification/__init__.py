@@ -1,0 +1,1 @@
+"""Experiments with exact values, and hard cases that naive formulas get wrong."""

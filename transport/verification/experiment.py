@@ -1,0 +1,322 @@
+"""An experiment is a module with a scene, measured quantities, exact values, a question and a verdict.
+
+    law: str                                  the law in one line, with its source
+    question: str                             the question in one sentence
+    particles: int                            default number of particles per case
+    run: dict                                 default settings of `simulate` (WAYS): {"estimator": "aimed"};
+                                              without an estimator pilot runs choose one for `error` or
+                                              `seconds`, among those that estimate all quantities
+    cases() -> list of dict                   the parameter sets of its table; if missing: one, the defaults
+    scene(**parameters) -> Scene
+    measure(result) -> {name: Estimate}
+    in_bins(result) -> {name: EstimateArray}  further results, for JSON only; optional
+    exact(**parameters) -> {name: float}      closed forms; without a name, or if missing: unknown
+    verdict(outcomes) -> str                  the answer in one sentence
+    draw(outcomes, path)                      draw the figure, a PNG; returns the paths if there are several
+
+Only `scene` and `measure` are required. The modules of the package `sims` are experiments, and so is any
+Python file of a user. A scene's JSON file is an experiment that measures all quantities of its detectors
+(transport.verification.scene_file).
+"""
+
+import importlib
+import importlib.util
+import inspect
+import math
+import pkgutil
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+
+from transport.io.atomic import FileError
+from transport.io.resuming import NOT_SAVED
+from transport.io.runs import check_new, checked_place, scene_text
+from transport.results.result import Result
+from transport.run.settings import checked_limits
+from transport.scene.scene import Scene
+from transport.simulate import simulate_for_any_reader
+from transport.statistics.estimates import Estimate, EstimateArray
+from transport.units import UnitError
+from transport.validation import SceneError, shown, suggestion
+
+PARTICLES = 1_000_000  # default number of particles per case
+WAYS = ("estimator", "sampling", "batches", "tracking")  # parameters of `simulate` that an experiment may set
+FILES = ("save", "resume", "checkpoint")  # parameters that are files
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of an experiment's table. exact: nan if no closed form is known."""
+
+    name: str
+    estimate: Estimate
+    exact: float
+
+    @property
+    def z(self) -> float:
+        """Deviation from the exact value in standard errors, as a standard normal score; nan if unknown."""
+        return math.nan if math.isnan(self.exact) else self.estimate.z(self.exact)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case of an experiment: its parameters, the run, and its table.
+
+    notes: warnings besides those of the run;  bins: measured arrays, by name.
+    """
+
+    parameters: dict[str, object]
+    result: Result
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+    bins: Mapping[str, EstimateArray] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Row:
+        """Row of that name."""
+        return next(row for row in self.rows if row.name == name)
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings about the results."""
+        return [*self.notes, *self.result.warnings]
+
+    @property
+    def not_saved(self) -> list[str]:
+        """Warnings about files that could not be written at the end."""
+        return [told for told in (*self.notes, *self.result._warnings) if told.startswith(NOT_SAVED)]
+
+    @property
+    def title(self) -> str:
+        """Parameters in one line."""
+        return ", ".join(
+            f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}"
+            for name, value in self.parameters.items()
+        )
+
+
+def experiment_names() -> list[str]:
+    """Names of the installed experiments."""
+    sims = importlib.import_module("sims")
+    return sorted(module.name for module in pkgutil.iter_modules(sims.__path__))
+
+
+def experiment(name: str) -> ModuleType:
+    """The experiment of that name in `sims`, or in the .py or .json file at that path; else SceneError."""
+    if name.endswith(".json"):
+        from transport.verification.scene_file import experiment_of_file
+
+        return experiment_of_file(name)
+    if name.endswith(".py"):
+        path = Path(name)
+        if not path.is_file():
+            folder, cure = (
+                path.parent.resolve(),
+                "give its path, or an experiment's name, which `transport` lists",
+            )
+            raise SceneError(f"no file {path.name} in {folder}; {cure}")
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        module = importlib.util.module_from_spec(spec)
+        with blamed(module):
+            spec.loader.exec_module(module)
+        return module
+    names = experiment_names()
+    if name not in names:
+        raise SceneError(f"no experiment {name!r}; {suggestion(name, names)}")
+    return importlib.import_module(f"sims.{name}")
+
+
+def name_of(module: ModuleType) -> str:
+    """Name of the experiment, as `run` accepts it."""
+    return module.__name__.removeprefix("sims.")
+
+
+@contextmanager
+def blamed(module: ModuleType, settings: Mapping[str, object] | None = None) -> Iterator[None]:
+    """Convert an exception in an experiment's own code into a SceneError that names settings or place."""
+    try:
+        yield
+    except Exception as error:
+        refused = isinstance(error, (SceneError, UnitError))
+        said = str(error) if refused else f"{type(error).__name__}: {getattr(error, 'msg', None) or error}"
+        if settings:
+            values = ", ".join(f"{name}={value!r}" for name, value in settings.items())
+            raise SceneError(f"{name_of(module)} with {values}: {said}") from error
+        raise SceneError(f"{_place(module, error)}: {said}") from error
+
+
+def _place(module: ModuleType, error: Exception) -> str:
+    """File and line where the experiment's code failed."""
+    if isinstance(error, SyntaxError):
+        return f"{Path(error.filename or '').name}, line {error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if frame.filename == module.__file__]
+    frame = own[-1] if own else frames[-1]
+    return f"{Path(frame.filename).name}, line {frame.lineno}"
+
+
+def cases_of(module: ModuleType, settings: dict[str, object]) -> list[dict[str, object]]:
+    """Parameter sets of an experiment's table, with the user's settings in each.
+
+    Raises SceneError for a setting that is not a parameter of the experiment's `scene`.
+    """
+    known = inspect.signature(module.scene).parameters
+    for name in settings:
+        if name not in known:
+            raise SceneError(f"{module.__name__}: no parameter {name!r}; {suggestion(name, known)}")
+        default, value = known[name].default, settings[name]
+        if isinstance(default, int | float) and isinstance(value, str):
+            raise SceneError(f"{module.__name__}: {name} must be a number, got {value!r}")
+    with blamed(module):
+        cases = module.cases() if hasattr(module, "cases") else [{}]
+        merged = [case | settings for case in cases]
+    if not merged:
+        raise SceneError(f"{module.__name__}: cases() returns no case; leave it out, or return [{{}}]")
+    return [case for i, case in enumerate(merged) if case not in merged[:i]]
+
+
+def scene_of(module: ModuleType, parameters: dict[str, object], settings: dict[str, object]) -> Scene:
+    """Scene with these parameters. Raises SceneError if the experiment's code fails."""
+    with blamed(module, settings):
+        return module.scene(**parameters)
+
+
+def run_experiment(module: ModuleType, settings: dict[str, object] | None = None, **limits) -> list[Outcome]:
+    """Run each case of an experiment.
+
+    limits: as for `simulate`; particles and the method default to the module's own.
+    """
+    return list(outcomes_of(module, settings or {}, limits))
+
+
+def outcomes_of(
+    module: ModuleType,
+    settings: dict[str, object],
+    limits: dict[str, object],
+    save: Path | None = None,
+    overwrite: bool = False,
+) -> Iterator[Outcome]:
+    """Yield each case of the experiment when it is done; after Ctrl-C the last one is incomplete.
+
+    limits: as for `simulate`; without any, the module's number of particles and method. A case without a
+    quantity named in `error` runs without that error, with a warning. save: file of each run; with several
+    cases the number of the case is added to the names of all files: run_1.nc, run_2.nc. If it cannot be
+    written at the end, the case is still yielded. overwrite: whether it may replace files other than those
+    that the run continues.
+    """
+    if save is not None:
+        checked_place("save", save)
+    # Build and check all scenes before any of them runs.
+    ready = []
+    for parameters in cases_of(module, settings):
+        scene = scene_of(module, parameters, settings)
+        if scene in [known for _, known, *_ in ready]:  # the settings override the parameters that differ
+            continue
+        if save is not None:
+            scene_text(scene)  # raise before the run if no file can hold the scene
+        with blamed(module, settings):
+            exact = dict(module.exact(**parameters)) if hasattr(module, "exact") else {}
+        ready.append((parameters, scene, exact, *_errors_for(scene, limits.get("error"))))
+    # Raise for quantities that no case has.
+    for name, refusal in ready[0][-1].items():
+        if all(name in refusals for *_, refusals in ready):
+            raise refusal
+    files = [
+        _numbered({"save": save} | limits, number if len(ready) > 1 else None)
+        for number in range(1, len(ready) + 1)
+    ]
+    _check_files(module, files, limits, overwrite)
+    # Run one case after the other.
+    for own, (parameters, scene, exact, errors, refusals) in zip(files, ready, strict=True):
+        file = own.pop("save")
+        result = simulate_for_any_reader(scene, **_settled(module, own | {"error": errors}))
+        failure = None if file is None else _failure_to_save(result, file)
+        notes = tuple(f"run without the requested error: {refusal}" for refusal in refusals.values())
+        notes += () if failure is None else (f"{NOT_SAVED}: {failure}",)
+        with blamed(module):
+            bins = module.in_bins(result) if hasattr(module, "in_bins") else {}
+        yield Outcome(parameters, result, _rows(module, result, exact), notes, bins)
+        if not result.is_complete:
+            return
+
+
+def _check_files(
+    module: ModuleType, files: list[dict[str, object]], limits: dict[str, object], overwrite: bool
+) -> None:
+    """Refuse to overwrite other runs, and to continue one run with several cases, before any is run."""
+    for own in files:
+        if own["save"] is not None and own["save"] != own.get("resume"):
+            check_new("--save", own["save"], overwrite)
+    resume = limits.get("resume")
+    if len(files) > 1 and resume is not None and Path(resume).exists() and not files[0]["resume"].exists():
+        own = f"{files[0]['resume'].name} to {files[-1]['resume'].name}"
+        raise SceneError(
+            f"--resume: {resume} is one run, and {name_of(module)} has {len(files)} cases, whose files are"
+            f" {own}"
+        )
+
+
+def _failure_to_save(result: Result, file: Path) -> FileError | None:
+    """Save the run; return the error if the disk is full or the like."""
+    try:
+        result.save(file)
+    except FileError as error:
+        return error
+    return None
+
+
+def _numbered(limits: dict[str, object], number: int | None) -> dict[str, object]:
+    """The limits, with the number of the case added to the names of files."""
+    files = {} if number is None else {name: limits[name] for name in FILES if limits.get(name) is not None}
+    return limits | {name: path.with_stem(f"{path.stem}_{number}") for name, path in files.items()}
+
+
+def _errors_for(
+    scene: Scene, errors: Mapping[str, float] | None
+) -> tuple[dict | None, dict[str, SceneError]]:
+    """Relative errors that this scene can be run for, and the exceptions of the others."""
+    found, refusals = {}, {}
+    for name, target in (errors or {}).items():
+        try:
+            found |= checked_limits(scene, None, {name: target}, None, 32).error
+        except SceneError as refusal:
+            refusals[name] = refusal
+    return found or None, refusals
+
+
+def _settled(module: ModuleType, limits: dict[str, object]) -> dict[str, object]:
+    """The limits, completed by the module's method and number of particles."""
+    limits = ways_of(module) | {name: value for name, value in limits.items() if value is not None}
+    goes_on = "resume" in limits and Path(limits["resume"]).exists()  # the saved run has limits of its own
+    if goes_on or any(name in limits for name in ("particles", "error", "seconds")):
+        return limits
+    return limits | {"particles": getattr(module, "particles", PARTICLES)}
+
+
+def ways_of(module: ModuleType) -> dict[str, object]:
+    """Default settings of an experiment, its `run`. Raises SceneError for settings that it may not have."""
+    ways = getattr(module, "run", {})
+    if not isinstance(ways, Mapping):
+        example = "{'estimator': 'backward'}"
+        raise SceneError(f"{name_of(module)}: run must be settings such as {example}, got {shown(ways)}")
+    for name in ways:
+        if name not in WAYS:
+            raise SceneError(f"{name_of(module)}: run has no setting {name!r}; {suggestion(str(name), WAYS)}")
+    return dict(ways)
+
+
+def _rows(module: ModuleType, result: Result, exact: Mapping[str, float]) -> tuple[Row, ...]:
+    """Table of the measured quantities. Raises SceneError if `measure` returns anything else."""
+    with blamed(module):
+        measured = module.measure(result)
+    if not isinstance(measured, Mapping):
+        raise SceneError(f"{name_of(module)}: measure must return {{name: Estimate}}, got {shown(measured)}")
+    for name, estimate in measured.items():
+        if not isinstance(estimate, Estimate):
+            raise SceneError(
+                f"{name_of(module)}: measure must return an Estimate for {name!r}, got {shown(estimate)};"
+                " of an array take .sum() or one bin"
+            )
+    return tuple(Row(name, estimate, exact.get(name, math.nan)) for name, estimate in measured.items())
